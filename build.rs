@@ -1,0 +1,1 @@
+fn main() { let _c = shaderc::Compiler::new().unwrap(); }

@@ -1,0 +1,16 @@
+// types: the structs that kernels share with the host (src/sim/types.rs and src/mesh/surface.rs).
+// Same fields, same order; the build compares sizes and offsets. std430: a vec3 is always followed by a scalar.
+
+#ifndef MYXO_TYPES
+#define MYXO_TYPES
+
+const uint NONE = 0xffffffffu;
+
+struct Particle { uint triangle; float u; float v; uint id; };
+struct Motion { float heading_p; float heading_h; float pending; uint flags; };
+struct Triangle { float ab; float cp; float ch; uint object; };
+struct HalfEdge { uint twin; float cos; float sin; uint pad0; };
+struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };
+struct Seam { uint texel; uint source[4]; float weight[4]; };
+
+#endif

@@ -1,0 +1,1 @@
+//! Vulkan in small nouns; no meshes, no particles.

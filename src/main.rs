@@ -1,0 +1,2 @@
+//! The `myxo` executable.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Draws what `sim` owns, and writes pictures.

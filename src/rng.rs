@@ -1,0 +1,36 @@
+//! Random streams, keyed by what they are for and never by where something lies in memory.
+//! The twin of `shaders/include/rng.glsl`: both give the same bits.
+
+/// What a random number is drawn for; keeps streams of one particle and step apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Purpose {
+    /// The initial place and heading.
+    Start = 0,
+    /// Noise added to the three sensors.
+    SensorNoise = 1,
+}
+
+/// Four random words for one (seed, particle, step, purpose).
+///
+/// The hash is pcg4d of Jarzynski and Olano, "Hash Functions for GPU Rendering" (JCGT 9(3), 2020).
+#[must_use]
+pub fn random(seed: u32, id: u32, step: u32, purpose: Purpose) -> [u32; 4] {
+    let mut v = [seed, id, step, purpose as u32].map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    fn mix(v: &mut [u32; 4]) {
+        v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[3]));
+        v[1] = v[1].wrapping_add(v[2].wrapping_mul(v[0]));
+        v[2] = v[2].wrapping_add(v[0].wrapping_mul(v[1]));
+        v[3] = v[3].wrapping_add(v[1].wrapping_mul(v[2]));
+    }
+    mix(&mut v);
+    v = v.map(|x| x ^ (x >> 16));
+    mix(&mut v);
+    v
+}
+
+/// A word as a float in `[0, 1)`, with 24 bits.
+#[must_use]
+pub fn unit(word: u32) -> f32 {
+    (word >> 8) as f32 * (1.0 / 16_777_216.0)
+}

@@ -1,0 +1,1 @@
+//! Scenes: objects, parameters and the files that hold them.

@@ -1,0 +1,4 @@
+//! The Physarum model: particles, trail and the step, on the GPU and as CPU twins.
+
+pub mod twin;
+pub mod types;
