@@ -1,1 +1,6 @@
 //! Scenes: objects, parameters and the files that hold them.
+
+pub mod parameters;
+pub mod settings;
+
+pub use settings::Settings;
