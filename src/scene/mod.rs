@@ -1,5 +1,6 @@
 //! Scenes: objects, parameters and the files that hold them.
 
+pub mod file;
 pub mod parameters;
 pub mod settings;
 

@@ -81,6 +81,24 @@ pub struct Number<T: 'static> {
     pub set: fn(&mut T, f64),
 }
 
+impl<T> Number<T> {
+    /// May the parameter have this value?
+    #[must_use]
+    pub fn allows(&self, value: f64) -> bool {
+        if self.integer {
+            value.fract() == 0.0 && value >= self.range.0 && value <= self.range.1
+        } else {
+            inside(value, self.range)
+        }
+    }
+}
+
+/// Does the value lie in the range, ends included? Compared as f32, which is what a file's 0.1 becomes. NaN lies in
+/// no range.
+pub(super) fn inside(value: f64, (low, high): (f64, f64)) -> bool {
+    value as f32 >= low as f32 && value as f32 <= high as f32
+}
+
 /// How a slider spreads its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
@@ -192,18 +210,8 @@ impl<T> Parameter<T> {
     }
 
     fn check(&self, prefix: &str, settings: &T, problems: &mut Vec<OutOfRange>) {
-        // NaN lies in no range.
-        let inside = |value: f64, (low, high): (f64, f64)| value >= low && value <= high;
         let fits = match &self.kind {
-            // The ends are compared as f32, since that is what a file's 0.1 has become.
-            Kind::Number(number) if number.integer => inside((number.get)(settings), number.range),
-            Kind::Number(number) => {
-                let (low, high) = number.range;
-                inside(
-                    (number.get)(settings),
-                    (f64::from(low as f32), f64::from(high as f32)),
-                )
-            }
+            Kind::Number(number) => number.allows((number.get)(settings)),
             Kind::Choice { .. } | Kind::Flag { .. } => true,
             Kind::Vector { range, get, .. } => {
                 get(settings).iter().all(|&c| inside(f64::from(c), *range))

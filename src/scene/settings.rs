@@ -1,14 +1,14 @@
 //! The scene file as plain structs: every key with its default, nothing loaded and nothing checked.
+//! [`super::file`] reads and writes them.
 //!
 //! Conventions, stated once: lengths are in scene radii unless a key says world units, angles are in degrees,
 //! the scene's up axis is +Y. What a key may hold is said by [`super::parameters`], not here.
 
 use glam::{Affine3A, EulerRot, Quat, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A whole scene file. `Settings::default()` is a valid scene: one torus.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Everything random depends on it; 0 to 4,294,967,295.
     pub seed: u64,
@@ -51,8 +51,7 @@ impl Default for Settings {
 }
 
 /// `[particles]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParticleSettings {
     /// How many particles walk on all objects together.
     pub count: u32,
@@ -76,8 +75,7 @@ impl Default for ParticleSettings {
 }
 
 /// `[physarum]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhysarumSettings {
     /// Length walked in a step, in scene radii.
     pub speed: f32,
@@ -125,8 +123,7 @@ impl Default for PhysarumSettings {
 }
 
 /// `[time]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TimeSettings {
     /// Seconds of scene time in a step.
     pub dt: f32,
@@ -144,8 +141,7 @@ impl Default for TimeSettings {
 }
 
 /// `[trail]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrailSettings {
     /// How much of a texel is replaced by the mean of its neighbourhood in a step, 0 to 1.
     pub diffusion: f32,
@@ -166,8 +162,7 @@ impl Default for TrailSettings {
 }
 
 /// `[atlas]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AtlasSettings {
     /// How triangles are laid out.
     pub method: AtlasMethod,
@@ -188,8 +183,7 @@ impl Default for AtlasSettings {
 }
 
 /// `[camera]`: an orbit about a target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraSettings {
     /// Degrees about the up axis; 0 looks along -Z, positive goes round to the right.
     pub azimuth: f32,
@@ -216,8 +210,7 @@ impl Default for CameraSettings {
 }
 
 /// `[picture]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PictureSettings {
     /// Trail value that gets the brightest colour; 0 takes it from the picture's own range.
     pub brightest: f32,
@@ -241,8 +234,7 @@ impl Default for PictureSettings {
 }
 
 /// `[[object]]`: a mesh and where it stands.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectSettings {
     /// What the object is called; empty takes the mesh's name.
     pub name: String,
@@ -283,7 +275,7 @@ impl ObjectSettings {
 macro_rules! choice {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
         pub enum $name {
             $($(#[$variant_doc])* #[serde(rename = $word)] $variant,)+
         }
