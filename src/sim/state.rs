@@ -1,0 +1,117 @@
+//! Every buffer of the simulation, and its kernels. Kernels own nothing; buffers know nothing of kernels.
+
+use std::sync::Arc;
+
+use bytemuck::Pod;
+use glam::{Mat4, Vec4};
+
+use super::kernels::{Advance, Diffuse, ExchangeSeams};
+use super::params::StepConstants;
+use super::setup::Setup;
+use super::types::{AtlasMap, HalfEdge, Motion, Particle, Seam, Triangle};
+use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline};
+
+/// The pipelines of a step, with the optional terms of the present settings compiled in.
+pub struct Kernels {
+    /// Moves particles.
+    pub advance: Pipeline<Advance>,
+    /// Spreads and decays the trail.
+    pub diffuse: Pipeline<Diffuse>,
+    /// Fills gutters.
+    pub exchange_seams: Pipeline<ExchangeSeams>,
+}
+
+impl Kernels {
+    /// Compiles the kernels of a step.
+    pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
+        Ok(Self {
+            advance: Pipeline::new(ctx, &constants.advance)?,
+            diffuse: Pipeline::new(ctx, &constants.diffuse)?,
+            exchange_seams: Pipeline::new(ctx, &())?,
+        })
+    }
+}
+
+/// Two buffers that change roles each step.
+pub struct PingPong<T> {
+    /// What is read now.
+    pub front: Buffer<T>,
+    /// What is written for the next step, or was read in the last one.
+    pub back: Buffer<T>,
+}
+
+impl<T: Pod> PingPong<T> {
+    fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
+        Ok(Self {
+            front: Buffer::new(ctx, &format!("{name}.front"), len, Domain::Device)?,
+            back: Buffer::new(ctx, &format!("{name}.back"), len, Domain::Device)?,
+        })
+    }
+
+    /// Front becomes back.
+    pub fn swap(&mut self) {
+        std::mem::swap(&mut self.front, &mut self.back);
+    }
+}
+
+/// Every buffer of the simulation.
+pub struct State {
+    /// One a particle: where it is.
+    pub particles: Buffer<Particle>,
+    /// One a particle: where it is going.
+    pub motions: Buffer<Motion>,
+    /// One a texel. The front has filled gutters.
+    pub trail: PingPong<f32>,
+    /// One a texel. Front: counted in this step, zero before it; back: last step's counts.
+    pub deposits: PingPong<u32>,
+    /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
+    pub density: Buffer<f32>,
+    /// One a gutter texel that is read.
+    pub seams: Buffer<Seam>,
+    /// One a triangle: its shape.
+    pub triangles: Buffer<Triangle>,
+    /// Three a triangle: its crossings.
+    pub halfedges: Buffer<HalfEdge>,
+    /// One a triangle: its place in the atlas.
+    pub maps: Buffer<AtlasMap>,
+    /// Three vertex indices a triangle.
+    pub corners: Buffer<u32>,
+    /// One a vertex, object space, `w` = 1.
+    pub positions: Buffer<Vec4>,
+    /// One an object: world from object.
+    pub poses: Buffer<Mat4>,
+}
+
+impl State {
+    /// Takes the memory and uploads the setup: particles at their start, an empty trail.
+    pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
+        let texels = setup.atlas.density.len();
+        let state = Self {
+            particles: filled(ctx, "particles", &setup.particles)?,
+            motions: filled(ctx, "motions", &setup.motions)?,
+            trail: PingPong::new(ctx, "trail", texels)?,
+            deposits: PingPong::new(ctx, "deposits", texels)?,
+            density: filled(ctx, "density", &setup.atlas.density)?,
+            seams: filled(ctx, "seams", &setup.atlas.seams)?,
+            triangles: filled(ctx, "triangles", &setup.surface.triangles)?,
+            halfedges: filled(ctx, "halfedges", &setup.surface.halfedges)?,
+            maps: filled(ctx, "maps", &setup.atlas.maps)?,
+            corners: filled(ctx, "corners", &setup.corners)?,
+            positions: filled(ctx, "positions", &setup.positions)?,
+            poses: filled(ctx, "poses", &setup.poses)?,
+        };
+        for trail in [&state.trail.front, &state.trail.back] {
+            ctx.clear(trail)?;
+        }
+        for deposits in [&state.deposits.front, &state.deposits.back] {
+            ctx.clear(deposits)?;
+        }
+        Ok(state)
+    }
+}
+
+fn filled<T: Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Result<Buffer<T>, GpuError> {
+    let buffer = Buffer::new(ctx, name, data.len(), Domain::Device)?;
+    ctx.upload(&buffer, data)?;
+    Ok(buffer)
+}
