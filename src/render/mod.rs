@@ -2,3 +2,5 @@
 
 pub mod camera;
 pub mod colormap;
+pub mod normals;
+pub mod pick;
