@@ -2,5 +2,6 @@
 
 pub mod camera;
 pub mod colormap;
+pub mod exposure;
 pub mod normals;
 pub mod pick;
