@@ -1,1 +1,7 @@
 //! Draws what `sim` owns, and writes pictures.
+
+pub mod camera;
+pub mod colormap;
+pub mod exposure;
+pub mod normals;
+pub mod pick;

@@ -1,11 +1,9 @@
 //! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from the same setup.
 
-use glam::{Mat4, Vec4};
-
 use super::params::seed_word;
 use super::start;
-use super::types::{Motion, Particle};
+use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::atlas::{Atlas, AtlasOptions};
 use crate::mesh::surface::Surface;
@@ -24,10 +22,10 @@ pub struct Setup {
     pub motions: Vec<Motion>,
     /// Three vertex indices a triangle.
     pub corners: Vec<u32>,
-    /// Object space, `w` = 1.
-    pub positions: Vec<Vec4>,
+    /// Object space.
+    pub vertices: Vec<Vertex>,
     /// World from object, one an object.
-    pub poses: Vec<Mat4>,
+    pub poses: Vec<Pose>,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
 }
@@ -47,17 +45,25 @@ impl Setup {
                 gutter: settings.trail.diffusion_distance.max(1),
             },
         )?;
-        let poses: Vec<Mat4> = scene.poses.iter().map(|&pose| Mat4::from(pose)).collect();
-        let (particles, motions) = start::start(scene, seed_word(settings.seed))?;
+                let (particles, motions) = start::start(scene, seed_word(settings.seed))?;
         Ok(Self {
             corners: scene.surface.corners.as_flattened().to_vec(),
-            positions: scene.surface.positions.iter().map(|p| p.extend(1.0)).collect(),
+            vertices: vertices(&scene.surface),
+            poses: scene.poses.iter().map(|&pose| Pose::from(pose)).collect(),
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
             particles,
             motions,
-            poses,
         })
     }
+}
+
+fn vertices(surface: &Surface) -> Vec<Vertex> {
+    let mut vertices = Vec::with_capacity(surface.positions.len());
+    for (object, range) in surface.objects.iter().enumerate() {
+        let positions = &surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
+        vertices.extend(positions.iter().map(|&position| Vertex { position, object: object as u32 }));
+    }
+    vertices
 }

@@ -2,14 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::Mat4;
-
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
 use super::step;
-use super::types::Particle;
+use super::types::{Particle, Pose};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::scene::Scene;
@@ -107,7 +105,7 @@ impl Simulation {
 
     /// World from object, one an object.
     #[must_use]
-    pub fn poses(&self) -> &Buffer<Mat4> {
+    pub fn poses(&self) -> &Buffer<Pose> {
         &self.state.poses
     }
 

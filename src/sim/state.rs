@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use bytemuck::Pod;
-use glam::{Mat4, Vec4};
 
 use super::kernels::{Advance, Diffuse, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
-use super::types::{AtlasMap, HalfEdge, Motion, Particle, Seam, Triangle};
+use super::types::{AtlasMap, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex};
 use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline};
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
@@ -73,13 +72,13 @@ pub struct State {
     /// Three a triangle: its crossings.
     pub halfedges: Buffer<HalfEdge>,
     /// One a triangle: its place in the atlas.
-    pub maps: Buffer<AtlasMap>,
+    pub atlas_maps: Buffer<AtlasMap>,
     /// Three vertex indices a triangle.
     pub corners: Buffer<u32>,
-    /// One a vertex, object space, `w` = 1.
-    pub positions: Buffer<Vec4>,
+    /// Object space.
+    pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
-    pub poses: Buffer<Mat4>,
+    pub poses: Buffer<Pose>,
 }
 
 impl State {
@@ -95,9 +94,9 @@ impl State {
             seams: filled(ctx, "seams", &setup.atlas.seams)?,
             triangles: filled(ctx, "triangles", &setup.surface.triangles)?,
             halfedges: filled(ctx, "halfedges", &setup.surface.halfedges)?,
-            maps: filled(ctx, "maps", &setup.atlas.maps)?,
+            atlas_maps: filled(ctx, "atlas_maps", &setup.atlas.maps)?,
             corners: filled(ctx, "corners", &setup.corners)?,
-            positions: filled(ctx, "positions", &setup.positions)?,
+            vertices: filled(ctx, "vertices", &setup.vertices)?,
             poses: filled(ctx, "poses", &setup.poses)?,
         };
         for trail in [&state.trail.front, &state.trail.back] {

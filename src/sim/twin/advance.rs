@@ -1,13 +1,11 @@
 //! Twin of `shaders/advance.comp`.
 
-use glam::{Mat4, Vec4};
-
 use super::trail::{atlas_position, texel_at, trail_at};
 use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
-use crate::sim::types::{Motion, Particle, Walker};
+use crate::sim::types::{Motion, Particle, Pose, Vertex, Walker};
 
 /// What `advance` reads.
 pub struct AdvanceInputs<'a> {
@@ -16,17 +14,17 @@ pub struct AdvanceInputs<'a> {
     /// Crossings.
     pub halfedges: &'a [HalfEdge],
     /// Triangle to atlas.
-    pub maps: &'a [AtlasMap],
+    pub atlas_maps: &'a [AtlasMap],
     /// Trail with filled gutters.
     pub trail: &'a [f32],
     /// Last step's deposits.
     pub previous_deposits: &'a [u32],
     /// Three vertex indices a triangle.
     pub corners: &'a [u32],
-    /// Object-space vertices, `w` = 1.
-    pub positions: &'a [Vec4],
+    /// Object-space vertices.
+    pub vertices: &'a [Vertex],
     /// World from object.
-    pub poses: &'a [Mat4],
+    pub poses: &'a [Pose],
 }
 
 /// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
@@ -93,7 +91,7 @@ pub fn advance(
             pending: pending.min(params.speed),
             flags: motion.flags,
         };
-        deposits[texel_at(atlas_position(&inputs.maps[w.triangle as usize], u, v), params.pitch) as usize] += 1;
+        deposits[texel_at(atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v), params.pitch) as usize] += 1;
     }
     gaps
 }
@@ -112,7 +110,7 @@ fn sense(
     w.remaining = params.sensor_offset;
     walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
     let [u, v] = w.uv();
-    let position = atlas_position(&inputs.maps[w.triangle as usize], u, v);
+    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
     let mut value = trail_at(inputs.trail, position, params.pitch);
     if constants.favourite_density {
         value = -(value - params.favourite_density).abs();
@@ -129,9 +127,10 @@ fn sense(
 
 /// Height of a point along the scene's up axis, world units.
 fn height_at(inputs: &AdvanceInputs, triangle: u32, u: f32, v: f32) -> f32 {
-    let pose = inputs.poses[inputs.triangles[triangle as usize].object as usize];
+    let row = inputs.poses[inputs.triangles[triangle as usize].object as usize].y;
     let height_of = |corner: u32| {
-        pose.row(1).dot(inputs.positions[inputs.corners[(3 * triangle + corner) as usize] as usize])
+        let vertex = inputs.corners[(3 * triangle + corner) as usize];
+        row.dot(inputs.vertices[vertex as usize].position.extend(1.0))
     };
     let [a, b, c] = [height_of(0), height_of(1), height_of(2)];
     (a + u * (b - a)) + v * (c - a)

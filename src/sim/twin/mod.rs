@@ -61,11 +61,11 @@ impl Simulation {
             &AdvanceInputs {
                 triangles: &self.setup.surface.triangles,
                 halfedges: &self.setup.surface.halfedges,
-                maps: &self.setup.atlas.maps,
+                atlas_maps: &self.setup.atlas.maps,
                 trail: &self.trail,
                 previous_deposits: &self.previous_deposits,
                 corners: &self.setup.corners,
-                positions: &self.setup.positions,
+                vertices: &self.setup.vertices,
                 poses: &self.setup.poses,
             },
             &mut self.particles,
