@@ -7,5 +7,6 @@
 //! - `uv` are the barycentric weights of corners 1 and 2: `P = A + u (B - A) + v (C - A)`;
 //! - the tangent frame of a triangle is `p` along `B - A` and `h` perpendicular to it, towards `C`;
 //! - closed meshes face outwards: the normal is `(B - A) x (C - A)`.
+pub mod atlas;
 pub mod surface;
 pub mod walk;
