@@ -260,10 +260,19 @@ pub fn restarting(old: &Settings, new: &Settings, gutter: u32) -> Vec<&'static P
 
 /// `a, b or c`.
 pub(super) fn any_of(words: &[&str]) -> String {
+    joined(words, "or")
+}
+
+/// `a, b and c`.
+pub(super) fn all_of(words: &[&str]) -> String {
+    joined(words, "and")
+}
+
+fn joined(words: &[&str], conjunction: &str) -> String {
     match words {
         [] => String::new(),
         [only] => (*only).to_owned(),
-        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
+        [rest @ .., last] => format!("{} {conjunction} {last}", rest.join(", ")),
     }
 }
 
