@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::file::{Problem, nearest};
+use super::file::Problem;
+use super::suggest::nearest;
 use super::{builtin, parameters};
 use crate::mesh::MeshError;
 

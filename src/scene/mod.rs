@@ -6,6 +6,9 @@ mod error;
 pub mod file;
 pub mod parameters;
 pub mod settings;
+pub mod suggest;
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 
