@@ -111,7 +111,6 @@ fn reads_of_a_linear_field_see_no_seam() {
     let (_, worst) = read_errors(&atlas, &plane, linear, |_| true);
     assert!((0.1..0.71).contains(&worst), "at the border: {worst}");
     // Elsewhere the error is what interpolation itself costs where the field has a kink in texels.
-    let crooked = crooked_plane();
     let torus = surface(&["torus?major=48&minor=32"]);
     let icosphere = surface(&["icosphere?subdivisions=3"]);
     let cube = surface(&["cube"]);
