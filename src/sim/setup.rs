@@ -1,13 +1,16 @@
 //! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from the same setup.
 
+use glam::Vec3;
+
 use super::params::seed_word;
-use super::start;
+use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::atlas::{Atlas, AtlasOptions};
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
+use crate::scene::settings::Start;
 
 /// The state of a scene at step 0, on the host.
 #[derive(Clone, Debug)]
@@ -45,17 +48,44 @@ impl Setup {
                 gutter: settings.trail.diffusion_distance.max(1),
             },
         )?;
-                let (particles, motions) = start::start(scene, seed_word(settings.seed))?;
+                let (particles, motions) = start::start(
+            &scene.surface,
+            start_place(scene),
+            settings.particles.count,
+            seed_word(settings.seed),
+        );
         Ok(Self {
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: vertices(&scene.surface),
-            poses: scene.poses.iter().map(|&pose| Pose::from(pose)).collect(),
+            poses: scene.world_from_object().into_iter().map(Pose::from).collect(),
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
             particles,
             motions,
         })
+    }
+}
+
+/// Where the settings let particles begin; the point is the one nearest to the place named, over all objects.
+fn start_place(scene: &Scene) -> StartPlace {
+    let particles = &scene.settings.particles;
+    let centre = || {
+        let place = scene.center + scene.radius * Vec3::from_array(particles.start_at);
+        let in_objects: Vec<Vec3> = scene
+            .world_from_object()
+            .iter()
+            .map(|world_from_object| world_from_object.inverse().transform_point3(place))
+            .collect();
+        start::nearest_point(&scene.surface, &in_objects)
+    };
+    match particles.start {
+        Start::Uniform => StartPlace::Everywhere,
+        Start::Point => StartPlace::Point(centre()),
+        Start::Ring => StartPlace::Ring {
+            centre: centre(),
+            distance: f64::from(particles.start_radius * scene.radius),
+        },
     }
 }
 

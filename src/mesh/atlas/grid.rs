@@ -16,7 +16,7 @@ use super::{AtlasError, AtlasOptions, GutterTexel, Layout, pitch_of, triangle_ar
 
 /// Which of the two triangles of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Half {
+pub(super) enum Half {
     Lower,
     Upper,
 }
@@ -147,7 +147,8 @@ impl Grid {
         }
     }
 
-    /// The owner of a texel of the texture.
+    /// The owner of a texel of the texture, without the array of them.
+    #[cfg(test)]
     pub(super) fn owner_at(&self, x: u32, y: u32) -> u32 {
         let Some(cell) = self.cell_at(x, y) else {
             return NONE;

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam, Surface};
 use super::super::walk::{BorderRule, Frame, SurfacePoint, walk};
+use super::rows::{Rows, Taps};
 use super::{GutterTexel, Layout};
 
 /// How far inside its triangle a walk starts, as a share of the way to the centroid. Exactly on the border the walk
@@ -22,18 +23,6 @@ const MAX_CROSSINGS: u32 = 4096;
 /// Lighter taps are dropped: the margin that the maps keep makes such taps where a walk really ends on a texel's
 /// centre.
 const LEAST_TAP: f64 = 1.0 / 256.0;
-
-/// How often gutter texels in rows are replaced by their own rows at the most.
-const MAX_SWEEPS: u32 = 40;
-
-/// A row that changes less than this in a sweep has settled.
-const SETTLED: f32 = 1e-6;
-
-/// Texels that a row may hold while it is resolved; the lightest are dropped.
-const ROW_CAPACITY: usize = 8;
-
-/// Final weights are multiples of 1 / 2^23, so they and their sums are exact in single precision.
-const WEIGHT_UNITS: f64 = 8_388_608.0;
 
 /// An [`AtlasMap`] in double precision, with its inverse.
 #[derive(Clone, Copy, Debug)]
@@ -82,7 +71,7 @@ impl Affine {
 /// One row for each gutter texel of a layout, in the same order.
 ///
 /// # Panics
-/// When a point of the surface has no owned or gutter texel under it: then the layout is wrong.
+/// When a read anywhere on the surface touches a texel that is neither owned nor gutter: then the layout is wrong.
 pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> Vec<Seam> {
     let finder = Finder::new(&layout.gutter_texels, pitch, layout.owner.len());
     let taps: Vec<Taps> = layout
@@ -90,7 +79,7 @@ pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> Vec<Seam>
         .par_iter()
         .map(|&gutter_texel| {
             let position = unfold(surface, &layout.maps, pitch, gutter_texel);
-            Taps::at(position, pitch, &layout.owner, &finder)
+            read_at(position, pitch, &layout.owner, &finder)
         })
         .collect();
     let rows = Rows::resolve(&taps);
@@ -158,229 +147,64 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// A bilinear read: up to four texels, the owned ones first.
-#[derive(Clone, Copy, Debug)]
-struct Taps {
-    /// Owned texels, then indices into the list of gutter texels.
-    index: [u32; 4],
-    weight: [f32; 4],
-    owned: u8,
-    count: u8,
+/// The texels that a bilinear read at a position of the texture touches.
+fn read_at(position: DVec2, pitch: u32, owner: &[u32], finder: &Finder) -> Taps {
+    let mut taps = Taps::default();
+    let corner = (position - 0.5).floor();
+    let far = position - 0.5 - corner;
+    for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let along = |far: f64, k: u32| if k == 1 { far } else { 1.0 - far };
+        let weight = along(far.x, x) * along(far.y, y);
+        if weight < LEAST_TAP {
+            continue;
+        }
+        // Every texel read is in the texture: charts have a gutter all round.
+        let texel = (corner.y as u32 + y) * pitch + corner.x as u32 + x;
+        if owner[texel as usize] != NONE {
+            taps.push_owned(texel, weight as f32);
+        } else if let Some(index) = finder.find(texel) {
+            taps.push_gutter(index, weight as f32);
+        } else {
+            panic!("texel {texel}, read at {position}, is neither owned nor gutter");
+        }
+    }
+    taps
 }
 
-impl Taps {
-    fn at(position: DVec2, pitch: u32, owner: &[u32], finder: &Finder) -> Self {
-        let mut taps = Self {
-            index: [0; 4],
-            weight: [0.0; 4],
-            owned: 0,
-            count: 0,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unfolding_follows_the_surface_round_an_edge() {
+        // Two triangles of equal height, in charts of different size.
+        let mesh = crate::mesh::primitive::cube(1);
+        let surface = Surface::build(&[(&mesh, 1.0)]);
+        let twin = surface.halfedges[1].twin;
+        let mut maps = vec![
+            AtlasMap {
+                origin: Vec2::ZERO,
+                du: Vec2::X,
+                dv: Vec2::Y
+            };
+            12
+        ];
+        maps[0] = AtlasMap {
+            origin: Vec2::splat(4.0),
+            du: Vec2::new(8.0, 0.0),
+            dv: Vec2::new(0.0, 8.0),
         };
-        let mut in_gutter = [(0, 0.0); 4];
-        let mut in_gutter_count = 0;
-        let corner = (position - 0.5).floor();
-        let far = position - 0.5 - corner;
-        for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let along = |far: f64, k: u32| if k == 1 { far } else { 1.0 - far };
-            let weight = along(far.x, x) * along(far.y, y);
-            if weight < LEAST_TAP {
-                continue;
-            }
-            // Every texel read is in the texture: charts have a gutter all round.
-            let texel = (corner.y as u32 + y) * pitch + corner.x as u32 + x;
-            if owner[texel as usize] != NONE {
-                taps.push(texel, weight as f32);
-            } else if let Some(found) = finder.find(texel) {
-                in_gutter[in_gutter_count] = (found, weight as f32);
-                in_gutter_count += 1;
-            }
-        }
-        taps.owned = taps.count;
-        for &(found, weight) in &in_gutter[..in_gutter_count] {
-            taps.push(found, weight);
-        }
-        assert!(
-            taps.count > 0,
-            "no texel under the surface at {position} of the atlas"
-        );
-        taps
-    }
-
-    fn push(&mut self, index: u32, weight: f32) {
-        self.index[self.count as usize] = index;
-        self.weight[self.count as usize] = weight;
-        self.count += 1;
-    }
-
-    fn owned(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
-        self.range(0, self.owned)
-    }
-
-    fn in_gutter(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
-        self.range(self.owned, self.count)
-    }
-
-    fn range(&self, from: u8, to: u8) -> impl Iterator<Item = (u32, f32)> + '_ {
-        (from as usize..to as usize).map(|k| (self.index[k], self.weight[k]))
-    }
-
-    fn all_owned(&self) -> bool {
-        self.owned == self.count
-    }
-}
-
-/// Owned texels and their weights, heaviest first; the weights sum to 1 unless there are none.
-#[derive(Clone, Copy, Debug, Default)]
-struct Row {
-    texel: [u32; ROW_CAPACITY],
-    weight: [f32; ROW_CAPACITY],
-    count: u8,
-}
-
-impl Row {
-    /// Weights of the same texel are added up, in the order in which they come.
-    fn of(entries: impl Iterator<Item = (u32, f32)>) -> Self {
-        let mut merged = [(0, 0.0); 4 * ROW_CAPACITY];
-        let mut count = 0;
-        for (texel, weight) in entries {
-            match merged[..count].iter_mut().find(|entry| entry.0 == texel) {
-                Some(entry) => entry.1 += weight,
-                None => {
-                    merged[count] = (texel, weight);
-                    count += 1;
-                }
-            }
-        }
-        let merged = &mut merged[..count];
-        merged.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let kept = &merged[..count.min(ROW_CAPACITY)];
-        let sum: f32 = kept.iter().map(|entry| entry.1).sum();
-        let mut row = Self {
-            count: kept.len() as u8,
-            ..Self::default()
+        // Its centre is beyond edge 1, the hypotenuse; the weight of corner 0 says how far.
+        let gutter_texel = GutterTexel {
+            texel: 8 * 64 + 8,
+            triangle: 0,
         };
-        for (k, &(texel, weight)) in kept.iter().enumerate() {
-            row.texel[k] = texel;
-            row.weight[k] = weight / sum;
-        }
-        row
-    }
-
-    fn entries(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
-        (0..self.count as usize).map(|k| (self.texel[k], self.weight[k]))
-    }
-
-    fn differs_from(&self, other: &Row) -> bool {
-        self.count != other.count
-            || self
-                .entries()
-                .zip(other.entries())
-                .any(|(a, b)| a.0 != b.0 || (a.1 - b.1).abs() > SETTLED)
-    }
-
-    /// Keeps the four heaviest and makes the weights sum to exactly 1, in whatever order they are added.
-    fn into_seam(self, texel: u32) -> Seam {
-        assert!(self.count > 0, "gutter texel {texel} has no owned texel");
-        let count = self.count.min(4) as usize;
-        let sum: f64 = self.weight[..count].iter().map(|&w| f64::from(w)).sum();
-        let mut source = [self.texel[0]; 4];
-        let mut units = [0.0; 4];
-        for k in 0..count {
-            source[k] = self.texel[k];
-            units[k] = (f64::from(self.weight[k]) / sum * WEIGHT_UNITS).round();
-        }
-        units[0] += WEIGHT_UNITS - units.iter().sum::<f64>();
-        Seam {
-            texel,
-            source,
-            weight: units.map(|unit| (unit / WEIGHT_UNITS) as f32),
-        }
-    }
-}
-
-/// What the gutter texels are filled from, in owned texels only.
-///
-/// Reads that touch no gutter texel are rows already. The others, the *open* ones, have a slot each; a sweep replaces
-/// their gutter texels by the rows of the sweep before, so the order of work does not matter.
-struct Rows<'a> {
-    taps: &'a [Taps],
-    /// Per gutter texel: its slot, or [`NONE`].
-    slots: Vec<u32>,
-    /// Per slot: the gutter texel's index.
-    open: Vec<u32>,
-    /// Per slot: the row as far as it is resolved.
-    rows: Vec<Row>,
-}
-
-impl<'a> Rows<'a> {
-    fn resolve(taps: &'a [Taps]) -> Self {
-        let open: Vec<u32> = (0..taps.len() as u32)
-            .filter(|&k| !taps[k as usize].all_owned())
-            .collect();
-        let mut slots = vec![NONE; taps.len()];
-        for (slot, &k) in open.iter().enumerate() {
-            slots[k as usize] = slot as u32;
-        }
-        let rows = open
-            .par_iter()
-            .map(|&k| Row::of(taps[k as usize].owned()))
-            .collect();
-        let mut rows = Self {
-            taps,
-            slots,
-            open,
-            rows,
-        };
-        let mut active: Vec<u32> = (0..rows.open.len() as u32).collect();
-        for _ in 0..MAX_SWEEPS {
-            let changed = rows.sweep(&active);
-            active = rows.slots_that_read(&changed);
-            if active.is_empty() {
-                break;
-            }
-        }
-        rows
-    }
-
-    /// Renews the rows in some slots; says for every slot whether its row changed.
-    fn sweep(&mut self, active: &[u32]) -> Vec<bool> {
-        let renewed: Vec<Row> = active
-            .par_iter()
-            .map(|&slot| {
-                let taps = &self.taps[self.open[slot as usize] as usize];
-                let behind = taps.in_gutter().flat_map(|(k, weight)| {
-                    let row = self.row(k);
-                    (0..row.count as usize).map(move |i| (row.texel[i], row.weight[i] * weight))
-                });
-                Row::of(taps.owned().chain(behind))
-            })
-            .collect();
-        let mut changed = vec![false; self.open.len()];
-        for (&slot, row) in active.iter().zip(renewed) {
-            changed[slot as usize] = row.differs_from(&self.rows[slot as usize]);
-            self.rows[slot as usize] = row;
-        }
-        changed
-    }
-
-    fn slots_that_read(&self, changed: &[bool]) -> Vec<u32> {
-        (0..self.open.len() as u32)
-            .into_par_iter()
-            .filter(|&slot| {
-                let taps = &self.taps[self.open[slot as usize] as usize];
-                taps.in_gutter().any(|(k, _)| {
-                    let slot = self.slots[k as usize];
-                    slot != NONE && changed[slot as usize]
-                })
-            })
-            .collect()
-    }
-
-    /// The row of a gutter texel, by its index in the list of them.
-    fn row(&self, index: u32) -> Row {
-        match self.slots[index as usize] {
-            NONE => Row::of(self.taps[index as usize].owned()),
-            slot => self.rows[slot as usize],
-        }
+        let outside = (8.5 - 4.0) / 8.0 * 2.0 - 1.0;
+        let end = unfold(&surface, &maps, 64, gutter_texel);
+        let uv = Affine::of(&maps[twin as usize / 3]).uv_of(end);
+        // The weight of the twin's apex is how far behind the shared edge the walk ended.
+        let weights = [1.0 - uv.x - uv.y, uv.x, uv.y];
+        let apex = weights[(twin as usize % 3 + 2) % 3];
+        assert!((apex - outside).abs() < 1e-5, "{apex} instead of {outside}");
     }
 }

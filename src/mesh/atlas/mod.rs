@@ -14,6 +14,7 @@
 
 mod grid;
 mod gutter;
+mod rows;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -22,16 +23,14 @@ use std::fmt;
 
 use glam::Vec2;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 
-/// The largest texture side; positions in it keep ten bits below the texel in single precision.
-pub const MAX_SIZE: u32 = 16_384;
+/// The largest texture side; positions in it keep nine bits below the texel in single precision.
+pub const MAX_SIZE: u32 = 32_768;
 
 /// How triangles are laid out in the texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtlasMethod {
     /// Square cells of one size, two neighbouring triangles in each.
     #[default]
@@ -103,9 +102,6 @@ pub enum AtlasError {
         /// The smallest texture side that works.
         needed: u64,
     },
-    /// A check of [`Atlas::validate`] failed; the text says which and where.
-    #[error("the atlas is broken: {0}")]
-    Broken(String),
 }
 
 fn room_advice(needed: u64) -> String {
