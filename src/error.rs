@@ -16,6 +16,18 @@ pub enum Error {
     /// A scene cannot be had as asked for.
     #[error(transparent)]
     Scene(#[from] crate::scene::SceneError),
+    /// The device, or something on it, failed.
+    #[error(transparent)]
+    Gpu(#[from] crate::gpu::GpuError),
+    /// A mesh cannot be used.
+    #[error(transparent)]
+    Mesh(#[from] crate::mesh::MeshError),
+    /// The triangles have no room in the texture.
+    #[error(transparent)]
+    Atlas(#[from] crate::mesh::atlas::AtlasError),
+    /// A scene cannot be used.
+    #[error(transparent)]
+    Scene(#[from] crate::scene::SceneError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),

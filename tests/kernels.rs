@@ -8,7 +8,8 @@ use myxo::gpu::{Buffer, Context, Domain, Pipeline, Threads};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::settings::{Border, Settings};
 use myxo::sim::kernels::{
-    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, ExchangeSeams, ExchangeSeamsArgs, ExchangeSeamsParams,
+    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, ExchangeSeams, ExchangeSeamsArgs,
+    ExchangeSeamsParams,
 };
 use myxo::sim::types::Seam;
 use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, TINY_TRAIL, twin};
@@ -22,9 +23,21 @@ fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffe
 
 /// Random values in [0, 1), the nasty ones planted first: zero, the largest, a denormal, values about the threshold.
 fn trail_values(count: usize, seed: u32) -> Vec<f32> {
-    let planted = [0.0, 1e30, 1e-40, TINY_TRAIL, 0.5 * TINY_TRAIL, 2.5 * TINY_TRAIL];
+    let planted = [
+        0.0,
+        1e30,
+        1e-40,
+        TINY_TRAIL,
+        0.5 * TINY_TRAIL,
+        2.5 * TINY_TRAIL,
+    ];
     (0..count)
-        .map(|i| planted.get(i).copied().unwrap_or_else(|| unit(random(seed, i as u32, 0, Purpose::Start)[0])))
+        .map(|i| {
+            planted
+                .get(i)
+                .copied()
+                .unwrap_or_else(|| unit(random(seed, i as u32, 0, Purpose::Start)[0]))
+        })
         .collect()
 }
 
@@ -33,7 +46,10 @@ fn assert_near(what: &str, kernel: &[f32], twin: &[f32], relative: f32) {
     for (i, (&a, &b)) in kernel.iter().zip(twin).enumerate() {
         // The threshold below which a value becomes zero may fall between two roundings of the same value.
         let bound = relative * a.abs().max(b.abs()) + 1.01 * TINY_TRAIL;
-        assert!((a - b).abs() <= bound, "{what}, element {i}: kernel {a}, twin {b}");
+        assert!(
+            (a - b).abs() <= bound,
+            "{what}, element {i}: kernel {a}, twin {b}"
+        );
     }
 }
 
@@ -44,10 +60,18 @@ fn diffuse_agrees_with_its_twin() {
         for distance in 1..=4 {
             let texels = (width * rows) as usize;
             let trail = trail_values(texels, 3);
-            let deposits: Vec<u32> = (0..texels as u32).map(|i| random(5, i, 0, Purpose::Start)[1] % 4).collect();
+            let deposits: Vec<u32> = (0..texels as u32)
+                .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
+                .collect();
             // A third of the texels belongs to nobody, some whole groups of four among them.
             let density: Vec<f32> = (0..texels as u32)
-                .map(|i| if (i / 8) % 3 == 0 || i % 7 == 0 { 0.0 } else { 0.5 + (i % 5) as f32 * 0.3 })
+                .map(|i| {
+                    if (i / 8) % 3 == 0 || i % 7 == 0 {
+                        0.0
+                    } else {
+                        0.5 + (i % 5) as f32 * 0.3
+                    }
+                })
                 .collect();
             let untouched = trail_values(texels, 11);
             let previous: Vec<u32> = (0..texels as u32).collect();
@@ -62,7 +86,15 @@ fn diffuse_agrees_with_its_twin() {
                 tiny: TINY_TRAIL,
             };
             let (mut twin_trail, mut twin_previous) = (untouched.clone(), previous.clone());
-            twin::diffuse(&constants, &params, &trail, &deposits, &density, &mut twin_trail, &mut twin_previous);
+            twin::diffuse(
+                &constants,
+                &params,
+                &trail,
+                &deposits,
+                &density,
+                &mut twin_trail,
+                &mut twin_previous,
+            );
 
             let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &constants).unwrap();
             let trail = buffer(&gpu.ctx, "trail", &trail);
@@ -85,8 +117,17 @@ fn diffuse_agrees_with_its_twin() {
                 );
             });
             let what = format!("{width} x {rows}, distance {distance}");
-            assert_eq!(gpu.ctx.download(&previous).unwrap(), twin_previous, "{what}");
-            assert_near(&what, &gpu.ctx.download(&next_trail).unwrap(), &twin_trail, 1e-6);
+            assert_eq!(
+                gpu.ctx.download(&previous).unwrap(),
+                twin_previous,
+                "{what}"
+            );
+            assert_near(
+                &what,
+                &gpu.ctx.download(&next_trail).unwrap(),
+                &twin_trail,
+                1e-6,
+            );
         }
     }
     gpu.finish();
@@ -104,7 +145,11 @@ fn exchange_seams_agrees_with_its_twin() {
                 let words = random(23, i, 0, Purpose::Start);
                 let weight = words.map(|w| unit(w) + 0.01);
                 let sum: f32 = weight.iter().sum();
-                Seam { texel: 2 * count - 1 - i, source: words.map(|w| w % count), weight: weight.map(|w| w / sum) }
+                Seam {
+                    texel: 2 * count - 1 - i,
+                    source: words.map(|w| w % count),
+                    weight: weight.map(|w| w / sum),
+                }
             })
             .collect();
         let mut expected = trail.clone();
@@ -115,11 +160,19 @@ fn exchange_seams_agrees_with_its_twin() {
             rec.dispatch(
                 &pipeline,
                 Threads(count),
-                ExchangeSeamsArgs { seams: &seams, trail: &trail },
+                ExchangeSeamsArgs {
+                    seams: &seams,
+                    trail: &trail,
+                },
                 ExchangeSeamsParams { seam_count: count },
             );
         });
-        assert_near(&format!("{count} seams"), &gpu.ctx.download(&trail).unwrap(), &expected, 1e-6);
+        assert_near(
+            &format!("{count} seams"),
+            &gpu.ctx.download(&trail).unwrap(),
+            &expected,
+            1e-6,
+        );
     }
     gpu.finish();
 }
@@ -175,16 +228,33 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
             ("heading h", m.heading_h, n.heading_h),
             ("pending", m.pending, n.pending),
         ] {
-            assert!((x - y).abs() <= bound, "{what}, particle {i}: {name} is {x} by the kernel, {y} by the twin");
+            assert!(
+                (x - y).abs() <= bound,
+                "{what}, particle {i}: {name} is {x} by the kernel, {y} by the twin"
+            );
         }
     }
     let count = gaps.len();
-    assert!(decided * 10 >= count * 7, "{what}: only {decided} of {count} particles decide clearly");
-    assert!(elsewhere * 500 <= count, "{what}: {elsewhere} of {count} particles end on another triangle");
+    assert!(
+        decided * 10 >= count * 7,
+        "{what}: only {decided} of {count} particles decide clearly"
+    );
+    assert!(
+        elsewhere * 500 <= count,
+        "{what}: {elsewhere} of {count} particles end on another triangle"
+    );
 
     // A particle that turned another way counts at two texels.
-    let moved: u64 = kernel.deposits.iter().zip(&twin.deposits).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();
-    assert!(moved <= 2 * (count - decided + elsewhere + count / 500) as u64, "{what}: {moved} deposits lie elsewhere");
+    let moved: u64 = kernel
+        .deposits
+        .iter()
+        .zip(&twin.deposits)
+        .map(|(&a, &b)| u64::from(a.abs_diff(b)))
+        .sum();
+    assert!(
+        moved <= 2 * (count - decided + elsewhere + count / 500) as u64,
+        "{what}: {moved} deposits lie elsewhere"
+    );
     assert_eq!(kernel.deposits.iter().sum::<u32>(), count as u32, "{what}");
 }
 
@@ -218,7 +288,11 @@ fn advance_agrees_with_its_twin() {
             s.trail.diffusion_distance = 2;
         }),
     ];
-    for mesh in ["builtin:cube", "builtin:torus?major=24&minor=16", "builtin:plane"] {
+    for mesh in [
+        "builtin:cube",
+        "builtin:torus?major=24&minor=16",
+        "builtin:plane",
+    ] {
         for (name, change) in variants {
             let scene = scene(mesh, |s| {
                 s.objects[0].rotation = [20.0, 30.0, 40.0];
@@ -261,10 +335,17 @@ fn settings_reach_the_kernels() {
     });
     let setup = Setup::new(&scene).unwrap();
     let params = StepParams::new(&scene.settings, &setup, 9).advance;
-    assert_eq!((params.speed, params.sensor_offset, params.gravity_weight), (0.5, 1.0, 2.0));
+    assert_eq!(
+        (params.speed, params.sensor_offset, params.gravity_weight),
+        (0.5, 1.0, 2.0)
+    );
     assert!(params.sensor_cos.abs() < 1e-6 && (params.sensor_sin - 1.0).abs() < 1e-6);
     assert!((params.rotation_cos + 1.0).abs() < 1e-6);
     assert_eq!(params.time_step, 9);
     let constants = StepConstants::new(&scene.settings);
-    assert!(constants.advance.gravity && !constants.advance.sensor_noise && constants.advance.border_reflects);
+    assert!(
+        constants.advance.gravity
+            && !constants.advance.sensor_noise
+            && constants.advance.border_reflects
+    );
 }

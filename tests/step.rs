@@ -5,8 +5,8 @@ mod common;
 use common::{Gpu, gpu, scene, scene_of};
 use glam::{DVec2, DVec3};
 use myxo::gpu::Frames;
-use myxo::mesh::surface::Surface;
 use myxo::mesh::suite;
+use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
@@ -60,16 +60,26 @@ fn resumed_run_ends_in_the_same_hash() {
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("half.ckpt");
-    Checkpoint { scene: scene.settings.to_toml(), snapshot: half }.write(&path).unwrap();
+    Checkpoint {
+        scene: scene.settings.to_toml(),
+        snapshot: half,
+    }
+    .write(&path)
+    .unwrap();
     let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
-    resumed.restore(&Checkpoint::read(&path).unwrap().snapshot).unwrap();
+    resumed
+        .restore(&Checkpoint::read(&path).unwrap().snapshot)
+        .unwrap();
     advance(&gpu, &mut resumed, 23);
     assert_eq!(resumed.snapshot().unwrap().hash(), whole.hash());
 
     let smaller = common::scene("builtin:icosphere", |s| s.particles.count = 4999);
     let mut other = Simulation::new(&gpu.ctx, &smaller).unwrap();
     let error = other.restore(&whole).unwrap_err().to_string();
-    assert!(error.contains("5000 particles") && error.contains("4999"), "{error}");
+    assert!(
+        error.contains("5000 particles") && error.contains("4999"),
+        "{error}"
+    );
     gpu.finish();
 }
 
@@ -77,10 +87,16 @@ fn resumed_run_ends_in_the_same_hash() {
 fn assert_deposits_are_counted(setup: &Setup, state: &Snapshot) {
     let mut expected = vec![0; state.deposits.len()];
     for p in &state.particles {
-        let texel = texel_at(atlas_position(&setup.atlas.maps[p.triangle as usize], p.u, p.v), setup.atlas.pitch);
+        let texel = texel_at(
+            atlas_position(&setup.atlas.maps[p.triangle as usize], p.u, p.v),
+            setup.atlas.pitch,
+        );
         expected[texel as usize] += 1;
     }
-    assert!(state.deposits == expected, "the deposits are not the particles' texels");
+    assert!(
+        state.deposits == expected,
+        "the deposits are not the particles' texels"
+    );
 }
 
 #[test]
@@ -99,11 +115,15 @@ fn nothing_is_lost_on_any_mesh() {
             by_twin.step();
         }
         let state = by_twin.snapshot();
-        state.validate(&setup).unwrap_or_else(|problem| panic!("{name}, by twin: {problem}"));
+        state
+            .validate(&setup)
+            .unwrap_or_else(|problem| panic!("{name}, by twin: {problem}"));
         assert_deposits_are_counted(&setup, &state);
         let Some(gpu) = &gpu else { continue };
         let state = run(gpu, &scene, 20);
-        state.validate(&setup).unwrap_or_else(|problem| panic!("{name}: {problem}"));
+        state
+            .validate(&setup)
+            .unwrap_or_else(|problem| panic!("{name}: {problem}"));
         assert_deposits_are_counted(&setup, &state);
     }
     if let Some(gpu) = gpu {
@@ -123,7 +143,13 @@ fn trail_loses_exactly_what_decay_takes() {
     let mut state = simulation.snapshot().unwrap();
     let owned = |texel: usize| simulation.setup().atlas.density[texel] > 0.0;
     let mut expected: Vec<f32> = (0..state.trail.len())
-        .map(|texel| if owned(texel) { 10.0f32.powi(-((texel % 25) as i32)) } else { 0.0 })
+        .map(|texel| {
+            if owned(texel) {
+                10.0f32.powi(-((texel % 25) as i32))
+            } else {
+                0.0
+            }
+        })
         .collect();
     state.trail.clone_from(&expected);
     simulation.restore(&state).unwrap();
@@ -137,7 +163,8 @@ fn trail_loses_exactly_what_decay_takes() {
         }
     }
     let after = simulation.snapshot().unwrap();
-    for texel in (0..expected.len()).filter(|&texel| simulation.setup().atlas.density[texel] > 0.0) {
+    for texel in (0..expected.len()).filter(|&texel| simulation.setup().atlas.density[texel] > 0.0)
+    {
         assert_eq!(after.trail[texel], expected[texel], "texel {texel}");
     }
     gpu.finish();
@@ -162,7 +189,10 @@ fn constant_trail_stays_constant() {
         let after = simulation.snapshot().unwrap();
         for (texel, &value) in after.trail.iter().enumerate() {
             if simulation.setup().atlas.density[texel] > 0.0 {
-                assert!((value - 3.0).abs() < 1e-4, "distance {distance}: {value} at texel {texel}");
+                assert!(
+                    (value - 3.0).abs() < 1e-4,
+                    "distance {distance}: {value} at texel {texel}"
+                );
             }
         }
     }
@@ -170,7 +200,8 @@ fn constant_trail_stays_constant() {
 }
 
 fn position(surface: &Surface, point: SurfacePoint) -> DVec3 {
-    let [a, b, c] = surface.corners[point.triangle as usize].map(|i| surface.positions[i as usize].as_dvec3());
+    let [a, b, c] =
+        surface.corners[point.triangle as usize].map(|i| surface.positions[i as usize].as_dvec3());
     a + point.u * (b - a) + point.v * (c - a)
 }
 
@@ -194,7 +225,10 @@ fn straight_walks_stay_straight_and_what_is_pending_is_walked() {
         for _ in 0..steps {
             advance(&gpu, &mut simulation, 1);
             let state = simulation.snapshot().unwrap();
-            most_pending = state.motions.iter().fold(most_pending, |most, m| most.max(m.pending));
+            most_pending = state
+                .motions
+                .iter()
+                .fold(most_pending, |most, m| most.max(m.pending));
         }
         assert_eq!(most_pending > 0.0, some_pending, "{attempts} attempts");
         let after = simulation.snapshot().unwrap();
@@ -204,20 +238,35 @@ fn straight_walks_stay_straight_and_what_is_pending_is_walked() {
             .filter(|&i| f64::from(after.motions[i].pending) < 0.999 * speed)
             .map(|i| {
                 let (p, m) = (before.particles[i], before.motions[i]);
-                let start = SurfacePoint { triangle: p.triangle, u: f64::from(p.u), v: f64::from(p.v) };
+                let start = SurfacePoint {
+                    triangle: p.triangle,
+                    u: f64::from(p.u),
+                    v: f64::from(p.v),
+                };
                 let heading = DVec2::new(f64::from(m.heading_p), f64::from(m.heading_h));
                 let length = f64::from(steps) * speed - f64::from(after.motions[i].pending);
                 let end = walk(surface, start, heading, length, None, BorderRule::Reflect);
                 let p = after.particles[i];
-                let here = SurfacePoint { triangle: p.triangle, u: f64::from(p.u), v: f64::from(p.v) };
+                let here = SurfacePoint {
+                    triangle: p.triangle,
+                    u: f64::from(p.u),
+                    v: f64::from(p.v),
+                };
                 position(surface, end.point).distance(position(surface, here))
             })
             .collect();
-        assert!(misses.len() > 300, "{attempts} attempts: only {} particles keep up", misses.len());
+        assert!(
+            misses.len() > 300,
+            "{attempts} attempts: only {} particles keep up",
+            misses.len()
+        );
         misses.sort_by(f64::total_cmp);
         // The pending length is capped at one step; the few that lost some of it are in the last tenth.
         let nine_tenths = misses[misses.len() * 9 / 10];
-        assert!(nine_tenths < 1e-4, "{attempts} attempts: nine tenths are within {nine_tenths}");
+        assert!(
+            nine_tenths < 1e-4,
+            "{attempts} attempts: nine tenths are within {nine_tenths}"
+        );
     }
     gpu.finish();
 }
@@ -234,11 +283,17 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
     simulation.apply(&settings).unwrap();
     advance(&gpu, &mut simulation, 1);
     let state = simulation.snapshot().unwrap();
-    assert!(state.trail.iter().all(|&t| t == 0.0), "the new decay leaves nothing");
+    assert!(
+        state.trail.iter().all(|&t| t == 0.0),
+        "the new decay leaves nothing"
+    );
     assert_eq!(state.step, 4);
 
     settings.particles.count += 1;
     let error = simulation.apply(&settings).unwrap_err().to_string();
-    assert!(error.contains("particles.count") && error.contains("restart"), "{error}");
+    assert!(
+        error.contains("particles.count") && error.contains("restart"),
+        "{error}"
+    );
     gpu.finish();
 }

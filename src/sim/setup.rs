@@ -7,10 +7,10 @@ use super::params::seed_word;
 use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
-use crate::mesh::atlas::{Atlas, AtlasOptions};
+use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
-use crate::scene::settings::Start;
+use crate::scene::settings::{self, Start};
 
 /// The state of a scene at step 0, on the host.
 #[derive(Clone, Debug)]
@@ -43,6 +43,9 @@ impl Setup {
         let atlas = Atlas::build(
             &scene.surface,
             &AtlasOptions {
+                method: match settings.atlas.method {
+                    settings::AtlasMethod::Grid => AtlasMethod::Grid,
+                },
                 size: settings.atlas.size,
                 cell_size: settings.atlas.cell_size,
                 gutter: settings.trail.diffusion_distance.max(1),
@@ -57,7 +60,8 @@ impl Setup {
         Ok(Self {
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: vertices(&scene.surface),
-            poses: scene.world_from_object().into_iter().map(Pose::from).collect(),
+            poses: scene
+                .world_from_object().into_iter().map(Pose::from).collect(),
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
@@ -84,7 +88,7 @@ fn start_place(scene: &Scene) -> StartPlace {
         Start::Point => StartPlace::Point(centre()),
         Start::Ring => StartPlace::Ring {
             centre: centre(),
-            distance: f64::from(particles.start_radius * scene.radius),
+            radius: f64::from(particles.start_radius * scene.radius),
         },
     }
 }

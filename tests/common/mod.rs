@@ -19,13 +19,18 @@ pub struct Gpu {
 /// # Panics
 /// When there is no device and nothing allows that.
 pub fn gpu() -> Option<Gpu> {
-    match Context::new(&ContextOptions { validation: true, ..ContextOptions::default() }) {
+    match Context::new(&ContextOptions {
+        validation: true,
+        ..ContextOptions::default()
+    }) {
         Ok(ctx) => Some(Gpu { ctx }),
         Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
             eprintln!("skipped: {error}");
             None
         }
-        Err(error) => panic!("{error}\n(MYXO_ALLOW_NO_DEVICE=1 skips the tests that need a device)"),
+        Err(error) => {
+            panic!("{error}\n(MYXO_ALLOW_NO_DEVICE=1 skips the tests that need a device)")
+        }
     }
 }
 
@@ -42,7 +47,11 @@ impl Gpu {
     /// Fails the test if the validation layers said anything.
     pub fn finish(self) {
         let messages = self.ctx.messages();
-        assert!(messages.is_empty(), "validation messages:\n{}", messages.join("\n"));
+        assert!(
+            messages.is_empty(),
+            "validation messages:\n{}",
+            messages.join("\n")
+        );
     }
 }
 
@@ -53,7 +62,7 @@ pub fn scene(mesh: &str, change: impl FnOnce(&mut Settings)) -> Scene {
     settings.particles.count = 5000;
     settings.atlas.size = 256;
     change(&mut settings);
-    Scene::from_settings("test", settings, std::path::Path::new(".")).unwrap()
+    Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap()
 }
 
 /// A scene of a mesh in memory.
@@ -62,7 +71,7 @@ pub fn scene_of(mesh: Mesh, change: impl FnOnce(&mut Settings)) -> Scene {
     settings.particles.count = 5000;
     settings.atlas.size = 256;
     change(&mut settings);
-    Scene::from_meshes("test", settings, vec![mesh]).unwrap()
+    Scene::from_meshes("test".to_owned(), settings, vec![mesh], ".".into()).unwrap()
 }
 
 /// Sizes at which kernels break: nothing, one, about a group, about several.
