@@ -13,6 +13,9 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A picture or a video could not be written.
+    #[error(transparent)]
+    Output(#[from] crate::render::output::OutputError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),
