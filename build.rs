@@ -1,1 +1,3 @@
-fn main() { let _c = shaderc::Compiler::new().unwrap(); }
+fn main() {
+    let _c = shaderc::Compiler::new().unwrap();
+}
