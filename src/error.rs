@@ -13,9 +13,6 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A scene cannot be had as asked for.
-    #[error(transparent)]
-    Scene(#[from] crate::scene::SceneError),
     /// The device, or something on it, failed.
     #[error(transparent)]
     Gpu(#[from] crate::gpu::GpuError),
@@ -28,6 +25,9 @@ pub enum Error {
     /// A scene cannot be used.
     #[error(transparent)]
     Scene(#[from] crate::scene::SceneError),
+    /// A picture or a video could not be written.
+    #[error(transparent)]
+    Output(#[from] crate::render::output::OutputError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),

@@ -4,4 +4,5 @@ pub mod camera;
 pub mod colormap;
 pub mod exposure;
 pub mod normals;
+pub mod output;
 pub mod pick;

@@ -142,7 +142,7 @@ impl Simulation {
         self.ctx.upload(&self.state.motions, &snapshot.motions)?;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx.upload(&self.state.deposits.back, &snapshot.deposits)?;
-        self.ctx.clear(&self.state.deposits.front)?;
+        self.ctx.fill(&self.state.deposits.front, 0)?;
         self.step = snapshot.step;
         Ok(())
     }

@@ -8,7 +8,7 @@ use super::kernels::{Advance, Diffuse, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
 use super::types::{AtlasMap, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex};
-use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline};
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
@@ -42,8 +42,8 @@ pub struct PingPong<T> {
 impl<T: Pod> PingPong<T> {
     fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
         Ok(Self {
-            front: Buffer::new(ctx, &format!("{name}.front"), len, Domain::Device)?,
-            back: Buffer::new(ctx, &format!("{name}.back"), len, Domain::Device)?,
+            front: Buffer::zeroed(ctx, &format!("{name}.front"), len)?,
+            back: Buffer::zeroed(ctx, &format!("{name}.back"), len)?,
         })
     }
 
@@ -85,32 +85,19 @@ impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
         let texels = setup.atlas.density.len();
-        let state = Self {
-            particles: filled(ctx, "particles", &setup.particles)?,
-            motions: filled(ctx, "motions", &setup.motions)?,
+        Ok(Self {
+            particles: Buffer::from_slice(ctx, "particles", &setup.particles)?,
+            motions: Buffer::from_slice(ctx, "motions", &setup.motions)?,
             trail: PingPong::new(ctx, "trail", texels)?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
-            density: filled(ctx, "density", &setup.atlas.density)?,
-            seams: filled(ctx, "seams", &setup.atlas.seams)?,
-            triangles: filled(ctx, "triangles", &setup.surface.triangles)?,
-            halfedges: filled(ctx, "halfedges", &setup.surface.halfedges)?,
-            atlas_maps: filled(ctx, "atlas_maps", &setup.atlas.maps)?,
-            corners: filled(ctx, "corners", &setup.corners)?,
-            vertices: filled(ctx, "vertices", &setup.vertices)?,
-            poses: filled(ctx, "poses", &setup.poses)?,
-        };
-        for trail in [&state.trail.front, &state.trail.back] {
-            ctx.clear(trail)?;
-        }
-        for deposits in [&state.deposits.front, &state.deposits.back] {
-            ctx.clear(deposits)?;
-        }
-        Ok(state)
+            density: Buffer::from_slice(ctx, "density", &setup.atlas.density)?,
+            seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
+            triangles: Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,
+            halfedges: Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
+            atlas_maps: Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?,
+            corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
+            vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
+            poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+        })
     }
-}
-
-fn filled<T: Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Result<Buffer<T>, GpuError> {
-    let buffer = Buffer::new(ctx, name, data.len(), Domain::Device)?;
-    ctx.upload(&buffer, data)?;
-    Ok(buffer)
 }
