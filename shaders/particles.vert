@@ -5,11 +5,12 @@
 // Overflow: cannot happen; the draw has as many points as there are particles.
 #version 460
 #include "types.glsl"
+#include "shading.glsl"
 
 layout(set = 0, binding = 0) readonly buffer Particles { Particle particles[]; };
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Vertices { Vertex vertices[]; };
-layout(set = 0, binding = 3) readonly buffer Poses { mat4 poses[]; };
+layout(set = 0, binding = 3) readonly buffer Poses { Pose poses[]; };
 layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 
 #include "colormap.glsl"
@@ -24,7 +25,7 @@ void main() {
     vec3 b = vertices[corners[first + 1u]].position;
     vec3 c = vertices[corners[first + 2u]].position;
     vec3 on_surface = a.position + particle.u * (b - a.position) + particle.v * (c - a.position);
-    vec3 position = (poses[a.object] * vec4(on_surface, 1.0)).xyz;
+    vec3 position = place_in_world(poses[a.object], on_surface);
 
     // A little towards the eye, so that the surface does not swallow half of the point.
     position += params.lift * normalize(params.eye - position);

@@ -12,7 +12,7 @@ layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 1) readonly buffer Vertices { Vertex vertices[]; };
 layout(set = 0, binding = 2) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 3) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
-layout(set = 0, binding = 4) readonly buffer Poses { mat4 poses[]; };
+layout(set = 0, binding = 4) readonly buffer Poses { Pose poses[]; };
 
 layout(location = 0) out vec3 position;
 layout(location = 1) out vec3 normal;
@@ -25,11 +25,11 @@ void main() {
     uint triangle = corner / 3u;
     uint k = corner - 3u * triangle;
     Vertex vertex = vertices[corners[corner]];
-    mat4 world_from_object = poses[vertex.object];
+    Pose pose = poses[vertex.object];
     AtlasMap map = atlas_maps[triangle];
 
-    position = (world_from_object * vec4(vertex.position, 1.0)).xyz;
-    normal = mat3(world_from_object) * unpack_normal(normals[corner]);
+    position = place_in_world(pose, vertex.position);
+    normal = turn_to_world(pose, unpack_normal(normals[corner]));
     uv = vec2(k == 1u, k == 2u);
     atlas_origin = map.origin;
     atlas_axes = vec4(map.du, map.dv);

@@ -1,8 +1,10 @@
-// shading: the light that every object stands in, and what pictures share: packed normals, dither.
+// shading: the light that every object stands in, and what pictures share: poses, packed normals, dither.
 // All colours are linear light; the format of the image that is drawn to encodes them to sRGB.
 
 #ifndef MYXO_SHADING
 #define MYXO_SHADING
+
+#include "types.glsl"
 
 // The material under the trail: dark, neutral, a little cool.
 const vec3 BARE = vec3(0.021, 0.022, 0.025);
@@ -12,6 +14,15 @@ const vec3 KEY = vec3(1.00, 0.96, 0.90) * 0.80;
 const vec3 DOME_ABOVE = vec3(0.30, 0.33, 0.38);
 const vec3 DOME_BELOW = vec3(0.09, 0.085, 0.08);
 const vec3 RIM = vec3(0.36, 0.42, 0.52);
+
+vec3 place_in_world(Pose pose, vec3 position_in_object) {
+    vec4 p = vec4(position_in_object, 1.0);
+    return vec3(dot(pose.x, p), dot(pose.y, p), dot(pose.z, p));
+}
+
+vec3 turn_to_world(Pose pose, vec3 direction_in_object) {
+    return vec3(dot(pose.x.xyz, direction_in_object), dot(pose.y.xyz, direction_in_object), dot(pose.z.xyz, direction_in_object));
+}
 
 // Inverse of `pack_normal` in src/render/normals.rs.
 vec3 unpack_normal(uint bits) {
