@@ -13,6 +13,9 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A scene cannot be had as asked for.
+    #[error(transparent)]
+    Scene(#[from] crate::scene::SceneError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),

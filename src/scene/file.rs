@@ -10,6 +10,7 @@ use super::parameters::{
     Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside, out_of_range,
 };
 use super::settings::{ObjectSettings, Settings};
+use super::suggest::{first_of, is_section, nearest, nearest_key};
 
 /// One thing that is wrong with a scene file, a preset or a `--set`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -365,10 +366,6 @@ fn set<T>(
                 ));
             }
         },
-        Kind::Flag { set, .. } => match value {
-            DeValue::Boolean(on) => set(target, *on),
-            other => return Some(wrong_type(full, "true or false", other)),
-        },
         Kind::Vector { range, set, .. } => {
             let components = match value {
                 DeValue::Array(array) => three(array),
@@ -441,65 +438,6 @@ fn describe(value: &DeValue<'_>) -> String {
 
 fn one_line(message: &str) -> String {
     message.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn is_section(key: &str) -> bool {
-    PARAMETERS
-        .iter()
-        .any(|parameter| parameter.section() == key)
-}
-
-fn first_of(section: &str) -> &'static str {
-    PARAMETERS
-        .iter()
-        .find(|parameter| parameter.section() == section)
-        .map_or("", |parameter| parameter.key)
-}
-
-/// The key that was probably meant: the same word in another section, or nearly the same key, or nearly the same word.
-fn nearest_key(unknown: &str) -> Option<String> {
-    let prefix = match unknown
-        .strip_prefix("object.")
-        .and_then(|rest| rest.split_once('.'))
-    {
-        Some((index, _)) => format!("object.{index}."),
-        None => "object.0.".to_owned(),
-    };
-    let objects = OBJECT_PARAMETERS.iter().map(|parameter| parameter.key);
-    let mut keys: Vec<String> = ["name", "mesh"]
-        .into_iter()
-        .chain(objects)
-        .map(|key| format!("{prefix}{key}"))
-        .collect();
-    let scene = PARAMETERS.iter().map(|parameter| parameter.key.to_owned());
-    // A mistyped key of an object is more likely an object's.
-    if unknown.starts_with("object.") {
-        keys.extend(scene);
-    } else {
-        keys.splice(0..0, scene);
-    }
-    let leaf = |key: &str| {
-        key.rsplit_once('.')
-            .map_or(key, |(_, leaf)| leaf)
-            .to_owned()
-    };
-    let with_leaf = |wanted: &str| keys.iter().find(|key| leaf(key) == wanted).cloned();
-    with_leaf(&leaf(unknown))
-        .or_else(|| nearest(unknown, keys.iter().map(String::as_str)).map(str::to_owned))
-        .or_else(|| {
-            let leaves: Vec<String> = keys.iter().map(|key| leaf(key)).collect();
-            with_leaf(nearest(&leaf(unknown), leaves.iter().map(String::as_str))?)
-        })
-}
-
-/// The candidate nearest to a mistyped word, if one is near enough to have been meant.
-pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (word.chars().count() / 3).clamp(1, 4);
-    candidates
-        .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
-        .filter(|&(distance, _)| distance <= limit)
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, candidate)| candidate)
 }
 
 impl Settings {

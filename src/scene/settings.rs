@@ -189,7 +189,7 @@ pub struct CameraSettings {
     pub azimuth: f32,
     /// Degrees above the horizon.
     pub elevation: f32,
-    /// From the target, in scene radii.
+    /// From the target, in scene radii; 0 for as far as shows every object whole.
     pub distance: f32,
     /// What the camera looks at, in scene radii from the scene's centre.
     pub target: [f32; 3],
@@ -202,7 +202,7 @@ impl Default for CameraSettings {
         Self {
             azimuth: 35.0,
             elevation: 25.0,
-            distance: 3.2,
+            distance: 0.0,
             target: [0.0; 3],
             field_of_view: 40.0,
         }
@@ -214,9 +214,11 @@ impl Default for CameraSettings {
 pub struct PictureSettings {
     /// Trail value that gets the brightest colour; 0 takes it from the picture's own range.
     pub brightest: f32,
-    /// Draws particles as points over the surface.
-    pub particles: bool,
-    /// Diameter of such a point, in pixels.
+    /// What is drawn.
+    pub show: Show,
+    /// Colours of the trail.
+    pub color_map: ColorMap,
+    /// Diameter of a drawn particle, in pixels.
     pub particle_size: f32,
     /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
     pub background: [f32; 3],
@@ -226,7 +228,8 @@ impl Default for PictureSettings {
     fn default() -> Self {
         Self {
             brightest: 0.0,
-            particles: false,
+            show: Show::Surface,
+            color_map: ColorMap::Myxo,
             particle_size: 1.5,
             background: [0.055, 0.06, 0.075],
         }
@@ -336,5 +339,41 @@ choice! {
         /// Each triangle in a cell of a regular grid, two to a cell.
         #[default]
         Grid = "grid",
+    }
+}
+
+choice! {
+    /// What pictures show.
+    Show {
+        /// The lit surface in the trail's colours.
+        #[default]
+        Surface = "surface",
+        /// The same, with every particle as a point over it.
+        Particles = "particles",
+        /// The atlas, unwrapped.
+        Atlas = "atlas",
+    }
+}
+
+choice! {
+    /// Colours of the trail, from none to much.
+    ColorMap {
+        /// The program's own: dark earth to slime yellow.
+        #[default]
+        Myxo = "myxo",
+        /// Blue to yellow by way of green, evenly.
+        Viridis = "viridis",
+        /// Black to white by way of purple and orange.
+        Magma = "magma",
+        /// Black to pale yellow by way of red.
+        Inferno = "inferno",
+        /// Blue to yellow by way of magenta.
+        Plasma = "plasma",
+        /// Dark blue to white.
+        Ice = "ice",
+        /// Dark to light green.
+        Moss = "moss",
+        /// Black to white.
+        Grayscale = "grayscale",
     }
 }
