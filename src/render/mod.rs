@@ -5,3 +5,4 @@ pub mod colormap;
 pub mod exposure;
 pub mod normals;
 pub mod pick;
+pub mod view;
