@@ -44,12 +44,12 @@ const ATLAS_ZOOM_RANGE: (f32, f32) = (0.5, 64.0);
 const ATLAS_MARGIN: f32 = 1.04;
 
 impl View {
-    /// The view that a scene's file asks for.
+    /// The view that a scene's file asks for, in a picture of `size` pixels.
     #[must_use]
-    pub fn of(scene: &Scene) -> Self {
+    pub fn of(scene: &Scene, size: Vec2) -> Self {
         let picture = &scene.settings.picture;
         Self {
-            camera: Camera::from_settings(&scene.settings.camera, scene.center, scene.radius),
+            camera: Camera::from_settings(&scene.settings.camera, scene.center, scene.radius, size),
             show: picture.show,
             color_map: picture.color_map,
             exposure: match picture.brightest {
@@ -70,17 +70,23 @@ impl View {
 }
 
 impl Camera {
-    /// The camera that a scene's file describes; `center` and `radius` are the scene's.
+    /// The camera that a scene's file describes; `center` and `radius` are the scene's. A distance of 0 is as near
+    /// as a picture of `size` pixels allows.
     #[must_use]
-    pub fn from_settings(settings: &CameraSettings, center: Vec3, radius: f32) -> Self {
-        Self {
-            target: center + radius * Vec3::from_array(settings.target),
+    pub fn from_settings(settings: &CameraSettings, center: Vec3, radius: f32, size: Vec2) -> Self {
+        let target = center + radius * Vec3::from_array(settings.target);
+        let mut camera = Self {
+            target,
             distance: radius * settings.distance,
             yaw: settings.azimuth.to_radians(),
             pitch: settings.elevation.to_radians().clamp(-MAX_PITCH, MAX_PITCH),
             vertical_fov: settings.field_of_view.to_radians(),
             scene_radius: radius,
+        };
+        if settings.distance <= 0.0 {
+            camera.fit(target, radius, size);
         }
+        camera
     }
 
     /// What a scene's file says about this camera.
@@ -151,7 +157,7 @@ mod tests {
             field_of_view: 30.0,
         };
         let center = Vec3::new(1.0, 2.0, 3.0);
-        let camera = Camera::from_settings(&settings, center, 10.0);
+        let camera = Camera::from_settings(&settings, center, 10.0, Vec2::ONE);
         assert_eq!(camera.target, Vec3::new(6.0, 2.0, 0.5));
         assert_eq!(camera.distance, 40.0);
         assert!(camera.eye().x > camera.target.x && camera.eye().y < camera.target.y);
@@ -168,13 +174,26 @@ mod tests {
     }
 
     #[test]
+    fn without_a_distance_the_scene_fills_the_picture() {
+        let settings = Settings::default().camera;
+        let size = Vec2::new(300.0, 200.0);
+        let camera = Camera::from_settings(&settings, Vec3::X, 2.0, size);
+        assert_eq!(camera, {
+            let mut fitted = camera;
+            fitted.fit(Vec3::X, 2.0, size);
+            fitted
+        });
+        assert!(camera.distance > 4.0 && camera.distance < 10.0);
+    }
+
+    #[test]
     fn a_camera_straight_above_keeps_an_upright() {
         let settings = CameraSettings {
             elevation: 90.0,
             ..Settings::default().camera
         };
-        let camera = Camera::from_settings(&settings, Vec3::ZERO, 1.0);
-        assert!(camera.clip_from_world(Vec2::new(100.0, 100.0)).is_finite());
+        let camera = Camera::from_settings(&settings, Vec3::ZERO, 1.0, Vec2::splat(100.0));
+        assert!(camera.clip_from_world(Vec2::splat(100.0)).is_finite());
         assert!(camera.up().is_normalized());
     }
 
