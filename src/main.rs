@@ -1,2 +1,4 @@
 //! The `myxo` executable.
+mod lab;
+
 fn main() {}

@@ -5,79 +5,14 @@
 //! [`LENGTH`] colours in LINEAR light, so that mixing and lighting are sums of light; the picture is encoded to sRGB
 //! once, by the format of the image that is drawn to.
 
-use std::str::FromStr;
-
 use glam::{Mat3, Vec3, Vec4};
+
+use crate::scene::settings::ColorMap;
 
 /// Entries of a table.
 pub const LENGTH: usize = 256;
 
-/// A colour map by name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Colormap {
-    /// From near black over ochre to the yellow of Physarum polycephalum.
-    #[default]
-    Myxo,
-    /// Blue, green, yellow; readable by everybody.
-    Viridis,
-    /// Black, purple, cream.
-    Magma,
-    /// Black, red, yellow.
-    Inferno,
-    /// Blue, purple, yellow.
-    Plasma,
-    /// Night blue to white.
-    Ice,
-    /// Deep forest to the light green of fresh moss.
-    Moss,
-    /// Black to white.
-    Grayscale,
-}
-
-/// A name that no colour map has.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no colour map {name:?}: did you mean {nearest:?}? There are {all}", all = Colormap::names())]
-pub struct UnknownColormap {
-    /// What was asked for.
-    pub name: String,
-    /// The most similar name that exists.
-    pub nearest: &'static str,
-}
-
-impl Colormap {
-    /// Every map, in the order of lists.
-    pub const ALL: [Self; 8] = [
-        Self::Myxo,
-        Self::Viridis,
-        Self::Magma,
-        Self::Inferno,
-        Self::Plasma,
-        Self::Ice,
-        Self::Moss,
-        Self::Grayscale,
-    ];
-
-    /// The name in options and lists.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Myxo => "myxo",
-            Self::Viridis => "viridis",
-            Self::Magma => "magma",
-            Self::Inferno => "inferno",
-            Self::Plasma => "plasma",
-            Self::Ice => "ice",
-            Self::Moss => "moss",
-            Self::Grayscale => "grayscale",
-        }
-    }
-
-    /// All names, for messages and help texts.
-    #[must_use]
-    pub fn names() -> String {
-        Self::ALL.map(Self::name).join(", ")
-    }
-
+impl ColorMap {
     /// The map after this one, round and round.
     #[must_use]
     pub fn next(self) -> Self {
@@ -153,31 +88,6 @@ impl Colormap {
         (0..LENGTH)
             .map(|i| self.color(i as f32 / (LENGTH - 1) as f32).extend(1.0))
             .collect()
-    }
-}
-
-impl std::fmt::Display for Colormap {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Colormap {
-    type Err = UnknownColormap;
-
-    fn from_str(name: &str) -> Result<Self, UnknownColormap> {
-        let wanted = name.trim().to_lowercase();
-        if let Some(map) = Self::ALL.into_iter().find(|map| map.name() == wanted) {
-            return Ok(map);
-        }
-        let nearest = Self::ALL.map(Self::name).into_iter().max_by(|a, b| {
-            let similarity = |candidate| strsim::jaro_winkler(&wanted, candidate);
-            similarity(a).total_cmp(&similarity(b))
-        });
-        Err(UnknownColormap {
-            name: name.to_owned(),
-            nearest: nearest.unwrap_or_default(),
-        })
     }
 }
 
@@ -271,10 +181,10 @@ mod tests {
     fn published_maps_are_met_between_the_control_points() {
         // Values of the published tables at quarters, which are not control points.
         for (map, first, quarter, three_quarters, last) in [
-            (Colormap::Viridis, 0x440154, 0x3b528b, 0x5dc863, 0xfde725),
-            (Colormap::Magma, 0x000004, 0x51127c, 0xfb8861, 0xfcfdbf),
-            (Colormap::Inferno, 0x000004, 0x56106e, 0xf98c0a, 0xfcffa4),
-            (Colormap::Plasma, 0x0d0887, 0x7e03a8, 0xf89441, 0xf0f921),
+            (ColorMap::Viridis, 0x440154, 0x3b528b, 0x5dc863, 0xfde725),
+            (ColorMap::Magma, 0x000004, 0x51127c, 0xfb8861, 0xfcfdbf),
+            (ColorMap::Inferno, 0x000004, 0x56106e, 0xf98c0a, 0xfcffa4),
+            (ColorMap::Plasma, 0x0d0887, 0x7e03a8, 0xf89441, 0xf0f921),
         ] {
             for (value, hex) in [
                 (0.0, first),
@@ -283,36 +193,36 @@ mod tests {
                 (1.0, last),
             ] {
                 let off = difference(map.color(value), hex);
-                assert!(off < 6.0, "{map} at {value} is {off} steps off");
+                assert!(off < 6.0, "{map:?} at {value} is {off} steps off");
             }
         }
     }
 
     #[test]
     fn every_map_grows_lighter_all_the_way() {
-        for map in Colormap::ALL {
+        for map in ColorMap::ALL {
             let lightness: Vec<f32> = map
                 .table()
                 .iter()
                 .map(|c| oklab_from_linear(c.truncate()).x)
                 .collect();
             for (i, pair) in lightness.windows(2).enumerate() {
-                assert!(pair[1] > pair[0] - 2e-4, "{map} darkens at {i}: {pair:?}");
+                assert!(pair[1] > pair[0] - 2e-4, "{map:?} darkens at {i}: {pair:?}");
             }
-            assert!(lightness[LENGTH - 1] - lightness[0] > 0.5, "{map}");
+            assert!(lightness[LENGTH - 1] - lightness[0] > 0.5, "{map:?}");
         }
     }
 
     #[test]
     fn tables_hold_light_and_not_code_values() {
         // Half of grayscale LOOKS half as light: OKLab lightness 0.5 is 0.125 of white's light, 99 of 255 in sRGB.
-        let middle = Colormap::Grayscale.color(0.5);
+        let middle = ColorMap::Grayscale.color(0.5);
         assert!(
             (middle - Vec3::splat(0.125)).abs().max_element() < 1e-4,
             "{middle}"
         );
         assert!(difference(middle, 0x636363) < 1.0);
-        for map in Colormap::ALL {
+        for map in ColorMap::ALL {
             let table = map.table();
             assert_eq!(table.len(), LENGTH);
             assert!(
@@ -334,31 +244,16 @@ mod tests {
     }
 
     #[test]
-    fn names_are_found_and_mistyped_ones_get_the_nearest() {
-        for map in Colormap::ALL {
-            assert_eq!(map.name().parse(), Ok(map));
-        }
-        assert_eq!(" Viridis ".parse(), Ok(Colormap::Viridis));
-        let error = "virdis".parse::<Colormap>().unwrap_err();
-        assert_eq!(error.nearest, "viridis");
-        assert!(error.to_string().contains("inferno"), "{error}");
-        assert_eq!(
-            "greyscale".parse::<Colormap>().unwrap_err().nearest,
-            "grayscale"
-        );
-    }
-
-    #[test]
     fn next_visits_every_map() {
-        let mut map = Colormap::default();
+        let mut map = ColorMap::default();
         let mut seen = std::collections::HashSet::new();
-        for _ in 0..Colormap::ALL.len() {
+        for _ in 0..ColorMap::ALL.len() {
             seen.insert(map);
             map = map.next();
         }
         assert_eq!(
             (seen.len(), map),
-            (Colormap::ALL.len(), Colormap::default())
+            (ColorMap::ALL.len(), ColorMap::default())
         );
     }
 }

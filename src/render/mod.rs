@@ -6,3 +6,4 @@ pub mod exposure;
 pub mod normals;
 pub mod output;
 pub mod pick;
+pub mod view;
