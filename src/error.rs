@@ -13,6 +13,9 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// Vulkan: no device, no memory, a device that was lost.
+    #[error(transparent)]
+    Gpu(#[from] crate::gpu::GpuError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),

@@ -16,7 +16,8 @@ pub enum Purpose {
 /// The hash is pcg4d of Jarzynski and Olano, "Hash Functions for GPU Rendering" (JCGT 9(3), 2020).
 #[must_use]
 pub fn random(seed: u32, id: u32, step: u32, purpose: Purpose) -> [u32; 4] {
-    let mut v = [seed, id, step, purpose as u32].map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    let mut v = [seed, id, step, purpose as u32]
+        .map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     fn mix(v: &mut [u32; 4]) {
         v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[3]));
         v[1] = v[1].wrapping_add(v[2].wrapping_mul(v[0]));
