@@ -4,6 +4,7 @@
 // One invocation per sampled texel: every stride-th of the atlas.
 // Overflow: cannot happen; a bin can hold every texel.
 #version 460
+#include "index.glsl"
 #include "types.glsl"
 #include "exposure.glsl"
 
@@ -19,7 +20,7 @@ layout(push_constant) uniform Params {
 } params;
 
 void main() {
-    uint texel = gl_GlobalInvocationID.x * params.stride;
+    uint texel = invocation_index() * params.stride;
     if (texel >= params.texel_count) return;
     // Texels without a triangle, and gutter texels, have no density.
     if (density[texel] == 0.0) return;

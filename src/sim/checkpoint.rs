@@ -53,8 +53,15 @@ impl Checkpoint {
     /// # Errors
     /// When the folder cannot be written to or the disk is full; the file that was there before stays.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let error = |source| Error::Io { action: "write", path: path.to_owned(), source };
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let error = |source| Error::Io {
+            action: "write",
+            path: path.to_owned(),
+            source,
+        };
+        let folder = path
+            .parent()
+            .filter(|p| !p.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
         let mut file = tempfile::NamedTempFile::new_in(folder).map_err(error)?;
         self.write_to(file.as_file_mut()).map_err(error)?;
         file.persist(path).map_err(|e| error(e.error))?;
@@ -62,14 +69,23 @@ impl Checkpoint {
     }
 
     fn write_to(&self, file: &mut File) -> std::io::Result<()> {
-        let Snapshot { step, particles, motions, trail, deposits } = &self.snapshot;
+        let Snapshot {
+            step,
+            particles,
+            motions,
+            trail,
+            deposits,
+        } = &self.snapshot;
         let header = serde_json::to_vec(&Header {
             step: *step,
             particles: particles.len() as u64,
             texels: trail.len() as u64,
             scene: self.scene.clone(),
         })?;
-        let mut out = Checked { inner: BufWriter::new(file), crc: crc32fast::Hasher::new() };
+        let mut out = Checked {
+            inner: BufWriter::new(file),
+            crc: crc32fast::Hasher::new(),
+        };
         out.put(MAGIC)?;
         out.put(&VERSION.to_le_bytes())?;
         out.put(&(header.len() as u32).to_le_bytes())?;
@@ -91,8 +107,14 @@ impl Checkpoint {
         let mut bytes = Vec::new();
         File::open(path)
             .and_then(|mut file| file.read_to_end(&mut bytes))
-            .map_err(|source| Error::Io { action: "read", path: path.to_owned(), source })?;
-        Self::parse(&bytes).map_err(|problem| Error::Invalid(format!("cannot resume from {}: {problem}", path.display())))
+            .map_err(|source| Error::Io {
+                action: "read",
+                path: path.to_owned(),
+                source,
+            })?;
+        Self::parse(&bytes).map_err(|problem| {
+            Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
+        })
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, String> {
@@ -101,17 +123,32 @@ impl Checkpoint {
             return Err("it is not a checkpoint of myxo".to_owned());
         }
         let mut rest = &bytes[MAGIC.len()..];
-        let version = u32::from_le_bytes(take(&mut rest, 4).ok_or_else(cut_short)?.try_into().expect("4 bytes"));
+        let version = u32::from_le_bytes(
+            take(&mut rest, 4)
+                .ok_or_else(cut_short)?
+                .try_into()
+                .expect("4 bytes"),
+        );
         if version != VERSION {
-            return Err(format!("it has version {version}, this program reads version {VERSION}"));
+            return Err(format!(
+                "it has version {version}, this program reads version {VERSION}"
+            ));
         }
-        let Some((body, crc)) = bytes.split_last_chunk::<4>() else { return Err(cut_short()) };
-        let length = u32::from_le_bytes(take(&mut rest, 4).ok_or_else(cut_short)?.try_into().expect("4 bytes"));
+        let Some((body, crc)) = bytes.split_last_chunk::<4>() else {
+            return Err(cut_short());
+        };
+        let length = u32::from_le_bytes(
+            take(&mut rest, 4)
+                .ok_or_else(cut_short)?
+                .try_into()
+                .expect("4 bytes"),
+        );
         let header = take(&mut rest, length as usize).ok_or_else(cut_short)?;
         if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
             return Err("its checksum is wrong: the file is damaged or cut short".to_owned());
         }
-        let header: Header = serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
+        let header: Header =
+            serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
         let checkpoint = Self {
             scene: header.scene,
             snapshot: Snapshot {
@@ -150,8 +187,23 @@ mod tests {
             scene: "seed = 9\n".to_owned(),
             snapshot: Snapshot {
                 step: 41,
-                particles: (0..33).map(|id| Particle { triangle: id, u: 0.125, v: 0.5, id }).collect(),
-                motions: vec![Motion { heading_p: 0.6, heading_h: 0.8, pending: 0.0, flags: 0 }; 33],
+                particles: (0..33)
+                    .map(|id| Particle {
+                        triangle: id,
+                        u: 0.125,
+                        v: 0.5,
+                        id,
+                    })
+                    .collect(),
+                motions: vec![
+                    Motion {
+                        heading_p: 0.6,
+                        heading_h: 0.8,
+                        pending: 0.0,
+                        flags: 0
+                    };
+                    33
+                ],
                 trail: (0..55).map(|i| i as f32 * 0.1).collect(),
                 deposits: (0..55).collect(),
             },
@@ -164,7 +216,11 @@ mod tests {
         let path = folder.path().join("state.ckpt");
         checkpoint().write(&path).unwrap();
         assert_eq!(Checkpoint::read(&path).unwrap(), checkpoint());
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file stays");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "no temporary file stays"
+        );
     }
 
     #[test]
@@ -176,9 +232,29 @@ mod tests {
         for (name, bytes, expected) in [
             ("cut", whole[..whole.len() - 9].to_vec(), "checksum"),
             ("short", whole[..10].to_vec(), "cut short"),
-            ("other", b"PNG or so, surely long enough".to_vec(), "not a checkpoint"),
-            ("bit", { let mut b = whole.clone(); b[200] ^= 1; b }, "checksum"),
-            ("version", { let mut b = whole.clone(); b[8] = 9; b }, "version 9"),
+            (
+                "other",
+                b"PNG or so, surely long enough".to_vec(),
+                "not a checkpoint",
+            ),
+            (
+                "bit",
+                {
+                    let mut b = whole.clone();
+                    b[200] ^= 1;
+                    b
+                },
+                "checksum",
+            ),
+            (
+                "version",
+                {
+                    let mut b = whole.clone();
+                    b[8] = 9;
+                    b
+                },
+                "version 9",
+            ),
         ] {
             let problem = Checkpoint::parse(&bytes).unwrap_err();
             assert!(problem.contains(expected), "{name}: {problem}");

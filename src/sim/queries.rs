@@ -26,7 +26,9 @@ pub fn walk_queries(
     if walkers.is_empty() {
         return Ok(Vec::new());
     }
-    let constants = WalkQueriesConstants { border_reflects: border == BorderRule::Reflect };
+    let constants = WalkQueriesConstants {
+        border_reflects: border == BorderRule::Reflect,
+    };
     let pipeline = Pipeline::<WalkQueries>::new(ctx, &constants)?;
     let triangles = Buffer::new(ctx, "triangles", surface.triangles.len(), Domain::Device)?;
     ctx.upload(&triangles, &surface.triangles)?;
@@ -42,8 +44,15 @@ pub fn walk_queries(
         rec.dispatch(
             &pipeline,
             Threads(walkers.len() as u32),
-            WalkQueriesArgs { triangles: &triangles, halfedges: &halfedges, walkers: &buffer },
-            WalkQueriesParams { walk_count: walkers.len() as u32, attempts: ATTEMPTS },
+            WalkQueriesArgs {
+                triangles: &triangles,
+                halfedges: &halfedges,
+                walkers: &buffer,
+            },
+            WalkQueriesParams {
+                walk_count: walkers.len() as u32,
+                attempts: ATTEMPTS,
+            },
         );
         rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
         frames.submit(rec)?;
@@ -53,7 +62,9 @@ pub fn walk_queries(
         if !after.iter().any(unfinished) {
             return Ok(after);
         }
-        if let Some(i) = (0..after.len()).find(|&i| unfinished(&after[i]) && after[i].remaining >= before[i].remaining) {
+        if let Some(i) = (0..after.len())
+            .find(|&i| unfinished(&after[i]) && after[i].remaining >= before[i].remaining)
+        {
             return Err(Error::Invalid(format!(
                 "walk {i} turns round a vertex of triangle {} and gets no further: move its start a little",
                 after[i].triangle

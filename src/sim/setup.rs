@@ -51,7 +51,7 @@ impl Setup {
                 gutter: settings.trail.diffusion_distance.max(1),
             },
         )?;
-                let (particles, motions) = start::start(
+        let (particles, motions) = start::start(
             &scene.surface,
             start_place(scene),
             settings.particles.count,
@@ -61,7 +61,10 @@ impl Setup {
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: vertices(&scene.surface),
             poses: scene
-                .world_from_object().into_iter().map(Pose::from).collect(),
+                .world_from_object()
+                .into_iter()
+                .map(Pose::from)
+                .collect(),
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
@@ -97,7 +100,10 @@ fn vertices(surface: &Surface) -> Vec<Vertex> {
     let mut vertices = Vec::with_capacity(surface.positions.len());
     for (object, range) in surface.objects.iter().enumerate() {
         let positions = &surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
-        vertices.extend(positions.iter().map(|&position| Vertex { position, object: object as u32 }));
+        vertices.extend(positions.iter().map(|&position| Vertex {
+            position,
+            object: object as u32,
+        }));
     }
     vertices
 }

@@ -138,10 +138,12 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        self.ctx.upload(&self.state.particles, &snapshot.particles)?;
+        self.ctx
+            .upload(&self.state.particles, &snapshot.particles)?;
         self.ctx.upload(&self.state.motions, &snapshot.motions)?;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
-        self.ctx.upload(&self.state.deposits.back, &snapshot.deposits)?;
+        self.ctx
+            .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.step = snapshot.step;
         Ok(())

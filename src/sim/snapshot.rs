@@ -34,12 +34,25 @@ impl Snapshot {
     /// two runs that put them in different slots compare equal.
     #[must_use]
     pub fn hash(&self) -> u64 {
-        let particles = self.particles.par_iter().zip(&self.motions).map(|(particle, motion)| {
-            let words: [u32; 8] = bytemuck::cast([bytemuck::cast::<_, [u32; 4]>(*particle), bytemuck::cast(*motion)]);
-            hash_words(&words)
-        });
-        let trail = self.trail.par_iter().enumerate().map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
-        particles.chain(trail).reduce(|| self.step, u64::wrapping_add)
+        let particles = self
+            .particles
+            .par_iter()
+            .zip(&self.motions)
+            .map(|(particle, motion)| {
+                let words: [u32; 8] = bytemuck::cast([
+                    bytemuck::cast::<_, [u32; 4]>(*particle),
+                    bytemuck::cast(*motion),
+                ]);
+                hash_words(&words)
+            });
+        let trail = self
+            .trail
+            .par_iter()
+            .enumerate()
+            .map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
+        particles
+            .chain(trail)
+            .reduce(|| self.step, u64::wrapping_add)
     }
 
     /// Are all ids there, once each?
@@ -60,7 +73,11 @@ impl Snapshot {
     /// The sum of trail value times surface area over the texels that a triangle owns.
     #[must_use]
     pub fn trail_mass(&self, setup: &Setup) -> f64 {
-        self.trail.iter().zip(&setup.atlas.area).map(|(&value, &area)| f64::from(value) * f64::from(area)).sum()
+        self.trail
+            .iter()
+            .zip(&setup.atlas.area)
+            .map(|(&value, &area)| f64::from(value) * f64::from(area))
+            .sum()
     }
 
     /// Checks everything that must hold after every step.
@@ -70,19 +87,29 @@ impl Snapshot {
     pub fn validate(&self, setup: &Setup) -> Result<(), String> {
         let count = setup.particles.len();
         if self.particles.len() != count || self.motions.len() != count {
-            return Err(format!("there are {} particles, not {count}", self.particles.len()));
+            return Err(format!(
+                "there are {} particles, not {count}",
+                self.particles.len()
+            ));
         }
         let census = self.census();
         if census != Census::default() {
-            return Err(format!("{} particles are lost and {} doubled", census.lost, census.doubled));
+            return Err(format!(
+                "{} particles are lost and {} doubled",
+                census.lost, census.doubled
+            ));
         }
         for (particle, motion) in self.particles.iter().zip(&self.motions) {
             let Particle { triangle, u, v, id } = *particle;
             if triangle as usize >= setup.surface.triangles.len() {
-                return Err(format!("particle {id} is on triangle {triangle}, which does not exist"));
+                return Err(format!(
+                    "particle {id} is on triangle {triangle}, which does not exist"
+                ));
             }
             if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
-                return Err(format!("particle {id} is outside its triangle {triangle}: u = {u}, v = {v}"));
+                return Err(format!(
+                    "particle {id} is outside its triangle {triangle}: u = {u}, v = {v}"
+                ));
             }
             let length = motion.heading_p.hypot(motion.heading_h);
             if (length - 1.0).abs() >= 1e-5 {
@@ -103,7 +130,9 @@ impl Snapshot {
         }
         let expected = if self.step == 0 { 0 } else { count as u64 };
         if deposited != expected {
-            return Err(format!("{deposited} deposits on owned texels in the last step, not {expected}"));
+            return Err(format!(
+                "{deposited} deposits on owned texels in the last step, not {expected}"
+            ));
         }
         Ok(())
     }
@@ -124,13 +153,30 @@ mod tests {
     use super::*;
 
     fn snapshot() -> Snapshot {
-        let particles: Vec<Particle> =
-            (0..100).map(|id| Particle { triangle: id % 7, u: 0.25, v: 0.5, id }).collect();
+        let particles: Vec<Particle> = (0..100)
+            .map(|id| Particle {
+                triangle: id % 7,
+                u: 0.25,
+                v: 0.5,
+                id,
+            })
+            .collect();
         let motions = particles
             .iter()
-            .map(|p| Motion { heading_p: 1.0, heading_h: 0.0, pending: p.id as f32, flags: 0 })
+            .map(|p| Motion {
+                heading_p: 1.0,
+                heading_h: 0.0,
+                pending: p.id as f32,
+                flags: 0,
+            })
             .collect();
-        Snapshot { step: 3, particles, motions, trail: vec![0.5, 0.25, 0.0, 1.0], deposits: vec![0; 4] }
+        Snapshot {
+            step: 3,
+            particles,
+            motions,
+            trail: vec![0.5, 0.25, 0.0, 1.0],
+            deposits: vec![0; 4],
+        }
     }
 
     #[test]
@@ -146,7 +192,11 @@ mod tests {
         assert_ne!(changed.hash(), state.hash(), "headings belong to particles");
         let mut changed = state.clone();
         changed.trail.swap(0, 1);
-        assert_ne!(changed.hash(), state.hash(), "trail values belong to texels");
+        assert_ne!(
+            changed.hash(),
+            state.hash(),
+            "trail values belong to texels"
+        );
         let mut changed = state.clone();
         changed.particles[5].u = f32::from_bits(changed.particles[5].u.to_bits() + 1);
         assert_ne!(changed.hash(), state.hash(), "the last bit counts");
@@ -158,6 +208,12 @@ mod tests {
         assert_eq!(state.census(), Census::default());
         state.particles[10].id = 11;
         state.particles[20].id = 100;
-        assert_eq!(state.census(), Census { lost: 2, doubled: 2 });
+        assert_eq!(
+            state.census(),
+            Census {
+                lost: 2,
+                doubled: 2
+            }
+        );
     }
 }

@@ -27,7 +27,11 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
         params.advance,
     );
     // diffuse takes up what advance deposited; the next step moves the particles on.
-    rec.barrier(Kernel, Kernel, &[&s.deposits.front, &s.particles, &s.motions]);
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[&s.deposits.front, &s.particles, &s.motions],
+    );
 
     rec.dispatch(
         &k.diffuse,
@@ -47,7 +51,10 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     rec.dispatch(
         &k.exchange_seams,
         Threads(params.exchange_seams.seam_count),
-        ExchangeSeamsArgs { seams: &s.seams, trail: &s.trail.back },
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &s.trail.back,
+        },
         params.exchange_seams,
     );
     // The next step senses the trail, gutters included.

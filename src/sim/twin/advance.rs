@@ -43,22 +43,55 @@ pub fn advance(
         let motion = motions[i];
 
         let mut heading = [motion.heading_p, motion.heading_h];
-        let mut w = Walker::at(particle.triangle, particle.u, particle.v, heading, motion.pending);
+        let mut w = Walker::at(
+            particle.triangle,
+            particle.u,
+            particle.v,
+            heading,
+            motion.pending,
+        );
         let mut pending = 0.0;
         if motion.pending > 0.0 {
-            walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
-            pending = if w.status == WALK_OUT_OF_ATTEMPTS { w.remaining } else { 0.0 };
+            walk(
+                inputs.triangles,
+                inputs.halfedges,
+                &mut w,
+                params.attempts,
+                constants.border_reflects,
+            );
+            pending = if w.status == WALK_OUT_OF_ATTEMPTS {
+                w.remaining
+            } else {
+                0.0
+            };
             heading = w.heading();
         }
 
         w.entered_by = NONE;
         let mut value = [
-            sense(constants, params, inputs, w, rotated(heading, params.sensor_cos, params.sensor_sin)),
+            sense(
+                constants,
+                params,
+                inputs,
+                w,
+                rotated(heading, params.sensor_cos, params.sensor_sin),
+            ),
             sense(constants, params, inputs, w, heading),
-            sense(constants, params, inputs, w, rotated(heading, params.sensor_cos, -params.sensor_sin)),
+            sense(
+                constants,
+                params,
+                inputs,
+                w,
+                rotated(heading, params.sensor_cos, -params.sensor_sin),
+            ),
         ];
         if constants.sensor_noise {
-            let noise = normals(random(params.seed, particle.id, params.time_step, Purpose::SensorNoise));
+            let noise = normals(random(
+                params.seed,
+                particle.id,
+                params.time_step,
+                Purpose::SensorNoise,
+            ));
             for k in 0..3 {
                 value[k] += params.sensor_noise * noise[k];
             }
@@ -74,24 +107,47 @@ pub fn advance(
             };
             heading = rotated(heading, cos, sin);
         }
-        gaps.push((left - middle).abs().min((right - middle).abs()).min((left - right).abs()));
+        gaps.push(
+            (left - middle)
+                .abs()
+                .min((right - middle).abs())
+                .min((left - right).abs()),
+        );
 
         w.heading_p = heading[0];
         w.heading_h = heading[1];
         w.remaining = params.speed;
-        walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
-        pending += if w.status == WALK_OUT_OF_ATTEMPTS { w.remaining } else { 0.0 };
+        walk(
+            inputs.triangles,
+            inputs.halfedges,
+            &mut w,
+            params.attempts,
+            constants.border_reflects,
+        );
+        pending += if w.status == WALK_OUT_OF_ATTEMPTS {
+            w.remaining
+        } else {
+            0.0
+        };
 
         let [u, v] = w.uv();
         let heading = w.heading();
-        particles[i] = Particle { triangle: w.triangle, u, v, id: particle.id };
+        particles[i] = Particle {
+            triangle: w.triangle,
+            u,
+            v,
+            id: particle.id,
+        };
         motions[i] = Motion {
             heading_p: heading[0],
             heading_h: heading[1],
             pending: pending.min(params.speed),
             flags: motion.flags,
         };
-        deposits[texel_at(atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v), params.pitch) as usize] += 1;
+        deposits[texel_at(
+            atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v),
+            params.pitch,
+        ) as usize] += 1;
     }
     gaps
 }
@@ -108,7 +164,13 @@ fn sense(
     w.heading_p = heading[0];
     w.heading_h = heading[1];
     w.remaining = params.sensor_offset;
-    walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
+    walk(
+        inputs.triangles,
+        inputs.halfedges,
+        &mut w,
+        params.attempts,
+        constants.border_reflects,
+    );
     let [u, v] = w.uv();
     let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
     let mut value = trail_at(inputs.trail, position, params.pitch);
@@ -119,8 +181,8 @@ fn sense(
         value += params.gravity_weight * height_at(inputs, w.triangle, u, v);
     }
     if constants.decrowding {
-        value -=
-            params.decrowding_weight * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
+        value -= params.decrowding_weight
+            * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
     }
     value
 }
@@ -143,9 +205,16 @@ fn normals(words: [u32; 4]) -> [f32; 3] {
     let radius_2 = (-2.0 * (1.0 - unit(words[2])).ln()).sqrt();
     let angle_1 = tau * unit(words[1]);
     let angle_2 = tau * unit(words[3]);
-    [radius_1 * angle_1.cos(), radius_1 * angle_1.sin(), radius_2 * angle_2.cos()]
+    [
+        radius_1 * angle_1.cos(),
+        radius_1 * angle_1.sin(),
+        radius_2 * angle_2.cos(),
+    ]
 }
 
 fn rotated(heading: [f32; 2], c: f32, s: f32) -> [f32; 2] {
-    [c * heading[0] - s * heading[1], s * heading[0] + c * heading[1]]
+    [
+        c * heading[0] - s * heading[1],
+        s * heading[0] + c * heading[1],
+    ]
 }
