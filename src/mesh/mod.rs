@@ -2,6 +2,11 @@
 //!
 //! Nothing here knows Vulkan or particles.
 //!
+//! A model comes in through `load` (files, read by `obj` and `gltf`) or [`builtin`] as a `soup` of triangles. `weld`
+//! makes one vertex of those at one place and drops what has no area, `orient` makes windings agree, and the result is
+//! a [`Mesh`] with a [`MeshReport`] of all that. [`surface`] pools meshes for the kernels, with the rotation across
+//! every edge; [`walk`] is the reference for walks on it.
+//!
 //! Conventions, stated once:
 //! - half-edge `h = 3 * triangle + corner` runs from that corner to the next one of its triangle;
 //! - `uv` are the barycentric weights of corners 1 and 2: `P = A + u (B - A) + v (C - A)`;
@@ -10,6 +15,7 @@
 
 #[cfg(test)]
 mod bad_files;
+pub mod builtin;
 mod edges;
 mod error;
 mod gltf;
@@ -17,6 +23,8 @@ mod load;
 mod obj;
 mod orient;
 pub mod primitive;
+#[cfg(test)]
+mod random_files;
 mod report;
 mod soup;
 #[doc(hidden)]
