@@ -113,7 +113,7 @@ fn a_picture_is_drawn_and_read_back() {
         };
         rec.pass("picture", &targets, |pass| {
             let params = DiscParams {
-                color: glam::Vec4::new(1.0, 0.5, 0.0, 1.0),
+                color: glam::Vec4::new(1.0, 0.215_86, 0.0, 1.0),
                 size: 4.0,
             };
             pass.draw(&pipeline, 3, 1, DiscArgs { centres: &centres }, params);
@@ -125,7 +125,7 @@ fn a_picture_is_drawn_and_read_back() {
         let pixels = pixels.as_slice();
         assert_eq!(
             pixels[10 * 37],
-            [255, 188, 0, 255],
+            [255, 128, 0, 255],
             "left, {samples} samples"
         );
         assert_eq!(
