@@ -87,15 +87,11 @@ fn tangles_become_surfaces() {
         let dropped = report.repeated_corners + report.without_area + report.duplicates;
         assert_eq!(report.triangles + dropped, triangles as usize);
         assert_eq!(3 * report.triangles, 2 * report.edges - report.border_edges);
-        // Each triangle is still the one of the file, with corners 1 and 2 swapped where it says so.
+        // Each triangle is still the one of the file, its corners in the order that it says.
         for (triangle, &corners) in mesh.corners.iter().enumerate() {
-            let [a, b, c] = given[mesh.file_triangle[triangle] as usize]
-                .map(|vertex| positions[vertex as usize]);
-            let expected = if mesh.flipped[triangle] {
-                [a, c, b]
-            } else {
-                [a, b, c]
-            };
+            let file = given[mesh.file_triangle[triangle] as usize];
+            let expected = mesh.file_corners[triangle]
+                .map(|corner| positions[file[corner as usize] as usize]);
             let ours = corners.map(|vertex| mesh.positions[vertex as usize]);
             assert_eq!(ours, expected, "tangle {round}");
         }
