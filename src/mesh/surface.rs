@@ -7,7 +7,7 @@ use glam::{DVec2, Vec2, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::Mesh;
-use super::edges::{ends, twins};
+use super::edges::{EdgeGroups, ends};
 use super::walk::{Frame, rotate_across};
 
 /// No half-edge: the other side of an open border.
@@ -148,7 +148,7 @@ impl Surface {
             object,
         }));
         let first_halfedge = 3 * first_triangle as u32;
-        let twins = twins(&mesh.corners);
+        let twins = EdgeGroups::new(&mesh.corners).twins(&mesh.corners);
         let halfedges: Vec<HalfEdge> = twins
             .par_iter()
             .enumerate()
