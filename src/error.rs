@@ -16,6 +16,9 @@ pub enum Error {
     /// A scene cannot be had as asked for.
     #[error(transparent)]
     Scene(#[from] crate::scene::SceneError),
+    /// A picture or a video could not be written.
+    #[error(transparent)]
+    Output(#[from] crate::render::output::OutputError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),

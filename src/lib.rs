@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod rng;
+pub mod whole_file;
 
 pub mod gpu;
 pub mod mesh;

@@ -1,1 +1,3 @@
 //! Draws what `sim` owns, and writes pictures.
+
+pub mod output;

@@ -32,3 +32,27 @@ pub struct Motion {
     /// Bits for transfers (in flight, advanced); 0 without them.
     pub flags: u32,
 }
+
+/// A walk under way: a place, a heading and what remains to be walked. `u` is `weight_b`, `v` is `weight_c`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Walker {
+    /// Global triangle id.
+    pub triangle: u32,
+    /// Barycentric weight of corner A.
+    pub weight_a: f32,
+    /// Barycentric weight of corner B.
+    pub weight_b: f32,
+    /// Barycentric weight of corner C.
+    pub weight_c: f32,
+    /// `p` component of the unit heading.
+    pub heading_p: f32,
+    /// `h` component of the unit heading.
+    pub heading_h: f32,
+    /// World length still to walk.
+    pub remaining: f32,
+    /// The corner whose half-edge the walk came in by, `NONE` at the start.
+    pub entered_by: u32,
+    /// 0 walked to the end, 1 stopped at an open border, 2 out of edge-crossing attempts.
+    pub status: u32,
+}
