@@ -8,6 +8,7 @@
 //! - the tangent frame of a triangle is `p` along `B - A` and `h` perpendicular to it, towards `C`;
 //! - closed meshes face outwards: the normal is `(B - A) x (C - A)`.
 
+pub mod atlas;
 mod edges;
 mod error;
 mod load;
