@@ -13,6 +13,9 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A mesh cannot be had as asked for.
+    #[error(transparent)]
+    Mesh(#[from] crate::mesh::MeshError),
     /// A scene cannot be had as asked for.
     #[error(transparent)]
     Scene(#[from] crate::scene::SceneError),

@@ -30,7 +30,11 @@ impl Compare {
     pub fn run(&self) -> Result<Outcome> {
         let (a, b) = (Report::read(&self.a)?, Report::read(&self.b)?);
         console::print(&comparison(&a, &b))?;
-        Ok(if a.state_hash == b.state_hash { Outcome::Done } else { Outcome::Differs })
+        Ok(if a.state_hash == b.state_hash {
+            Outcome::Done
+        } else {
+            Outcome::Differs
+        })
     }
 }
 
@@ -40,30 +44,62 @@ fn comparison(a: &Report, b: &Report) -> String {
     if a.state_hash == b.state_hash {
         let _ = writeln!(text, "state      equal     {}", a.state_hash);
     } else {
-        let _ = writeln!(text, "state      DIFFERS   {} -> {}", a.state_hash, b.state_hash);
+        let _ = writeln!(
+            text,
+            "state      DIFFERS   {} -> {}",
+            a.state_hash, b.state_hash
+        );
         if let Some(step) = first_difference(a, b) {
-            let _ = writeln!(text, "           the hashes along the way differ from step {step} on");
+            let _ = writeln!(
+                text,
+                "           the hashes along the way differ from step {step} on"
+            );
         }
     }
     let setup = [
         ("scene", a.scene.clone(), b.scene.clone()),
         ("seed", a.seed.to_string(), b.seed.to_string()),
         ("steps", a.steps.to_string(), b.steps.to_string()),
-        ("particles", a.particles.to_string(), b.particles.to_string()),
+        (
+            "particles",
+            a.particles.to_string(),
+            b.particles.to_string(),
+        ),
         ("atlas", a.atlas_size.to_string(), b.atlas_size.to_string()),
         ("device", a.device.clone(), b.device.clone()),
         ("driver", a.driver.clone(), b.driver.clone()),
-        ("commit", a.commit.clone().unwrap_or_default(), b.commit.clone().unwrap_or_default()),
-        ("validation", a.validation.to_string(), b.validation.to_string()),
+        (
+            "commit",
+            a.commit.clone().unwrap_or_default(),
+            b.commit.clone().unwrap_or_default(),
+        ),
+        (
+            "validation",
+            a.validation.to_string(),
+            b.validation.to_string(),
+        ),
     ];
     for (what, a, b) in setup.iter().filter(|(_, a, b)| a != b) {
         let _ = writeln!(text, "{what:<10} differs   {a} -> {b}");
     }
-    let _ = writeln!(text, "\n{:<20} {:>12} {:>12} {:>8}", "ms per step", "first", "second", "ratio");
+    let _ = writeln!(
+        text,
+        "\n{:<20} {:>12} {:>12} {:>8}",
+        "ms per step", "first", "second", "ratio"
+    );
     times(&mut text, "gpu", a.gpu_ms_per_step, b.gpu_ms_per_step);
-    times(&mut text, "wall", Some(a.wall_ms_per_step), Some(b.wall_ms_per_step));
+    times(
+        &mut text,
+        "wall",
+        Some(a.wall_ms_per_step),
+        Some(b.wall_ms_per_step),
+    );
     let find = |report: &Report, name: &str| {
-        report.kernels.iter().find(|kernel| kernel.name == name).and_then(|kernel| kernel.mean_ms)
+        report
+            .kernels
+            .iter()
+            .find(|kernel| kernel.name == name)
+            .and_then(|kernel| kernel.mean_ms)
     };
     for KernelTime { name, mean_ms, .. } in &a.kernels {
         times(&mut text, name, *mean_ms, find(b, name));
@@ -82,14 +118,23 @@ fn times(text: &mut String, name: &str, a: Option<f64>, b: Option<f64>) {
         (Some(a), Some(b)) if a > 0.0 => format!("{:.2}", b / a),
         _ => "-".to_owned(),
     };
-    let _ = writeln!(text, "{name:<20} {:>12} {:>12} {ratio:>8}", shown(a), shown(b));
+    let _ = writeln!(
+        text,
+        "{name:<20} {:>12} {:>12} {ratio:>8}",
+        shown(a),
+        shown(b)
+    );
 }
 
 /// The first step whose hash both have and that differs.
 fn first_difference(a: &Report, b: &Report) -> Option<u64> {
     a.hashes
         .iter()
-        .find(|x| b.hashes.iter().any(|y| x.step == y.step && x.state_hash != y.state_hash))
+        .find(|x| {
+            b.hashes
+                .iter()
+                .any(|y| x.step == y.step && x.state_hash != y.state_hash)
+        })
         .map(|hash| hash.step)
 }
 
@@ -99,10 +144,19 @@ mod tests {
     use crate::cli::report::{StepHash, hash_text};
 
     fn report(hash: u64, ms: f64) -> Report {
-        let kernel = |name: &str, ms| KernelTime { name: name.to_owned(), mean_ms: Some(ms), ..KernelTime::default() };
+        let kernel = |name: &str, ms| KernelTime {
+            name: name.to_owned(),
+            mean_ms: Some(ms),
+            ..KernelTime::default()
+        };
         Report {
             state_hash: hash_text(hash),
-            hashes: (1..4).map(|step| StepHash { step, state_hash: hash_text(hash * u64::from(step > 1)) }).collect(),
+            hashes: (1..4)
+                .map(|step| StepHash {
+                    step,
+                    state_hash: hash_text(hash * u64::from(step > 1)),
+                })
+                .collect(),
             gpu_ms_per_step: Some(ms),
             wall_ms_per_step: 2.0 * ms,
             kernels: vec![kernel("advance", ms / 2.0), kernel("diffuse", ms / 4.0)],
@@ -113,10 +167,25 @@ mod tests {
     #[test]
     fn equal_states_are_equal_whatever_the_times() {
         let text = comparison(&report(5, 10.0), &report(5, 15.0));
-        assert!(text.starts_with("state      equal     0000000000000005\n"), "{text}");
-        let line = |start: &str| text.lines().find(|line| line.starts_with(start)).unwrap_or_default().to_owned();
-        assert!(line("gpu ").ends_with("10.000       15.000     1.50"), "{text}");
-        assert!(line("wall ").ends_with(" 1.50") && line("diffuse ").ends_with("2.500        3.750     1.50"), "{text}");
+        assert!(
+            text.starts_with("state      equal     0000000000000005\n"),
+            "{text}"
+        );
+        let line = |start: &str| {
+            text.lines()
+                .find(|line| line.starts_with(start))
+                .unwrap_or_default()
+                .to_owned()
+        };
+        assert!(
+            line("gpu ").ends_with("10.000       15.000     1.50"),
+            "{text}"
+        );
+        assert!(
+            line("wall ").ends_with(" 1.50")
+                && line("diffuse ").ends_with("2.500        3.750     1.50"),
+            "{text}"
+        );
     }
 
     #[test]
@@ -125,9 +194,15 @@ mod tests {
         other.steps = 9;
         other.kernels.remove(0);
         let text = comparison(&report(5, 10.0), &other);
-        assert!(text.contains("DIFFERS") && text.contains("from step 2 on"), "{text}");
+        assert!(
+            text.contains("DIFFERS") && text.contains("from step 2 on"),
+            "{text}"
+        );
         assert!(text.contains("steps      differs   0 -> 9"), "{text}");
-        let line = text.lines().find(|line| line.starts_with("advance")).unwrap_or_default();
+        let line = text
+            .lines()
+            .find(|line| line.starts_with("advance"))
+            .unwrap_or_default();
         assert!(line.ends_with("5.000            -        -"), "{text}");
     }
 }

@@ -13,7 +13,11 @@ pub fn print(data: &str) -> Result<()> {
     stdout
         .write_all(data.as_bytes())
         .and_then(|()| stdout.flush())
-        .map_err(|source| Error::Io { action: "write to", path: STDOUT.into(), source })
+        .map_err(|source| Error::Io {
+            action: "write to",
+            path: STDOUT.into(),
+            source,
+        })
 }
 
 /// Tells people something, in a line of its own. Nobody listening is no reason to stop.

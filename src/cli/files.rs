@@ -1,85 +1,104 @@
-//! Files that commands write: checked before long work begins, and never seen half written under their final names.
+//! Files that commands write: opened before long work begins, and never seen half written under their final names.
 
+use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
-/// Makes sure that `path` can be written later: its folder is made where it is missing, and a file is created there
-/// and removed again.
-pub fn check_writable(path: &Path) -> Result<()> {
-    if path.is_dir() {
-        return Err(Error::Invalid(format!("cannot write {}: it is a folder, name a file in it", path.display())));
+use super::console;
+
+/// Where data goes that an option names: a file, or `-` for the standard output.
+#[derive(Debug)]
+pub struct Sink {
+    path: PathBuf,
+    target: Target,
+}
+
+#[derive(Debug)]
+enum Target {
+    Stdout,
+    Whole(WholeFile),
+    /// A pipe or a device such as `/dev/stderr`, which must not be replaced by a file.
+    Special(File),
+}
+
+impl Sink {
+    /// Opens it; a file's folder is made where it is missing.
+    pub fn create(path: &Path) -> Result<Self> {
+        let unwritable = |source| Error::Io {
+            action: "write",
+            path: path.to_owned(),
+            source,
+        };
+        let special = path
+            .metadata()
+            .is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir());
+        let target = if path.as_os_str() == "-" {
+            Target::Stdout
+        } else if special {
+            Target::Special(File::options().write(true).open(path).map_err(unwritable)?)
+        } else {
+            Target::Whole(WholeFile::create(path).map_err(unwritable)?)
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            target,
+        })
     }
-    let folder = folder_of(path);
-    std::fs::create_dir_all(&folder)
-        .map_err(|source| Error::Io { action: "create the folder", path: folder.clone(), source })?;
-    tempfile::NamedTempFile::new_in(&folder)
-        .map_err(|source| Error::Io { action: "write into the folder", path: folder, source })?;
-    Ok(())
+
+    /// Writes everything and ends it.
+    pub fn write(self, content: &str) -> Result<()> {
+        let written = match self.target {
+            Target::Stdout => return console::print(content),
+            Target::Special(mut file) => file.write_all(content.as_bytes()),
+            Target::Whole(mut file) => file
+                .write_all(content.as_bytes())
+                .and_then(|()| file.finish().map(|_| ())),
+        };
+        written.map_err(|source| Error::Io {
+            action: "write",
+            path: self.path,
+            source,
+        })
+    }
 }
 
 /// Makes sure that `path` is a file that can be opened for reading.
 pub fn check_readable(path: &Path) -> Result<()> {
-    let unreadable = |source| Error::Io { action: "read", path: path.to_owned(), source };
-    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let unreadable = |source| Error::Io {
+        action: "read",
+        path: path.to_owned(),
+        source,
+    };
+    let file = File::open(path).map_err(unreadable)?;
     if file.metadata().map_err(unreadable)?.is_dir() {
-        return Err(Error::Invalid(format!("cannot read {}: it is a folder", path.display())));
+        return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
     }
     Ok(())
 }
 
-/// Writes a whole file, or leaves what was there: a temporary file beside it takes its name when all is written.
-pub fn write(path: &Path, content: &[u8]) -> Result<()> {
-    let unwritable = |source| Error::Io { action: "write", path: path.to_owned(), source };
-    // Devices and pipes such as /dev/stdout are written to, not replaced.
-    if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
-        return std::fs::write(path, content).map_err(unwritable);
-    }
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        // Temporary files are private by default, and reports are for others to read.
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder_of(path)).map_err(unwritable)?;
-    file.write_all(content).map_err(unwritable)?;
-    file.persist(path).map_err(|error| unwritable(error.error))?;
+/// Makes sure that `path` can be written later, and leaves nothing there.
+pub fn check_writable(path: &Path) -> Result<()> {
+    WholeFile::create(path).map_err(|source| Error::Io {
+        action: "write",
+        path: path.to_owned(),
+        source,
+    })?;
     Ok(())
 }
 
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => PathBuf::from("."),
+/// Refuses files that would overwrite each other.
+pub fn check_distinct<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut seen = std::collections::BTreeSet::new();
+    for path in paths {
+        if !seen.insert(std::path::absolute(path).unwrap_or_else(|_| path.clone())) {
+            return Err(Error::Invalid(format!(
+                "{} is named twice: give each file its own name",
+                path.display()
+            )));
+        }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("deep/er/report.json");
-        check_writable(&path).expect("missing folders are made");
-        assert!(!path.exists(), "checking writes nothing under the final name");
-        write(&path, b"one").expect("it can be written");
-        write(&path, b"two").expect("it can be replaced");
-        assert_eq!(std::fs::read(&path).expect("it is there"), b"two");
-        assert_eq!(std::fs::read_dir(path.parent().expect("it has one")).expect("a folder").count(), 1);
-    }
-
-    #[test]
-    fn folders_that_cannot_be_are_errors() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let file = folder.path().join("file");
-        write(&file, b"").expect("it can be written");
-        let message = check_writable(&file.join("x.png")).expect_err("a file is no folder").to_string();
-        assert!(message.starts_with("cannot create the folder "), "{message}");
-        let message = check_writable(folder.path()).expect_err("a folder is no file").to_string();
-        assert!(message.contains("is a folder"), "{message}");
-    }
+    Ok(())
 }

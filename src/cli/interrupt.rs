@@ -21,7 +21,8 @@ pub fn install() -> Result<()> {
         }
         console::message("interrupted: finishing the files; once more to quit at once");
     };
-    ctrlc::set_handler(handler).map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))
+    ctrlc::set_handler(handler)
+        .map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))
 }
 
 /// Has somebody asked to stop?

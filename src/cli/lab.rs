@@ -29,7 +29,11 @@ pub struct Lab {
 
 impl Default for Lab {
     fn default() -> Self {
-        Self { scene: DEFAULT_SCENE.into(), size: None, common: CommonOptions::default() }
+        Self {
+            scene: DEFAULT_SCENE.into(),
+            size: None,
+            common: CommonOptions::default(),
+        }
     }
 }
 

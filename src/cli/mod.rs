@@ -82,7 +82,9 @@ impl Outcome {
 
 /// Reads the command line, does what it says, and gives the exit code.
 pub fn main() -> ExitCode {
-    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).format_timestamp(None).init();
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"))
+        .format_timestamp(None)
+        .init();
     let cli = Cli::parse();
     let result = match &cli.command {
         None => lab::Lab::default().run(),
@@ -100,7 +102,11 @@ pub fn main() -> ExitCode {
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             console::message(&format!("myxo: {error}"));
-            ExitCode::from(if matches!(cli.command, Some(Command::Compare(_))) { 2 } else { 1 })
+            ExitCode::from(if matches!(cli.command, Some(Command::Compare(_))) {
+                2
+            } else {
+                1
+            })
         }
     }
 }
@@ -112,8 +118,110 @@ fn is_closed_pipe(error: &Error) -> bool {
 
 /// What stands where a command needs a part of the program that this build lacks.
 fn not_built_in(part: &str) -> Error {
-    Error::Invalid(format!("{part} is not built into this myxo: build a later version"))
+    Error::Invalid(format!(
+        "{part} is not built into this myxo: build a later version"
+    ))
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    /// clap's own check of names, defaults and conflicts.
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_has_examples_and_explains_its_options() {
+        fn check(command: &clap::Command) {
+            let name = command.get_name();
+            assert!(command.get_about().is_some(), "{name} says what it does");
+            for argument in command.get_arguments() {
+                assert!(
+                    argument.get_help().is_some(),
+                    "{name}: {} says what it does",
+                    argument.get_id()
+                );
+            }
+            if command.has_subcommands() {
+                command.get_subcommands().for_each(check);
+            } else {
+                let examples = command
+                    .get_after_help()
+                    .map(ToString::to_string)
+                    .unwrap_or_default();
+                assert!(
+                    examples.starts_with("Examples:\n  myxo ") && examples.contains(name),
+                    "{name}: {examples}"
+                );
+            }
+        }
+        Cli::command().get_subcommands().for_each(check);
+    }
+
+    /// The examples in the help are command lines that the program takes.
+    #[test]
+    fn every_example_parses() {
+        fn examples(command: &clap::Command, found: &mut Vec<String>) {
+            let text = command
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            found.extend(
+                text.lines()
+                    .filter_map(|line| line.strip_prefix("  "))
+                    .filter(|line| line.starts_with("myxo"))
+                    .map(str::to_owned),
+            );
+            command
+                .get_subcommands()
+                .for_each(|command| examples(command, found));
+        }
+        let mut found = Vec::new();
+        examples(&Cli::command(), &mut found);
+        assert!(found.len() > 15, "{found:#?}");
+        for example in found {
+            // Explanations stand behind several blanks, and shells have taken away quotes, pipes and the like.
+            let line = example.split("  ").next().unwrap_or_default();
+            let line = line
+                .split(['<', '>', '|', '&'])
+                .next()
+                .unwrap_or_default()
+                .replace('\'', "");
+            if let Err(error) = Cli::try_parse_from(line.split_whitespace()) {
+                panic!("{line}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn exit_codes_are_as_documented() {
+        for code in ["0 ", "1 ", "2 ", "130 "] {
+            assert!(
+                AFTER_HELP
+                    .lines()
+                    .any(|line| line.trim_start().starts_with(code)),
+                "{code}"
+            );
+        }
+        assert_eq!(Outcome::Interrupted.exit_code(), ExitCode::from(130));
+        assert_eq!(Outcome::Differs.exit_code(), ExitCode::from(1));
+    }
+
+    #[test]
+    fn sizes_are_read_as_people_write_them() {
+        let size = |text: &str| {
+            text.parse::<options::Size>()
+                .ok()
+                .map(|size| (size.width, size.height))
+        };
+        assert_eq!(size("1280x720"), Some((1280, 720)));
+        assert_eq!(size("16384X1"), Some((16_384, 1)));
+        for wrong in ["", "1280", "0x5", "5x0", "16385x1", "axb", "1x2x3", "-1x5"] {
+            assert_eq!(size(wrong), None, "{wrong}");
+        }
+    }
+}

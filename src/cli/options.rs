@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use myxo::Result;
 use myxo::scene::{Overrides, Scene};
-use myxo::{Error, Result};
 
 use super::files;
 
@@ -26,7 +26,11 @@ pub struct SceneOptions {
 impl SceneOptions {
     /// In the form that scenes take: preset, then `--set`, then the seed.
     pub fn overrides(&self) -> Overrides {
-        Overrides { preset: self.preset.clone(), set: self.set.clone(), seed: self.seed }
+        Overrides {
+            preset: self.preset.clone(),
+            set: self.set.clone(),
+            seed: self.seed,
+        }
     }
 }
 
@@ -95,20 +99,21 @@ impl std::str::FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=16_384).contains(side));
+        let side = |text: &str| {
+            text.trim()
+                .parse()
+                .ok()
+                .filter(|side| (1..=16_384).contains(side))
+        };
         text.split_once(['x', 'X', '×'])
-            .and_then(|(width, height)| Some(Self { width: side(width)?, height: side(height)? }))
-            .ok_or_else(|| "WIDTHxHEIGHT is expected, such as 1280x720, each side 1 to 16384".to_owned())
+            .and_then(|(width, height)| {
+                Some(Self {
+                    width: side(width)?,
+                    height: side(height)?,
+                })
+            })
+            .ok_or_else(|| {
+                "WIDTHxHEIGHT is expected, such as 1280x720, each side 1 to 16384".to_owned()
+            })
     }
-}
-
-/// Refuses files that would overwrite each other.
-pub fn check_distinct<'a>(paths: impl Iterator<Item = &'a Path>) -> Result<()> {
-    let mut seen = std::collections::BTreeSet::new();
-    for path in paths {
-        if !seen.insert(std::path::absolute(path).unwrap_or_else(|_| path.to_owned())) {
-            return Err(Error::Invalid(format!("{} is named twice: give each file its own name", path.display())));
-        }
-    }
-    Ok(())
 }

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use myxo::Result;
 
-use super::options::{CommonOptions, check_distinct};
-use super::{Outcome, files, not_built_in};
+use super::files::{Sink, check_distinct};
+use super::options::CommonOptions;
+use super::{Outcome, not_built_in};
 
 /// Measure the GPU time of every kernel
 #[derive(Clone, Debug, Args)]
@@ -44,11 +45,10 @@ pub struct Profile {
 impl Profile {
     /// Checks everything that can be checked before the work, and does it.
     pub fn run(&self) -> Result<Outcome> {
-        check_distinct(self.report.iter().chain(&self.trace).map(PathBuf::as_path))?;
+        check_distinct(self.report.iter().chain(&self.trace))?;
         let _scene = self.common.load(&self.scene)?;
-        for path in self.report.iter().chain(&self.trace) {
-            files::check_writable(path)?;
-        }
+        let _report = self.report.as_deref().map(Sink::create).transpose()?;
+        let _trace = self.trace.as_deref().map(Sink::create).transpose()?;
         let _ = (self.steps, self.warmup, &self.kernel, self.json);
         Err(not_built_in("the simulation"))
     }

@@ -1,17 +1,19 @@
 //! `myxo render`: pictures, sequences and films without a window.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use myxo::{Error, Result};
+use myxo::Result;
+use myxo::render::output::Output;
 
-use super::options::{CommonOptions, Size, check_distinct};
-use super::{Outcome, files, not_built_in};
+use super::files::{Sink, check_distinct};
+use super::options::{CommonOptions, Size};
+use super::{Outcome, not_built_in};
 
 /// Run a scene without a window and write pictures
 ///
-/// The name of each --out says what it becomes: `x.png` is the last picture, `x_%05d.png` a sequence of them, `x.mp4`
-/// and `x.gif` films. Pictures of a sequence or film are --every steps apart.
+/// The name of each --out says what it becomes: x.png is the last picture, x_%05d.png or a folder a sequence of them,
+/// x.mp4 and x.gif films. Pictures of a sequence or film are --every steps apart.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -25,10 +27,10 @@ pub struct Render {
     /// How many steps to run
     #[arg(long, value_name = "N", default_value_t = 400)]
     steps: u32,
-    /// What to write: .png, a sequence with %05d in its name, .mp4 or .gif. May be repeated
+    /// What to write: .png, .png with %05d in its name, a folder, .mp4 or .gif. May be repeated
     #[arg(long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
-    /// Writes the report of the run as JSON
+    /// Writes the report of the run as JSON; - for the standard output
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Size of the picture, in pixels
@@ -47,27 +49,16 @@ pub struct Render {
 impl Render {
     /// Checks everything that can be checked before the work, and does it.
     pub fn run(&self) -> Result<Outcome> {
-        for out in &self.out {
-            check_kind(out)?;
-        }
-        check_distinct(self.out.iter().chain(&self.report).map(PathBuf::as_path))?;
+        check_distinct(self.out.iter().chain(&self.report))?;
         let _scene = self.common.load(&self.scene)?;
-        for path in self.out.iter().chain(&self.report) {
-            files::check_writable(path)?;
-        }
-        let _ = (self.steps, self.size, self.every, self.fps);
+        let size = (self.size.width, self.size.height);
+        let _outputs = self
+            .out
+            .iter()
+            .map(|out| Output::create(out, size, f64::from(self.fps)));
+        let _outputs = _outputs.collect::<Result<Vec<_>, _>>()?;
+        let _report = self.report.as_deref().map(Sink::create).transpose()?;
+        let _ = (self.steps, self.every);
         Err(not_built_in("the simulation"))
-    }
-}
-
-/// Refuses names that say no kind of picture.
-fn check_kind(out: &Path) -> Result<()> {
-    let ending = out.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    match ending.as_str() {
-        "png" | "mp4" | "gif" => Ok(()),
-        _ => Err(Error::Invalid(format!(
-            "cannot tell from its name what {} is to be: end it with .png, .mp4 or .gif, or put %05d before .png for a sequence",
-            out.display()
-        ))),
     }
 }

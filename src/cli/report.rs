@@ -107,10 +107,16 @@ impl Report {
 
     /// Reads a report that `--report` or `--json` has written.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| Error::Io { action: "read", path: path.to_owned(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        })?;
         serde_json::from_str(&text).map_err(|error| {
-            Error::Invalid(format!("{}: not a report of `myxo render` or `myxo profile`: {error}", path.display()))
+            Error::Invalid(format!(
+                "{}: not a report of `myxo render` or `myxo profile`: {error}",
+                path.display()
+            ))
         })
     }
 
@@ -134,7 +140,11 @@ fn command() -> String {
         .map(|word| {
             let word = word.to_string_lossy().into_owned();
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+./:,@%".contains(c);
-            if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
+            if !word.is_empty() && word.chars().all(plain) {
+                word
+            } else {
+                format!("'{}'", word.replace('\'', "'\\''"))
+            }
         })
         .collect();
     words.join(" ")
@@ -142,7 +152,12 @@ fn command() -> String {
 
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-    let name = |key: &str| text.lines().find(|line| line.starts_with(key))?.split_once(':').map(|(_, name)| name.trim());
+    let name = |key: &str| {
+        text.lines()
+            .find(|line| line.starts_with(key))?
+            .split_once(':')
+            .map(|(_, name)| name.trim())
+    };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let model = name("model name").or_else(|| name("Model"))?;
     Some(format!("{model} ({cores} threads)"))
@@ -150,7 +165,11 @@ fn processor() -> Option<String> {
 
 fn load_average() -> Option<[f64; 3]> {
     let text = std::fs::read_to_string("/proc/loadavg").ok()?;
-    let numbers: Vec<f64> = text.split_whitespace().take(3).map_while(|word| word.parse().ok()).collect();
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .take(3)
+        .map_while(|word| word.parse().ok())
+        .collect();
     numbers.try_into().ok()
 }
 
@@ -163,20 +182,48 @@ mod tests {
         let report = Report {
             state_hash: hash_text(0xabc),
             gpu_ms_per_step: Some(1.5),
-            kernels: vec![KernelTime { name: "advance".to_owned(), ..KernelTime::default() }],
-            hashes: vec![StepHash { step: 10, state_hash: hash_text(u64::MAX) }],
+            kernels: vec![KernelTime {
+                name: "advance".to_owned(),
+                ..KernelTime::default()
+            }],
+            hashes: vec![StepHash {
+                step: 10,
+                state_hash: hash_text(u64::MAX),
+            }],
             ..Report::of_this_host()
         };
         let text = report.to_json();
-        assert_eq!(serde_json::from_str::<Report>(&text).expect("it is JSON"), report);
+        assert_eq!(
+            serde_json::from_str::<Report>(&text).expect("it is JSON"),
+            report
+        );
         let value: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
         for key in [
-            "device", "driver", "scene", "steps", "particles", "state_hash", "gpu_ms_per_step", "wall_ms_per_step",
-            "kernels", "counters", "command", "commit", "processor", "load_average",
+            "device",
+            "driver",
+            "scene",
+            "steps",
+            "particles",
+            "state_hash",
+            "gpu_ms_per_step",
+            "wall_ms_per_step",
+            "kernels",
+            "counters",
+            "command",
+            "commit",
+            "processor",
+            "load_average",
         ] {
             assert!(value.get(key).is_some(), "{key}");
         }
-        for key in ["name", "dispatches_per_step", "mean_ms", "median_ms", "p95_ms", "share"] {
+        for key in [
+            "name",
+            "dispatches_per_step",
+            "mean_ms",
+            "median_ms",
+            "p95_ms",
+            "share",
+        ] {
             assert!(value["kernels"][0].get(key).is_some(), "{key}");
         }
         for key in ["lost", "doubled", "trail_mass"] {

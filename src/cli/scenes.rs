@@ -69,14 +69,30 @@ fn keys() -> String {
     }
     let object = ObjectSettings::default();
     let texts = [
-        ("name", &object.name, "What the object is called. Empty takes the mesh's name."),
-        ("mesh", &object.mesh, "builtin:NAME, or a path relative to the scene file."),
+        (
+            "name",
+            &object.name,
+            "What the object is called. Empty takes the mesh's name.",
+        ),
+        (
+            "mesh",
+            &object.mesh,
+            "builtin:NAME, or a path relative to the scene file.",
+        ),
     ];
     for (key, default, meaning) in texts {
-        let _ = writeln!(text, "object.N.{key} = \"{default}\"\n    {meaning}\n    A text; restarts.");
+        let _ = writeln!(
+            text,
+            "object.N.{key} = \"{default}\"\n    {meaning}\n    A text; restarts."
+        );
     }
     for parameter in OBJECT_PARAMETERS {
-        describe(&mut text, parameter, &format!("object.N.{}", parameter.key), &object);
+        describe(
+            &mut text,
+            parameter,
+            &format!("object.N.{}", parameter.key),
+            &object,
+        );
     }
     text
 }
@@ -88,8 +104,15 @@ fn describe<T>(text: &mut String, parameter: &Parameter<T>, key: &str, defaults:
         Effect::RestartBeyondGutter => "changes while running, restarts beyond the gutter",
     };
     let value = parameter.value(defaults);
-    let quote = if matches!(parameter.kind, Kind::Choice { .. }) { "\"" } else { "" };
+    let quote = if matches!(parameter.kind, Kind::Choice { .. }) {
+        "\""
+    } else {
+        ""
+    };
     let Parameter { name, help, .. } = parameter;
     let allowed = parameter.allowed();
-    let _ = writeln!(text, "{key} = {quote}{value}{quote}\n    {name}: {help}\n    {allowed}; {effect}.");
+    let _ = writeln!(
+        text,
+        "{key} = {quote}{value}{quote}\n    {name}: {help}\n    {allowed}; {effect}."
+    );
 }
