@@ -8,10 +8,10 @@ use std::path::Path;
 
 use super::error::MeshProblem;
 use super::soup::Soup;
-use super::{Mesh, MeshError, obj};
+use super::{Mesh, MeshError, gltf, obj};
 
 /// No model, and no file that a model names, is read beyond this size.
-const MOST_BYTES: u64 = 2 << 30;
+pub(crate) const MOST_BYTES: u64 = 2 << 30;
 
 /// How much of a model is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,13 +76,16 @@ fn load(path: &Path, extent: Extent) -> Result<Mesh, MeshError> {
 
 /// Reads the triangles of a model whose bytes are given; `path` says of what kind it is, and where files that it names
 /// would lie.
-pub(crate) fn parse(path: &Path, bytes: &[u8], _extent: Extent) -> Result<Soup, MeshProblem> {
+pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, MeshProblem> {
     let ending = path
         .extension()
         .map(|ending| ending.to_string_lossy().to_lowercase())
         .unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_str() {
+        _ if gltf::is_glb(bytes) => gltf::read(bytes, folder, extent),
         "obj" => obj::read(bytes),
+        "glb" | "gltf" => gltf::read(bytes, folder, extent),
         "" => Err(MeshProblem::UnknownKind {
             found: "its name has no ending".to_owned(),
         }),

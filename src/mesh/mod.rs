@@ -11,12 +11,15 @@
 pub mod atlas;
 mod edges;
 mod error;
+mod gltf;
 mod load;
 mod obj;
 mod orient;
 pub mod primitive;
 mod report;
 mod soup;
+#[doc(hidden)]
+pub mod suite;
 pub mod surface;
 pub mod walk;
 mod weld;

@@ -8,6 +8,9 @@ use super::orient::orient;
 use super::weld::weld;
 use super::{Mesh, MeshReport};
 
+/// More triangles than this have no room in the largest texture that a device may offer, with a few texels each.
+pub(crate) const MOST_TRIANGLES: usize = 1 << 26;
+
 /// What a loader read: vertices and triangles in file order, nothing merged and nothing mended.
 #[derive(Debug, Default)]
 pub(crate) struct Soup {

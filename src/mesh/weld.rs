@@ -5,6 +5,7 @@ use rayon::slice::ParallelSliceMut;
 
 use super::MeshReport;
 use super::error::MeshProblem;
+use super::soup::MOST_TRIANGLES;
 
 /// The shortest edge and the lowest height that a triangle may have: float32 can still multiply two such lengths'
 /// ratios, and a scene's scale has room below.
@@ -30,11 +31,11 @@ pub(crate) fn weld(
     triangles: &[[u32; 3]],
     report: &mut MeshReport,
 ) -> Result<Welded, MeshProblem> {
-    if triangles.len() > i32::MAX as usize / 3 {
+    if triangles.len() > MOST_TRIANGLES {
         return Err(MeshProblem::TooMany {
             what: "triangles",
             count: triangles.len() as u64,
-            most: i32::MAX as u64 / 3,
+            most: MOST_TRIANGLES as u64,
         });
     }
     check_coordinates(positions, triangles, report)?;
