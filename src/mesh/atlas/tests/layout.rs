@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::super::grid::{Grid, Half};
 use super::*;
+use crate::mesh::soup::Soup;
 
 #[test]
 fn all_sorts_of_surfaces_and_sizes_hold_together() {
@@ -201,7 +202,12 @@ fn texels_know_their_share_of_the_surface() {
         assert!((atlas.density[texel] * expected / mean - 1.0).abs() < 1e-5);
     }
     // A triangle alone: its hypotenuse halves the texels there.
-    let lone = Mesh::from_indexed("lone", vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]);
+    let soup = Soup {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..Soup::default()
+    };
+    let lone = Mesh::from_soup("lone", soup).unwrap();
     let surface = Surface::build(&[(&lone, 1.0)]);
     let atlas = build(&surface, 12, 1);
     assert_eq!(atlas.owned_count, 55);
