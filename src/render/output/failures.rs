@@ -143,7 +143,7 @@ fn error_with_encoder(script: &str) -> OutputError {
     let frame = plain(size, RED);
     let error = (0..20)
         .find_map(|_| output.frame(&frame).err())
-        .map_or_else(|| output.finish().unwrap_err(), |error| error);
+        .unwrap_or_else(|| output.finish().unwrap_err());
     assert_eq!(names_in(folder.path()), Vec::<String>::new(), "{script}");
     error
 }

@@ -188,7 +188,7 @@ pub struct Written {
 
 impl fmt::Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sizes = self.files.iter().map(|path| std::fs::metadata(path));
+        let sizes = self.files.iter().map(std::fs::metadata);
         let bytes: u64 = sizes.map(|file| file.map_or(0, |file| file.len())).sum();
         let megabytes = bytes as f64 / 1e6;
         match self.files.as_slice() {
