@@ -10,6 +10,7 @@
 
 pub mod atlas;
 mod edges;
+mod embedded;
 mod error;
 mod gltf;
 mod load;

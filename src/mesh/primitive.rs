@@ -1,4 +1,5 @@
-//! Built-in meshes: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults.
+//! Built-in meshes: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults; the
+//! models among them are in [`super::embedded`].
 //!
 //! A name is written as in a web address: `torus`, `torus?major=64&minor=32`. All are centred at the origin, with +Y up.
 
@@ -7,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 use super::soup::Soup;
-use super::{Mesh, MeshError};
+use super::{Mesh, MeshError, embedded};
 
 /// The name of every built-in mesh, with its parameters and their defaults.
 pub const BUILTINS: &[(&str, &str)] = &[
@@ -31,6 +32,10 @@ pub const BUILTINS: &[(&str, &str)] = &[
         "capsule",
         "radius 0.5 about the Y axis, `length=1` between its half spheres' centres; `segments=96` around, `rings=24` a half sphere",
     ),
+    ("suzanne", "Blender's monkey; 3 parts with open borders"),
+    ("trefoil", "a beaded trefoil knot; closed"),
+    ("gyroid", "a ball cut from a gyroid; closed, 26 handles"),
+    ("hand", "a hand; closed"),
 ];
 
 impl Mesh {
@@ -69,6 +74,7 @@ impl Mesh {
                 let length = parameters.length("length", 1.0, 0.001, 1000.0)?;
                 capsule(segments, rings, length)
             }
+            _ if let Some(model) = embedded::model(name) => model?,
             _ => {
                 let names = BUILTINS.iter().map(|(name, _)| *name);
                 return Err(MeshError::UnknownBuiltin {
