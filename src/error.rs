@@ -13,10 +13,16 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A mesh cannot be had as asked for.
+    /// The device, or something on it, failed.
+    #[error(transparent)]
+    Gpu(#[from] crate::gpu::GpuError),
+    /// A mesh cannot be used.
     #[error(transparent)]
     Mesh(#[from] crate::mesh::MeshError),
-    /// A scene cannot be had as asked for.
+    /// The triangles have no room in the texture.
+    #[error(transparent)]
+    Atlas(#[from] crate::mesh::atlas::AtlasError),
+    /// A scene cannot be used.
     #[error(transparent)]
     Scene(#[from] crate::scene::SceneError),
     /// A picture or a video could not be written.

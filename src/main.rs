@@ -1,6 +1,7 @@
-//! The `myxo` executable: everything is in [`cli`], which reads the command line, and in the library, which does it.
+//! The `myxo` executable: [`cli`] reads the command line, [`lab`] is the window, and the library does the work.
 
 mod cli;
+mod lab;
 
 fn main() -> std::process::ExitCode {
     cli::main()

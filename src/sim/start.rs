@@ -131,8 +131,8 @@ impl AreaTable {
 fn share(words: [u32; 4]) -> f64 {
     let low = words[1..]
         .iter()
-        .fold(0, |low, word| low << 8 | u64::from(word & 0xff));
-    let bits = u64::from(words[0]) << 24 | low;
+        .fold(0, |low, word| (low << 8) | u64::from(word & 0xff));
+    let bits = (u64::from(words[0]) << 24) | low;
     (bits >> 3) as f64 / (1u64 << 53) as f64
 }
 

@@ -211,6 +211,8 @@ fn texels_know_their_share_of_the_surface() {
     let surface = Surface::build(&[(&lone, 1.0)]);
     let atlas = build(&surface, 12, 1);
     assert_eq!(atlas.owned_count, 55);
+    // Its longest edge is the hypotenuse, so A is in the cell's corner.
+    assert!(atlas.maps[0].origin.distance(Vec2::ONE) < 0.01);
     let areas: Vec<f32> = atlas.area.iter().copied().filter(|&a| a > 0.0).collect();
     assert_eq!(areas.iter().filter(|&&a| a == 0.005).count(), 10);
     assert_eq!(areas.iter().filter(|&&a| a == 0.01).count(), 45);

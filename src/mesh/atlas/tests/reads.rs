@@ -131,3 +131,20 @@ fn reads_of_a_linear_field_see_no_seam() {
         );
     }
 }
+
+#[test]
+fn open_borders_mirror() {
+    let plane = surface(&["plane?columns=1&rows=1"]);
+    let atlas = build(&plane, 32, 2);
+    for (x, mirrored) in [(0, 3), (1, 2), (30, 29), (31, 28)] {
+        for y in [5, 10, 20] {
+            for [from, to] in [[[x, y], [mirrored, y]], [[y, x], [y, mirrored]]] {
+                let texel = from[1] * atlas.pitch + from[0];
+                let seam = atlas.seams.iter().find(|seam| seam.texel == texel);
+                let seam = seam.expect("a gutter texel");
+                assert_eq!(seam.source[0], to[1] * atlas.pitch + to[0], "{from:?}");
+                assert!(seam.weight[0] > 0.99);
+            }
+        }
+    }
+}

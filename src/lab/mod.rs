@@ -1,0 +1,3 @@
+//! The lab: a window in which slime mold grows, with every parameter beside it.
+
+mod pacing;
