@@ -26,11 +26,16 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
         },
         params.advance,
     );
-    // diffuse takes up what advance deposited; the next step moves the particles on.
+    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on.
     rec.barrier(
         Kernel,
         Kernel,
-        &[&s.deposits.front, &s.particles, &s.motions],
+        &[
+            &s.deposits.front,
+            &s.deposits.back,
+            &s.particles,
+            &s.motions,
+        ],
     );
 
     rec.dispatch(
@@ -57,8 +62,8 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
         },
         params.exchange_seams,
     );
-    // The next step senses the trail, gutters included.
-    rec.barrier(Kernel, Kernel, &[&s.trail.back]);
+    // The next step senses the new trail, and writes its own over the old one.
+    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.trail.front]);
 
     s.trail.swap();
     s.deposits.swap();
