@@ -18,6 +18,7 @@ pub mod atlas;
 mod bad_files;
 pub mod builtin;
 mod edges;
+mod embedded;
 mod error;
 mod gltf;
 mod load;
