@@ -33,6 +33,17 @@ impl Default for Exposure {
     }
 }
 
+impl Exposure {
+    /// For pictures in a row: follows the trail slowly, so that nothing flickers.
+    #[must_use]
+    pub fn following() -> Self {
+        Self::Auto {
+            clipped_share: 0.08,
+            adaptation: 0.12,
+        }
+    }
+}
+
 /// Distance between sampled texels. Odd, so that it does not fall in step with the rows of the atlas.
 #[must_use]
 pub fn stride(texel_count: u32) -> u32 {
