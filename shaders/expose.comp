@@ -4,6 +4,7 @@
 // A single invocation: 256 bins are too few to share out.
 // Overflow: cannot happen.
 #version 460
+#include "index.glsl"
 #include "exposure.glsl"
 
 layout(local_size_x = 1) in;
@@ -17,7 +18,7 @@ layout(push_constant) uniform Params {
 } params;
 
 void main() {
-    if (gl_GlobalInvocationID.x >= 1u) return;
+    if (invocation_index() >= 1u) return;
     // Mass, not texels: where most of the surface is bare, the veins alone decide.
     precise float mass = 0.0;
     for (uint bin = 0u; bin < BIN_COUNT; bin++) {

@@ -1,1 +1,48 @@
 //! Vulkan in small nouns; no meshes, no particles.
+//!
+//! A [`Context`] is an open device. [`Buffer`]s are typed and named; [`Pipeline`]s are made from the handles that the
+//! build generates for every shader. [`Frames`] gives out a [`Recorder`], which times, labels and checks whatever is
+//! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in here.
+//!
+//! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
+//! graveyard until every frame that was begun before is over.
+//!
+//! **Invariant:** a buffer that was written is not used again before a barrier says so; the recorder panics otherwise.
+//!
+//! **Invariant:** binding numbers, group sizes and element types stand in the shaders and nowhere on the host.
+
+mod access;
+mod buffer;
+mod context;
+mod device;
+mod error;
+mod frame;
+mod graveyard;
+mod image;
+mod info;
+mod instance;
+mod kernel;
+mod raster;
+mod recorder;
+mod texels;
+mod timer;
+mod transfer;
+
+pub use access::Access;
+pub use buffer::{AnyBuffer, Buffer, BufferCore, Domain};
+pub use context::{Context, ContextOptions, devices};
+pub use error::{GpuError, GpuResult};
+pub use frame::Frames;
+pub use image::{Format, Image};
+pub use info::{DeviceInfo, DeviceKind, Heap};
+pub use kernel::{
+    Binding, BindingAccess, BindingKind, Constants, Draw, Interface, Kernel, Params, Pipeline,
+    Resource, Threads,
+};
+pub use raster::{Blend, PassRecorder, RasterOptions, RasterPipeline, Targets, Topology};
+pub use recorder::Recorder;
+pub use texels::{TexelScalar, Texels, TexelsCore};
+pub use timer::{Node, Report, Row, Span, SpanKind, Statistics, Timings};
+
+#[cfg(test)]
+mod tests;

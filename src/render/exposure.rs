@@ -63,13 +63,13 @@ fn bin_edge(bin: u32) -> f32 {
 
 /// Twin of `trail_histogram.comp`.
 pub fn trail_histogram(
-    texel_count: u32,
+    sample_count: u32,
     stride: u32,
     trail: &[f32],
     density: &[f32],
     histogram: &mut [u32],
 ) {
-    for i in 0..texel_count.div_ceil(stride) {
+    for i in 0..sample_count {
         let texel = (i * stride) as usize;
         if density[texel] == 0.0 {
             continue;

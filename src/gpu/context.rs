@@ -1,0 +1,245 @@
+//! A device ready for work: the first thing that everything else in `gpu` needs.
+
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+use ash::vk;
+use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
+use raw_window_handle::RawDisplayHandle;
+
+use super::device::Device;
+use super::error::{Check, GpuError, GpuResult};
+use super::graveyard::{Corpse, Graveyard};
+use super::info::{self, DeviceInfo};
+use super::instance::Instance;
+use super::transfer::Transfer;
+
+/// How a [`Context`] is made.
+#[derive(Clone, Debug)]
+pub struct ContextOptions {
+    /// Index or part of the name of the device; `None` takes the best.
+    pub device: Option<String>,
+    /// Switches on the validation layer with synchronization validation; see [`Context::messages`].
+    pub validation: bool,
+    /// The display that a window will be opened on.
+    pub window: Option<RawDisplayHandle>,
+    /// Panic where a buffer is used without the barrier it needs. Only a test of the validation layer has a reason
+    /// to switch it off.
+    pub hazard_check: bool,
+    /// How long the device may take for what it is waited for.
+    pub timeout: Duration,
+}
+
+impl Default for ContextOptions {
+    fn default() -> Self {
+        Self {
+            device: None,
+            validation: false,
+            window: None,
+            hazard_check: true,
+            timeout: Duration::from_secs(60),
+        }
+    }
+}
+
+/// A device, its queue, its memory, and what waits to be freed.
+pub struct Context {
+    pub(crate) graveyard: Graveyard,
+    pub(crate) transfer: Mutex<Transfer>,
+    pub(crate) hazard_check: bool,
+    pub(crate) timeout: Duration,
+    info: DeviceInfo,
+    queue: Mutex<vk::Queue>,
+    /// Freed by `drop` before the device goes.
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
+    pub(crate) device: Device,
+}
+
+impl Context {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// No loader or driver, no layer (with `validation`), an unknown or unsuitable device, no memory.
+    pub fn new(options: &ContextOptions) -> GpuResult<Arc<Self>> {
+        let instance = Instance::new(options)?;
+        let info = info::choose(info::list(&instance)?, options.device.as_deref())?;
+        let device = Device::new(instance, &info, options.window.is_some())?;
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: device.instance.raw.clone(),
+            device: device.raw.clone(),
+            physical_device: info.physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        })
+        .map_err(|source| GpuError::OutOfMemory {
+            object: "the allocator".to_owned(),
+            size: 0,
+            source,
+        })?;
+        // SAFETY: the family has one queue, which `Device::new` asked for.
+        let queue = unsafe { device.raw.get_device_queue(info.queue_family, 0) };
+        let context = Arc::new(Self {
+            graveyard: Graveyard::default(),
+            transfer: Mutex::default(),
+            hazard_check: options.hazard_check,
+            timeout: options.timeout,
+            info,
+            queue: Mutex::new(queue),
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
+            device,
+        });
+        Ok(context)
+    }
+
+    /// Facts about the device.
+    #[must_use]
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// What the validation layer has said so far, oldest first; empty is good.
+    #[must_use]
+    pub fn messages(&self) -> Vec<String> {
+        self.device.instance.messages.all()
+    }
+
+    /// As [`Context::messages`], and forgets them.
+    #[must_use]
+    pub fn take_messages(&self) -> Vec<String> {
+        self.device.instance.messages.take()
+    }
+
+    /// Waits until the device has nothing to do.
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn wait_idle(&self) -> GpuResult<()> {
+        let _queue = self.queue();
+        // SAFETY: the queue is locked, so nobody submits meanwhile.
+        unsafe { self.device.raw.device_wait_idle() }.check("vkDeviceWaitIdle", &self.info.name)
+    }
+
+    /// The raw device, for crates that draw by themselves (the interface).
+    #[must_use]
+    pub fn raw_device(&self) -> &ash::Device {
+        &self.device.raw
+    }
+
+    /// The raw instance, for surfaces.
+    #[must_use]
+    pub fn raw_instance(&self) -> &ash::Instance {
+        &self.device.instance.raw
+    }
+
+    /// The Vulkan loader, for surfaces.
+    #[must_use]
+    pub fn entry(&self) -> &ash::Entry {
+        &self.device.instance.entry
+    }
+
+    /// The physical device, for surfaces.
+    #[must_use]
+    pub fn physical_device(&self) -> vk::PhysicalDevice {
+        self.info.physical
+    }
+
+    /// The family of the one queue.
+    #[must_use]
+    pub fn queue_family(&self) -> u32 {
+        self.info.queue_family
+    }
+
+    /// The queue, locked: a queue is used by one thread at a time.
+    pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        self.queue.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// The memory allocator, shared with crates that draw by themselves.
+    #[must_use]
+    pub fn allocator(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.allocator)
+    }
+
+    pub(crate) fn lock_allocator(&self) -> MutexGuard<'_, Allocator> {
+        self.allocator.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    pub(crate) fn free(&self, allocation: Allocation) {
+        // The allocator only refuses what it did not hand out.
+        let _ = self.lock_allocator().free(allocation);
+    }
+
+    /// Frees what no frame uses any more.
+    pub(crate) fn collect_garbage(&self) {
+        for corpse in self.graveyard.take_unused(&self.device.raw) {
+            self.bury(corpse);
+        }
+    }
+
+    fn bury(&self, corpse: Corpse) {
+        let raw = &self.device.raw;
+        // SAFETY: a corpse is owned by the graveyard alone and no submitted work uses it any more.
+        unsafe {
+            match corpse {
+                Corpse::Buffer(buffer, allocation) => {
+                    raw.destroy_buffer(buffer, None);
+                    self.free(allocation);
+                }
+                Corpse::BufferView(view) => raw.destroy_buffer_view(view, None),
+                Corpse::Image(view, image, allocation) => {
+                    raw.destroy_image_view(view, None);
+                    raw.destroy_image(image, None);
+                    allocation
+                        .into_iter()
+                        .for_each(|allocation| self.free(allocation));
+                }
+                Corpse::Pipeline(pipeline, layout, set_layout) => {
+                    raw.destroy_pipeline(pipeline, None);
+                    raw.destroy_pipeline_layout(layout, None);
+                    raw.destroy_descriptor_set_layout(set_layout, None);
+                }
+                Corpse::Frame {
+                    pool,
+                    queries,
+                    fence,
+                } => {
+                    raw.destroy_command_pool(pool, None);
+                    raw.destroy_query_pool(queries, None);
+                    raw.destroy_fence(fence, None);
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // An error means that the device is lost, and then it uses nothing either.
+        // SAFETY: nobody else has the context, so nobody submits meanwhile.
+        let _ = unsafe { self.device.raw.device_wait_idle() };
+        let transfer =
+            std::mem::take(&mut *self.transfer.lock().unwrap_or_else(|e| e.into_inner()));
+        transfer.destroy(self);
+        for corpse in self.graveyard.take_all() {
+            self.bury(corpse);
+        }
+        // SAFETY: dropped once, here, before `device`.
+        unsafe { ManuallyDrop::drop(&mut self.allocator) };
+    }
+}
+
+impl std::fmt::Debug for Context {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Context({})", self.info.line())
+    }
+}
+
+/// Every device that the drivers offer, also those that cannot run the kernels.
+///
+/// # Errors
+/// No loader or no driver.
+pub fn devices() -> GpuResult<Vec<DeviceInfo>> {
+    info::list(&Instance::new(&ContextOptions::default())?)
+}

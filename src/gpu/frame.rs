@@ -1,0 +1,320 @@
+//! Frames in flight: the host records one while the device works on those before.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::context::Context;
+use super::error::{Check, GpuResult};
+use super::graveyard::Corpse;
+use super::recorder::{PendingSpan, Recorder};
+use super::timer::{Span, Timings};
+use super::transfer::wait_for;
+
+/// Queries of a frame at first; a frame that needs more gets them the next time.
+const FIRST_QUERIES: u32 = 512;
+
+/// A ring of frames, each recorded, submitted and, when its turn comes again, waited for.
+pub struct Frames {
+    ctx: Arc<Context>,
+    slots: Vec<Slot>,
+    next: usize,
+    timings: Timings,
+}
+
+struct Slot {
+    resources: Arc<FrameResources>,
+    pending: Option<Pending>,
+    /// How many queries the last frame wanted.
+    wanted: u32,
+}
+
+/// What is known of a frame that was submitted.
+struct Pending {
+    ticket: u64,
+    spans: Vec<PendingSpan>,
+    queries: u32,
+}
+
+/// What one frame records into.
+pub(crate) struct FrameResources {
+    pub(crate) ctx: Arc<Context>,
+    pub(crate) pool: vk::CommandPool,
+    pub(crate) cmd: vk::CommandBuffer,
+    pub(crate) fence: vk::Fence,
+    pub(crate) queries: vk::QueryPool,
+    pub(crate) query_capacity: u32,
+}
+
+impl Frames {
+    /// A ring of `in_flight` frames, at least one.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn new(ctx: &Arc<Context>, in_flight: usize) -> GpuResult<Self> {
+        let slots = (0..in_flight.max(1))
+            .map(|_| {
+                let resources = Arc::new(FrameResources::new(ctx, FIRST_QUERIES)?);
+                Ok(Slot {
+                    resources,
+                    pending: None,
+                    wanted: 0,
+                })
+            })
+            .collect::<GpuResult<Vec<_>>>()?;
+        Ok(Self {
+            ctx: Arc::clone(ctx),
+            slots,
+            next: 0,
+            timings: Timings::default(),
+        })
+    }
+
+    /// Begins a frame; waits for the one that used the same place in the ring.
+    ///
+    /// # Errors
+    /// The device was lost, or did not finish in time.
+    ///
+    /// # Panics
+    /// If a frame that was begun in this place was neither submitted nor dropped.
+    pub fn begin(&mut self) -> GpuResult<Recorder> {
+        self.wait_slot(self.next)?;
+        let slot = &mut self.slots[self.next];
+        assert!(
+            Arc::strong_count(&slot.resources) == 1,
+            "submit or drop a frame before its place in the ring is used again"
+        );
+        if slot.wanted > slot.resources.query_capacity && self.ctx.info().has_timestamps() {
+            slot.resources = Arc::new(FrameResources::new(
+                &self.ctx,
+                slot.wanted.next_power_of_two(),
+            )?);
+        }
+        self.ctx.collect_garbage();
+        slot.resources.start()?;
+        let recorder = Recorder::new(Arc::clone(&slot.resources));
+        self.next = (self.next + 1) % self.slots.len();
+        Ok(recorder)
+    }
+
+    /// Hands a frame to the device.
+    ///
+    /// # Errors
+    /// The device was lost, or is out of memory.
+    ///
+    /// # Panics
+    /// If the recorder is not of this ring.
+    pub fn submit(&mut self, recorder: Recorder) -> GpuResult<()> {
+        self.submit_with(recorder, &[], &[])
+    }
+
+    /// As [`Frames::submit`], waiting for semaphores at a stage and signalling others: for frames that are shown.
+    ///
+    /// # Errors
+    /// As [`Frames::submit`].
+    ///
+    /// # Panics
+    /// As [`Frames::submit`].
+    pub fn submit_with(
+        &mut self,
+        mut recorder: Recorder,
+        wait: &[(vk::Semaphore, vk::PipelineStageFlags)],
+        signal: &[vk::Semaphore],
+    ) -> GpuResult<()> {
+        let slot = self
+            .slots
+            .iter_mut()
+            .find(|s| Arc::ptr_eq(&s.resources, &recorder.frame));
+        let slot = slot.expect("a frame is submitted to the ring that began it");
+        recorder.finish();
+        let frame = Arc::clone(&recorder.frame);
+        let device = &self.ctx.device.raw;
+        let (semaphores, stages): (Vec<_>, Vec<_>) = wait.iter().copied().unzip();
+        let cmds = [frame.cmd];
+        let info = [vk::SubmitInfo::default()
+            .command_buffers(&cmds)
+            .wait_semaphores(&semaphores)
+            .wait_dst_stage_mask(&stages)
+            .signal_semaphores(signal)];
+        // SAFETY: the command buffer was recorded by `recorder`, whose objects live until the fence has signalled.
+        unsafe {
+            device
+                .end_command_buffer(frame.cmd)
+                .check("vkEndCommandBuffer", "a frame")?;
+            device
+                .reset_fences(&[frame.fence])
+                .check("vkResetFences", "a frame")?;
+            device
+                .queue_submit(*self.ctx.queue(), &info, frame.fence)
+                .check("vkQueueSubmit", "a frame")?;
+        }
+        self.ctx.graveyard.submitted(recorder.ticket);
+        recorder.submitted = true;
+        slot.wanted = recorder.queries_wanted;
+        let queries = recorder.queries_used();
+        slot.pending = Some(Pending {
+            ticket: recorder.ticket,
+            spans: std::mem::take(&mut recorder.spans),
+            queries,
+        });
+        Ok(())
+    }
+
+    /// Waits for every frame that was submitted, oldest first.
+    ///
+    /// # Errors
+    /// The device was lost, or did not finish in time.
+    pub fn wait_idle(&mut self) -> GpuResult<()> {
+        for i in 0..self.slots.len() {
+            self.wait_slot((self.next + i) % self.slots.len())?;
+        }
+        self.ctx.collect_garbage();
+        Ok(())
+    }
+
+    /// Times of the frames that have finished and been waited for.
+    #[must_use]
+    pub fn timings(&self) -> &Timings {
+        &self.timings
+    }
+
+    /// As [`Frames::timings`], to clear them or to change their window.
+    pub fn timings_mut(&mut self) -> &mut Timings {
+        &mut self.timings
+    }
+
+    fn wait_slot(&mut self, index: usize) -> GpuResult<()> {
+        let slot = &mut self.slots[index];
+        if slot.pending.is_none() {
+            return Ok(());
+        }
+        wait_for(&self.ctx, slot.resources.fence, "a frame")?;
+        if let Some(pending) = slot.pending.take() {
+            self.ctx.graveyard.end(pending.ticket);
+            self.timings.push(slot.resources.read_spans(pending)?);
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Frames {
+    fn drop(&mut self) {
+        for slot in &mut self.slots {
+            if let Some(pending) = slot.pending.take() {
+                self.ctx
+                    .graveyard
+                    .adopt(pending.ticket, slot.resources.fence);
+            }
+        }
+    }
+}
+
+impl FrameResources {
+    fn new(ctx: &Arc<Context>, queries: u32) -> GpuResult<Self> {
+        const WHO: &str = "a frame";
+        let mut this = Self {
+            ctx: Arc::clone(ctx),
+            pool: vk::CommandPool::null(),
+            cmd: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            query_capacity: 0,
+        };
+        let device = &ctx.device.raw;
+        // SAFETY: the device is alive; `this` owns each handle as soon as it exists.
+        unsafe {
+            let info = vk::CommandPoolCreateInfo::default().queue_family_index(ctx.queue_family());
+            this.pool = device
+                .create_command_pool(&info, None)
+                .check("vkCreateCommandPool", WHO)?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(this.pool)
+                .command_buffer_count(1);
+            this.cmd = device
+                .allocate_command_buffers(&info)
+                .check("vkAllocateCommandBuffers", WHO)?[0];
+            this.fence = device
+                .create_fence(&vk::FenceCreateInfo::default(), None)
+                .check("vkCreateFence", WHO)?;
+            if ctx.info().has_timestamps() {
+                let info = vk::QueryPoolCreateInfo::default()
+                    .query_type(vk::QueryType::TIMESTAMP)
+                    .query_count(queries);
+                this.queries = device
+                    .create_query_pool(&info, None)
+                    .check("vkCreateQueryPool", WHO)?;
+                this.query_capacity = queries;
+            }
+        }
+        ctx.device.set_name(this.cmd, "frame");
+        Ok(this)
+    }
+
+    fn start(&self) -> GpuResult<()> {
+        let device = &self.ctx.device.raw;
+        let begin = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the last frame in this place has finished, and no recorder has it.
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .check("vkResetCommandPool", "a frame")?;
+            device
+                .begin_command_buffer(self.cmd, &begin)
+                .check("vkBeginCommandBuffer", "a frame")?;
+            if self.query_capacity > 0 {
+                device.cmd_reset_query_pool(self.cmd, self.queries, 0, self.query_capacity);
+            }
+        }
+        Ok(())
+    }
+
+    fn read_spans(&self, pending: Pending) -> GpuResult<Vec<Span>> {
+        if pending.queries == 0 {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0_u64; pending.queries as usize];
+        // SAFETY: the frame has finished, so every query that it wrote is available.
+        unsafe {
+            self.ctx.device.raw.get_query_pool_results(
+                self.queries,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64,
+            )
+        }
+        .check("vkGetQueryPoolResults", "a frame")?;
+        let info = self.ctx.info();
+        let mask = u64::MAX >> (64 - info.timestamp_valid_bits.clamp(1, 64));
+        let period = f64::from(info.timestamp_period);
+        let start = ticks[0] & mask;
+        let mut new_index = vec![None; pending.spans.len()];
+        let mut spans = Vec::with_capacity(pending.spans.len());
+        for (i, span) in pending.spans.into_iter().enumerate() {
+            let Some(first) = span.queries else { continue };
+            // Counters wrap: count from the frame's own start.
+            let since_start =
+                |query: u32| (ticks[query as usize].wrapping_sub(start) & mask) as f64 * period;
+            let base = start as f64 * period;
+            new_index[i] = Some(spans.len());
+            spans.push(Span {
+                name: span.name,
+                kind: span.kind,
+                parent: span.parent.and_then(|p| new_index[p]),
+                begin_ns: base + since_start(first),
+                end_ns: base + since_start(first + 1),
+            });
+        }
+        Ok(spans)
+    }
+}
+
+impl Drop for FrameResources {
+    fn drop(&mut self) {
+        self.ctx.graveyard.add(Corpse::Frame {
+            pool: self.pool,
+            queries: self.queries,
+            fence: self.fence,
+        });
+    }
+}

@@ -1,0 +1,312 @@
+//! What a device is called, can do and lacks; the choice of a device.
+
+use std::ffi::CStr;
+use std::fmt::Write;
+
+use ash::{ext, khr, vk};
+
+use super::error::{Check, GpuError, GpuResult};
+use super::instance::Instance;
+
+/// What kind of device it is, best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    /// A card of its own.
+    Discrete,
+    /// Part of the processor.
+    Integrated,
+    /// A part of a device, handed to a virtual machine.
+    Virtual,
+    /// The processor itself, by a software driver.
+    Cpu,
+    /// The driver does not say.
+    Other,
+}
+
+impl DeviceKind {
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            DeviceKind::Discrete => "discrete",
+            DeviceKind::Integrated => "integrated",
+            DeviceKind::Virtual => "virtual",
+            DeviceKind::Cpu => "cpu",
+            DeviceKind::Other => "other",
+        }
+    }
+}
+
+/// A memory heap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Heap {
+    /// Bytes, as the driver reports them (lavapipe says 2 GiB whatever the machine has).
+    pub size: u64,
+    /// On the device, not in the host's memory.
+    pub device_local: bool,
+}
+
+/// Facts about one device.
+#[derive(Clone, Debug)]
+pub struct DeviceInfo {
+    /// Place in the driver's list; `--device` takes it.
+    pub index: usize,
+    /// Name of the device.
+    pub name: String,
+    /// Kind of device.
+    pub kind: DeviceKind,
+    /// Name of the driver, such as `llvmpipe`.
+    pub driver: String,
+    /// The driver's own version text, such as `Mesa 22.3.6 (LLVM 15.0.6)`.
+    pub driver_version: String,
+    /// Vulkan version of the device, such as `1.3.230`.
+    pub api_version: String,
+    /// Identifies device and driver build; caches are keyed by it.
+    pub cache_key: String,
+    /// Nanoseconds a timestamp tick takes.
+    pub timestamp_period: f32,
+    /// Bits of a timestamp that count; 0 where there are no timestamps.
+    pub timestamp_valid_bits: u32,
+    /// Bytes of one storage-buffer binding.
+    pub max_storage_buffer_range: u64,
+    /// Elements of one texel buffer.
+    pub max_texel_buffer_elements: u32,
+    /// Bytes of one allocation.
+    pub max_memory_allocation_size: u64,
+    /// Groups along the first axis of a dispatch.
+    pub max_group_count: u32,
+    /// Invocations of a group.
+    pub max_group_invocations: u32,
+    /// Storage buffers that one stage sees.
+    pub max_storage_buffers: u32,
+    /// Bytes of push constants.
+    pub max_push_constants: u32,
+    /// Side of a two-dimensional image.
+    pub max_image_side: u32,
+    /// Samples that a pixel of a picture can have, colour and depth.
+    pub max_samples: u32,
+    /// Invocations that run in lock-step.
+    pub subgroup_size: u32,
+    /// Memory heaps.
+    pub heaps: Vec<Heap>,
+    /// Pictures can be drawn (graphics queue and VK_KHR_dynamic_rendering).
+    pub has_dynamic_rendering: bool,
+    /// Host and device clocks can be compared.
+    pub has_calibrated_timestamps: bool,
+    /// What the kernels need and this device lacks; empty if it can run them.
+    pub missing: Vec<String>,
+    pub(crate) extensions: Vec<String>,
+    pub(crate) queue_family: u32,
+    pub(crate) physical: vk::PhysicalDevice,
+}
+
+impl DeviceInfo {
+    /// `0: llvmpipe (LLVM 15.0.6, 256 bits) [cpu, llvmpipe Mesa 22.3.6]`
+    #[must_use]
+    pub fn line(&self) -> String {
+        let mut line = format!(
+            "{}: {} [{}, {} {}]",
+            self.index,
+            self.name,
+            self.kind.as_str(),
+            self.driver,
+            self.driver_version
+        );
+        if !self.missing.is_empty() {
+            let _ = write!(line, ", lacks {}", self.missing.join(", "));
+        }
+        line
+    }
+
+    /// Are times of kernels to be had?
+    #[must_use]
+    pub fn has_timestamps(&self) -> bool {
+        self.timestamp_valid_bits > 0 && self.timestamp_period > 0.0
+    }
+
+    pub(crate) fn has_extension(&self, name: &CStr) -> bool {
+        self.extensions
+            .iter()
+            .any(|e| e.as_bytes() == name.to_bytes())
+    }
+
+    fn read(
+        instance: &ash::Instance,
+        index: usize,
+        physical: vk::PhysicalDevice,
+    ) -> GpuResult<Self> {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut maintenance = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
+        // SAFETY: `physical` is from this instance; so below.
+        let plain = unsafe { instance.get_physical_device_properties(physical) };
+        // SAFETY: as above.
+        let extensions: Vec<String> =
+            unsafe { instance.enumerate_device_extension_properties(physical) }
+                .check("vkEnumerateDeviceExtensionProperties", "a device")?
+                .iter()
+                .filter_map(|e| e.extension_name_as_c_str().ok())
+                .map(|name| name.to_string_lossy().into_owned())
+                .collect();
+        let has = |name: &CStr| extensions.iter().any(|e| e.as_bytes() == name.to_bytes());
+        let mut all = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut maintenance)
+            .push_next(&mut subgroup);
+        if plain.api_version >= vk::API_VERSION_1_2 {
+            all = all.push_next(&mut driver);
+        }
+        if has(khr::push_descriptor::NAME) {
+            all = all.push_next(&mut push);
+        }
+        // SAFETY: as above; the chain holds only structs of Vulkan 1.2 and of extensions that the device has.
+        unsafe { instance.get_physical_device_properties2(physical, &mut all) };
+        let properties = all.properties;
+        // SAFETY: as above.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let compute =
+            |flags: vk::QueueFlags| families.iter().position(|f| f.queue_flags.contains(flags));
+        let graphics_family = compute(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS);
+        let family = graphics_family.or_else(|| compute(vk::QueueFlags::COMPUTE));
+        // SAFETY: as above.
+        let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
+
+        let mut missing = Vec::new();
+        if properties.api_version < vk::API_VERSION_1_2 {
+            missing.push("Vulkan 1.2".to_owned());
+        }
+        if family.is_none() {
+            missing.push("a queue for compute".to_owned());
+        }
+        if !has(khr::push_descriptor::NAME) {
+            missing.push("VK_KHR_push_descriptor".to_owned());
+        }
+        let limits = properties.limits;
+        Ok(Self {
+            index,
+            name: text(properties.device_name_as_c_str()),
+            kind: match properties.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+                vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+                vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+                vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+                _ => DeviceKind::Other,
+            },
+            driver: text(driver.driver_name_as_c_str()),
+            driver_version: text(driver.driver_info_as_c_str()),
+            api_version: version_text(properties.api_version),
+            cache_key: properties
+                .pipeline_cache_uuid
+                .iter()
+                .fold(String::new(), |key, byte| key + &format!("{byte:02x}"))
+                + &format!(
+                    "-{:x}-{:x}-{:x}",
+                    properties.vendor_id, properties.device_id, properties.driver_version
+                ),
+            timestamp_period: limits.timestamp_period,
+            timestamp_valid_bits: family.map_or(0, |i| families[i].timestamp_valid_bits),
+            max_storage_buffer_range: u64::from(limits.max_storage_buffer_range),
+            max_texel_buffer_elements: limits.max_texel_buffer_elements,
+            max_memory_allocation_size: maintenance.max_memory_allocation_size,
+            max_group_count: limits.max_compute_work_group_count[0],
+            max_group_invocations: limits.max_compute_work_group_invocations,
+            max_storage_buffers: limits
+                .max_per_stage_descriptor_storage_buffers
+                .min(push.max_push_descriptors),
+            max_push_constants: limits.max_push_constants_size,
+            max_image_side: limits.max_image_dimension2_d,
+            max_samples: highest_samples(
+                limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts,
+            ),
+            subgroup_size: subgroup.subgroup_size,
+            heaps: memory.memory_heaps[..memory.memory_heap_count as usize]
+                .iter()
+                .map(|h| Heap {
+                    size: h.size,
+                    device_local: h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL),
+                })
+                .collect(),
+            has_dynamic_rendering: graphics_family.is_some() && has(khr::dynamic_rendering::NAME),
+            has_calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
+            missing,
+            extensions,
+            queue_family: family.unwrap_or(0) as u32,
+            physical,
+        })
+    }
+}
+
+/// Every device in the driver's order, also those that cannot run the kernels.
+pub(crate) fn list(instance: &Instance) -> GpuResult<Vec<DeviceInfo>> {
+    // SAFETY: the instance is alive.
+    let physical =
+        unsafe { instance.raw.enumerate_physical_devices() }.map_err(|e| GpuError::NoVulkan {
+            reason: format!("the drivers could not be asked for devices ({e})"),
+        })?;
+    if physical.is_empty() {
+        return Err(GpuError::NoVulkan {
+            reason: "no driver offers a device".to_owned(),
+        });
+    }
+    physical
+        .into_iter()
+        .enumerate()
+        .map(|(index, physical)| DeviceInfo::read(&instance.raw, index, physical))
+        .collect()
+}
+
+/// The device that `asked` names by index or by part of its name, or the best one.
+pub(crate) fn choose(devices: Vec<DeviceInfo>, asked: Option<&str>) -> GpuResult<DeviceInfo> {
+    let lines: String = devices
+        .iter()
+        .map(|d| format!("  {}\n", d.line()))
+        .collect();
+    let best = |mut candidates: Vec<DeviceInfo>| {
+        candidates.sort_by_key(|d| (!d.missing.is_empty(), d.kind, d.index));
+        candidates.into_iter().next()
+    };
+    let Some(asked) = asked else {
+        let chosen = best(devices).filter(|d| d.missing.is_empty());
+        return chosen.ok_or(GpuError::NoSuitableDevice { devices: lines });
+    };
+    let by_index = asked
+        .parse::<usize>()
+        .ok()
+        .and_then(|i| devices.iter().find(|d| d.index == i).cloned());
+    let wanted = asked.trim().to_lowercase();
+    let by_name = || {
+        let matches = devices
+            .iter()
+            .filter(|d| !wanted.is_empty() && d.name.to_lowercase().contains(&wanted));
+        best(matches.cloned().collect())
+    };
+    match by_index.or_else(by_name) {
+        None => Err(GpuError::UnknownDevice {
+            asked: asked.to_owned(),
+            devices: lines,
+        }),
+        Some(device) if !device.missing.is_empty() => Err(GpuError::UnsuitableDevice {
+            missing: device.missing.join(", "),
+            device: device.name,
+            devices: lines,
+        }),
+        Some(device) => Ok(device),
+    }
+}
+
+fn text(name: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
+    name.map_or(String::new(), |n| n.to_string_lossy().into_owned())
+}
+
+fn highest_samples(counts: vk::SampleCountFlags) -> u32 {
+    1 << (31 - counts.as_raw().max(1).leading_zeros())
+}
+
+fn version_text(version: u32) -> String {
+    let (major, minor, patch) = (
+        vk::api_version_major(version),
+        vk::api_version_minor(version),
+        vk::api_version_patch(version),
+    );
+    format!("{major}.{minor}.{patch}")
+}

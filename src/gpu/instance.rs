@@ -1,0 +1,196 @@
+//! The Vulkan instance: loader, layers, extensions, and the messenger that collects what validation says.
+
+use std::borrow::Cow;
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex};
+
+use ash::{ext, vk};
+
+use super::ContextOptions;
+use super::error::{Check, GpuError, GpuResult};
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// What the validation layer said, oldest first.
+#[derive(Debug, Default)]
+pub(crate) struct Messages(Mutex<Vec<String>>);
+
+impl Messages {
+    pub(crate) fn all(&self) -> Vec<String> {
+        self.0.lock().unwrap_or_else(|e| e.into_inner()).clone()
+    }
+
+    pub(crate) fn take(&self) -> Vec<String> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(|e| e.into_inner()))
+    }
+
+    fn push(&self, message: String) {
+        self.0
+            .lock()
+            .unwrap_or_else(|e| e.into_inner())
+            .push(message);
+    }
+}
+
+/// Owns the instance and its messenger.
+pub(crate) struct Instance {
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Kept alive for the messenger, which holds a pointer to it.
+    pub(crate) messages: Arc<Messages>,
+    pub(crate) has_debug_utils: bool,
+    pub(crate) raw: ash::Instance,
+    /// Keeps the loader in memory.
+    pub(crate) entry: ash::Entry,
+}
+
+impl Instance {
+    pub(crate) fn new(options: &ContextOptions) -> GpuResult<Self> {
+        // SAFETY: the loader is a Vulkan loader; nothing of it is used after `entry` is gone.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoVulkan {
+            reason: e.to_string(),
+        })?;
+        // SAFETY: no preconditions.
+        let version = unsafe { entry.try_enumerate_instance_version() }
+            .check("vkEnumerateInstanceVersion", "the loader")?;
+        if version.is_some_and(|v| v < vk::API_VERSION_1_2) || version.is_none() {
+            return Err(GpuError::NoVulkan {
+                reason: "the loader is older than Vulkan 1.2".to_owned(),
+            });
+        }
+        // SAFETY: no preconditions.
+        let available = unsafe { entry.enumerate_instance_extension_properties(None) }
+            .check("vkEnumerateInstanceExtensionProperties", "the loader")?;
+        let has = |name: &CStr| {
+            available
+                .iter()
+                .any(|e| e.extension_name_as_c_str() == Ok(name))
+        };
+
+        let mut layers = Vec::new();
+        if options.validation {
+            // SAFETY: no preconditions.
+            let installed = unsafe { entry.enumerate_instance_layer_properties() }
+                .check("vkEnumerateInstanceLayerProperties", "the loader")?;
+            if !installed
+                .iter()
+                .any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
+            {
+                return Err(GpuError::NoValidation);
+            }
+            layers.push(VALIDATION_LAYER.as_ptr());
+        }
+        // The layer brings debug_utils and validation_features even where the loader has neither.
+        let has_debug_utils = options.validation || has(ext::debug_utils::NAME);
+        let mut extensions = Vec::new();
+        if has_debug_utils {
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
+        if options.validation {
+            extensions.push(ext::validation_features::NAME.as_ptr());
+        }
+        let mut flags = vk::InstanceCreateFlags::empty();
+        if has(ash::khr::portability_enumeration::NAME) {
+            extensions.push(ash::khr::portability_enumeration::NAME.as_ptr());
+            flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
+        }
+        if let Some(window) = options.window {
+            let needed = ash_window::enumerate_required_extensions(window)
+                .check("vkEnumerateInstanceExtensionProperties", "the window")?;
+            for &name in needed {
+                // SAFETY: ash-window returns static strings.
+                let name = unsafe { CStr::from_ptr(name) };
+                if !has(name) {
+                    let reason = format!(
+                        "the loader has no {}, which a window needs",
+                        name.to_string_lossy()
+                    );
+                    return Err(GpuError::NoVulkan { reason });
+                }
+                extensions.push(name.as_ptr());
+            }
+        }
+
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"myxo")
+            .api_version(vk::API_VERSION_1_2);
+        let features = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut validation =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&features);
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions)
+            .flags(flags);
+        if options.validation {
+            info = info.push_next(&mut validation);
+        }
+        // SAFETY: every pointer in `info` outlives the call.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoVulkan {
+                reason: "no driver is installed".to_owned(),
+            },
+            source => GpuError::Vulkan {
+                call: "vkCreateInstance",
+                object: "the instance".to_owned(),
+                source,
+            },
+        })?;
+        let mut instance = Self {
+            messenger: None,
+            messages: Arc::default(),
+            has_debug_utils,
+            raw,
+            entry,
+        };
+        if options.validation {
+            instance.listen()?;
+        }
+        Ok(instance)
+    }
+
+    fn listen(&mut self) -> GpuResult<()> {
+        let loader = ext::debug_utils::Instance::new(&self.entry, &self.raw);
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            .pfn_user_callback(Some(on_message))
+            .user_data(Arc::as_ptr(&self.messages).cast_mut().cast());
+        // SAFETY: the messages live as long as the messenger, both being fields of `self`.
+        let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }
+            .check("vkCreateDebugUtilsMessengerEXT", "the validation messenger")?;
+        self.messenger = Some((loader, messenger));
+        Ok(())
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if let Some((loader, messenger)) = self.messenger.take() {
+            // SAFETY: created from this instance; used by nothing else.
+            unsafe { loader.destroy_debug_utils_messenger(messenger, None) };
+        }
+        // SAFETY: whoever used the instance holds it, so nobody does any more.
+        unsafe { self.raw.destroy_instance(None) };
+    }
+}
+
+/// Collects a message. Vulkan calls it from any thread and it must not unwind.
+unsafe extern "system" fn on_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    messages: *mut c_void,
+) -> vk::Bool32 {
+    if !data.is_null() && !messages.is_null() {
+        // SAFETY: Vulkan passes valid data, and `messages` is what `listen` registered.
+        let (data, messages) = unsafe { (&*data, &*messages.cast::<Messages>()) };
+        // SAFETY: both are null or valid for the call.
+        let text =
+            unsafe { data.message_as_c_str() }.map_or(Cow::Borrowed(""), CStr::to_string_lossy);
+        messages.push(text.into_owned());
+    }
+    vk::FALSE
+}

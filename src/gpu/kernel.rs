@@ -1,0 +1,349 @@
+//! What the generated handles implement, and the compute pipeline made from one.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::{AnyBuffer, BufferCore};
+use super::context::Context;
+use super::error::{Check, GpuError, GpuResult};
+use super::graveyard::Corpse;
+use super::texels::TexelsCore;
+
+/// How a shader declares a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingAccess {
+    /// `readonly`
+    Read,
+    /// `writeonly`
+    Write,
+    /// Neither.
+    ReadWrite,
+}
+
+/// What is bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingKind {
+    /// A storage block.
+    Storage,
+    /// A texel buffer.
+    Texels,
+}
+
+/// One binding of set 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Binding {
+    /// Number in the shader.
+    pub number: u32,
+    /// Name in the shader and of the host's field.
+    pub name: &'static str,
+    /// From `readonly` and `writeonly`.
+    pub access: BindingAccess,
+    /// Storage block or texel buffer.
+    pub kind: BindingKind,
+}
+
+/// What is bound to a [`Binding`].
+#[derive(Clone, Copy)]
+pub enum Resource<'a> {
+    /// A whole buffer.
+    Buffer(&'a dyn AnyBuffer),
+    /// A texel view.
+    Texels(&'a TexelsCore),
+}
+
+impl<'a> Resource<'a> {
+    pub(crate) fn core(self) -> &'a BufferCore {
+        match self {
+            Resource::Buffer(buffer) => buffer.core(),
+            Resource::Texels(texels) => texels.core(),
+        }
+    }
+}
+
+/// Push constants, written at the shader's offsets.
+pub trait Params {
+    /// Bytes.
+    const SIZE: usize;
+    /// Writes every field to its place in `bytes`, which has [`Params::SIZE`] bytes.
+    fn write(&self, bytes: &mut [u8]);
+}
+
+impl Params for () {
+    const SIZE: usize = 0;
+    fn write(&self, _bytes: &mut [u8]) {}
+}
+
+/// Specialization constants.
+pub trait Constants {
+    /// Number and bits of each.
+    fn values(&self) -> Vec<(u32, [u8; 4])>;
+}
+
+impl Constants for () {
+    fn values(&self) -> Vec<(u32, [u8; 4])> {
+        Vec::new()
+    }
+}
+
+/// What kernels and draws have in common; the build implements it for every shader.
+pub trait Interface {
+    /// The shader's file name without its ending; times and messages carry it.
+    const NAME: &'static str;
+    /// By binding number.
+    const BINDINGS: &'static [Binding];
+    /// Where `debug.glsl` is included: its binding.
+    const DEBUG_BINDING: Option<u32>;
+    /// What is bound, a field a binding.
+    type Args<'a>;
+    /// Push constants, or `()`.
+    type Params: Params;
+    /// Specialization constants, or `()`.
+    type Constants: Constants;
+    /// What `args` binds, in the order of [`Interface::BINDINGS`].
+    fn resources<'a>(args: &Self::Args<'a>) -> Vec<Resource<'a>>;
+}
+
+/// A compute shader.
+pub trait Kernel: Interface {
+    /// The optimised module.
+    const SPIRV: &'static [u8];
+    /// Invocations in a group.
+    const GROUP_SIZE: u32;
+}
+
+/// A vertex and a fragment shader.
+pub trait Draw: Interface {
+    /// The optimised vertex module.
+    const VERTEX: &'static [u8];
+    /// The optimised fragment module.
+    const FRAGMENT: &'static [u8];
+}
+
+/// A number of invocations; groups are counted once, by the recorder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Threads(pub u32);
+
+impl Threads {
+    /// One invocation for each of `count` things.
+    ///
+    /// # Panics
+    /// Past 4,294,967,295.
+    #[must_use]
+    pub fn of(count: usize) -> Self {
+        Self(
+            u32::try_from(count)
+                .unwrap_or_else(|_| panic!("{count} invocations do not fit a 32-bit index")),
+        )
+    }
+
+    /// Groups in x and y, `x * y` of them or a few more than needed; `None` for no invocations.
+    pub(crate) fn groups(self, group_size: u32, limit: u32) -> Option<[u32; 2]> {
+        let groups = self.0.div_ceil(group_size);
+        if groups == 0 {
+            return None;
+        }
+        let rows = groups.div_ceil(limit);
+        Some([groups.div_ceil(rows), rows])
+    }
+}
+
+/// A compute pipeline with its layout.
+pub struct Pipeline<K> {
+    core: PipelineCore,
+    kernel: PhantomData<fn() -> K>,
+}
+
+impl<K: Kernel> Pipeline<K> {
+    /// Makes the pipeline of kernel `K` with these specialization constants.
+    ///
+    /// # Errors
+    /// The kernel binds more than this device can, or the driver refuses it.
+    pub fn new(ctx: &Arc<Context>, constants: &K::Constants) -> GpuResult<Self> {
+        let core = PipelineCore::compute::<K>(ctx, constants)?;
+        Ok(Self {
+            core,
+            kernel: PhantomData,
+        })
+    }
+
+    pub(crate) fn core(&self) -> &PipelineCore {
+        &self.core
+    }
+}
+
+/// A pipeline of either kind with its layouts.
+pub(crate) struct PipelineCore {
+    pub(crate) ctx: Arc<Context>,
+    pub(crate) pipeline: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    set_layout: vk::DescriptorSetLayout,
+}
+
+impl PipelineCore {
+    fn compute<K: Kernel>(ctx: &Arc<Context>, constants: &K::Constants) -> GpuResult<Self> {
+        let limit = ctx.info().max_group_invocations;
+        if K::GROUP_SIZE > limit {
+            let missing = format!("groups of {} invocations (it has {limit})", K::GROUP_SIZE);
+            return Err(unsupported::<K>(ctx, missing));
+        }
+        let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE)?;
+        let module = ShaderModule::new(ctx, K::SPIRV, K::NAME)?;
+        let specialization = Specialization::new(constants);
+        let specialization = specialization.info();
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module.raw)
+            .name(c"main")
+            .specialization_info(&specialization);
+        let info = [vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(core.layout)];
+        // SAFETY: module, layout and constants are alive.
+        let made = unsafe {
+            ctx.device
+                .raw
+                .create_compute_pipelines(vk::PipelineCache::null(), &info, None)
+        };
+        let made = made
+            .map_err(|(_, e)| e)
+            .check("vkCreateComputePipelines", K::NAME)?;
+        core.pipeline = made[0];
+        ctx.device.set_name(core.pipeline, K::NAME);
+        Ok(core)
+    }
+
+    /// Set layout and pipeline layout; the pipeline itself is null yet.
+    pub(crate) fn layouts<I: Interface>(
+        ctx: &Arc<Context>,
+        stages: vk::ShaderStageFlags,
+    ) -> GpuResult<Self> {
+        let info = ctx.info();
+        let storage = I::BINDINGS.len() + usize::from(I::DEBUG_BINDING.is_some());
+        if storage > info.max_storage_buffers as usize {
+            return Err(unsupported::<I>(
+                ctx,
+                format!("{storage} bindings (it has {})", info.max_storage_buffers),
+            ));
+        }
+        let device = &ctx.device.raw;
+        let debug = I::DEBUG_BINDING.map(|number| (number, BindingKind::Storage));
+        let bindings: Vec<_> = (I::BINDINGS.iter().map(|b| (b.number, b.kind)).chain(debug))
+            .map(|(number, kind)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(descriptor_type(kind))
+                    .descriptor_count(1)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let mut core = Self {
+            ctx: Arc::clone(ctx),
+            pipeline: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+        };
+        let set = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        // SAFETY: what `set` points to is alive.
+        core.set_layout = unsafe { device.create_descriptor_set_layout(&set, None) }
+            .check("vkCreateDescriptorSetLayout", I::NAME)?;
+        let sets = [core.set_layout];
+        let size = <I::Params as Params>::SIZE as u32;
+        let ranges = [vk::PushConstantRange::default()
+            .stage_flags(stages)
+            .size(size)];
+        let ranges = if size == 0 { &[][..] } else { &ranges[..] };
+        let layout = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&sets)
+            .push_constant_ranges(ranges);
+        // SAFETY: as above.
+        core.layout = unsafe { device.create_pipeline_layout(&layout, None) }
+            .check("vkCreatePipelineLayout", I::NAME)?;
+        Ok(core)
+    }
+}
+
+impl Drop for PipelineCore {
+    fn drop(&mut self) {
+        self.ctx.graveyard.add(Corpse::Pipeline(
+            self.pipeline,
+            self.layout,
+            self.set_layout,
+        ));
+    }
+}
+
+pub(crate) fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
+    match kind {
+        BindingKind::Storage => vk::DescriptorType::STORAGE_BUFFER,
+        BindingKind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+    }
+}
+
+fn unsupported<I: Interface>(ctx: &Context, missing: String) -> GpuError {
+    GpuError::Unsupported {
+        what: format!("the kernel {}", I::NAME),
+        missing,
+        device: ctx.info().name.clone(),
+    }
+}
+
+/// A module that lives until its pipeline is made.
+pub(crate) struct ShaderModule<'a> {
+    pub(crate) raw: vk::ShaderModule,
+    device: &'a ash::Device,
+}
+
+impl<'a> ShaderModule<'a> {
+    pub(crate) fn new(ctx: &'a Context, spirv: &[u8], name: &str) -> GpuResult<Self> {
+        let words = bytemuck::allocation::pod_collect_to_vec::<u8, u32>(spirv);
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the build compiled the module for Vulkan 1.2.
+        let raw = unsafe { ctx.device.raw.create_shader_module(&info, None) }
+            .check("vkCreateShaderModule", name)?;
+        Ok(Self {
+            raw,
+            device: &ctx.device.raw,
+        })
+    }
+}
+
+impl Drop for ShaderModule<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a pipeline does not need its module once it is made.
+        unsafe { self.device.destroy_shader_module(self.raw, None) };
+    }
+}
+
+/// Specialization constants as Vulkan takes them.
+pub(crate) struct Specialization {
+    entries: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u8>,
+}
+
+impl Specialization {
+    pub(crate) fn new(constants: &impl Constants) -> Self {
+        let mut this = Self {
+            entries: Vec::new(),
+            data: Vec::new(),
+        };
+        for (id, bits) in constants.values() {
+            let entry = vk::SpecializationMapEntry::default()
+                .constant_id(id)
+                .offset(this.data.len() as u32)
+                .size(4);
+            this.entries.push(entry);
+            this.data.extend(bits);
+        }
+        this
+    }
+
+    pub(crate) fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default()
+            .map_entries(&self.entries)
+            .data(&self.data)
+    }
+}

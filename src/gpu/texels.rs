@@ -1,0 +1,134 @@
+//! Texel buffers: a device buffer read as a one-dimensional texture, which is the fastest way to small tables on CPU
+//! drivers. The shader says `samplerBuffer` and `texelFetch`.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::buffer::{AnyBuffer, Buffer, BufferCore, Domain};
+use super::error::{Check, GpuError, GpuResult};
+use super::graveyard::Corpse;
+
+/// A scalar that texels are made of.
+pub trait TexelScalar: Pod {
+    /// The format with one, two and four components.
+    const FORMATS: [(usize, vk::Format); 3];
+}
+
+impl TexelScalar for f32 {
+    const FORMATS: [(usize, vk::Format); 3] = [
+        (1, vk::Format::R32_SFLOAT),
+        (2, vk::Format::R32G32_SFLOAT),
+        (4, vk::Format::R32G32B32A32_SFLOAT),
+    ];
+}
+
+impl TexelScalar for u32 {
+    const FORMATS: [(usize, vk::Format); 3] = [
+        (1, vk::Format::R32_UINT),
+        (2, vk::Format::R32G32_UINT),
+        (4, vk::Format::R32G32B32A32_UINT),
+    ];
+}
+
+impl TexelScalar for i32 {
+    const FORMATS: [(usize, vk::Format); 3] = [
+        (1, vk::Format::R32_SINT),
+        (2, vk::Format::R32G32_SINT),
+        (4, vk::Format::R32G32B32A32_SINT),
+    ];
+}
+
+/// A view of a buffer as texels of one, two or four `S`; keeps the buffer alive.
+pub struct Texels<S> {
+    view: TexelsCore,
+    scalar: PhantomData<S>,
+}
+
+/// The part of [`Texels`] that does not depend on the scalar.
+pub struct TexelsCore {
+    raw: vk::BufferView,
+    buffer: Arc<BufferCore>,
+}
+
+impl<S: TexelScalar> Texels<S> {
+    /// Views a device buffer as texels of `components` scalars (1, 2 or 4).
+    ///
+    /// # Errors
+    /// More texels than this device has in one view.
+    ///
+    /// # Panics
+    /// If the components are not 1, 2 or 4, the buffer is not a device buffer or does not divide into texels.
+    pub fn new<T: Pod>(buffer: &Buffer<T>, components: usize) -> GpuResult<Self> {
+        let core = buffer.shared();
+        let format = S::FORMATS
+            .iter()
+            .find(|(n, _)| *n == components)
+            .map(|(_, format)| *format);
+        let format =
+            format.unwrap_or_else(|| panic!("a texel has 1, 2 or 4 components, not {components}"));
+        assert!(
+            core.domain() == Domain::Device,
+            "`{}` is not a device buffer",
+            core.name()
+        );
+        let texel = 4 * components as u64;
+        assert!(
+            core.size_in_bytes().is_multiple_of(texel),
+            "`{}` does not divide into texels of {texel} bytes",
+            core.name()
+        );
+        let limit = u64::from(core.ctx().info().max_texel_buffer_elements);
+        let count = core.size_in_bytes() / texel;
+        if count > limit {
+            return Err(GpuError::TooLarge {
+                object: core.name().to_owned(),
+                len: count,
+                size: core.size_in_bytes(),
+                limit_name: "maxTexelBufferElements",
+                limit,
+                largest: limit,
+            });
+        }
+        let info = vk::BufferViewCreateInfo::default()
+            .buffer(core.raw())
+            .format(format)
+            .range(vk::WHOLE_SIZE);
+        // SAFETY: the buffer is alive, and was made for texel views.
+        let raw = unsafe { core.ctx().device.raw.create_buffer_view(&info, None) }
+            .check("vkCreateBufferView", core.name())?;
+        Ok(Self {
+            view: TexelsCore { raw, buffer: core },
+            scalar: PhantomData,
+        })
+    }
+
+    /// What does not depend on the scalar.
+    #[must_use]
+    pub fn as_dyn(&self) -> &TexelsCore {
+        &self.view
+    }
+}
+
+impl TexelsCore {
+    pub(crate) fn raw(&self) -> vk::BufferView {
+        self.raw
+    }
+}
+
+impl AnyBuffer for TexelsCore {
+    fn core(&self) -> &BufferCore {
+        &self.buffer
+    }
+}
+
+impl Drop for TexelsCore {
+    fn drop(&mut self) {
+        self.buffer
+            .ctx()
+            .graveyard
+            .add(Corpse::BufferView(self.raw));
+    }
+}

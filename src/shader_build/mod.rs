@@ -1,0 +1,202 @@
+//! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here knows Vulkan.
+//!
+//! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
+//! optimised one is shipped. `reflect` reads SPIR-V into a small model and `generate` writes the model as Rust.
+
+pub mod generate;
+pub mod reflect;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use reflect::{Shader, Stage};
+use shaderc::{
+    CompileOptions, Compiler, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude,
+    ShaderKind, TargetEnv,
+};
+
+/// Compiles everything in `shaders` and writes into `out`: `kernels.rs` (compute), `draws.rs` (pairs of vertex and
+/// fragment shaders) and `selftest.rs` (kernels of `shaders/selftest`, for the tests of `gpu`), with the SPIR-V files.
+///
+/// Returns the compiler's warnings; the error has one line a problem, each with file and line.
+pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
+    let mut warnings = Vec::new();
+    let include = shaders.join("include");
+    for (folder, compute_file, draw_file) in [
+        (shaders.to_path_buf(), "kernels.rs", "draws.rs"),
+        (shaders.join("selftest"), "selftest.rs", "selftest_draws.rs"),
+    ] {
+        let mut compiled = Vec::new();
+        let mut problems = Vec::new();
+        for path in sources(&folder)? {
+            match compile(&path, &include) {
+                Ok(shader) => {
+                    warnings.extend(shader.warnings.iter().cloned());
+                    compiled.push(shader);
+                }
+                Err(message) => problems.push(message),
+            }
+        }
+        if !problems.is_empty() {
+            return Err(problems.join("\n"));
+        }
+        for shader in &compiled {
+            let bytes: Vec<u8> = shader
+                .optimized
+                .iter()
+                .flat_map(|word| word.to_le_bytes())
+                .collect();
+            write(&out.join(shader.spirv_file()), &bytes)?;
+        }
+        // The self-test's handles belong to `gpu`, which does not know the simulation's structs.
+        let shared = if compute_file == "kernels.rs" {
+            shared_structs(&include)?
+        } else {
+            Vec::new()
+        };
+        write(
+            &out.join(compute_file),
+            generate::kernels(&compiled, &shared)?.as_bytes(),
+        )?;
+        write(&out.join(draw_file), generate::draws(&compiled)?.as_bytes())?;
+    }
+    Ok(warnings)
+}
+
+/// Compiles and reflects one file.
+pub fn compile(path: &Path, include: &Path) -> Result<Shader, String> {
+    let source =
+        fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+    let stage = match path.extension().and_then(|e| e.to_str()) {
+        Some("comp") => Stage::Compute,
+        Some("vert") => Stage::Vertex,
+        Some("frag") => Stage::Fragment,
+        _ => {
+            return Err(format!(
+                "{}: a shader's name ends in .comp, .vert or .frag",
+                path.display()
+            ));
+        }
+    };
+    let stem = path
+        .file_stem()
+        .and_then(|s| s.to_str())
+        .unwrap_or_default();
+    let name = path.display().to_string();
+    let (plain, warnings) = to_spirv(&source, &name, stage, include, OptimizationLevel::Zero)?;
+    let (optimized, _) = to_spirv(
+        &source,
+        &name,
+        stage,
+        include,
+        OptimizationLevel::Performance,
+    )?;
+    let mut shader =
+        reflect::reflect(stem, stage, &plain, &source).map_err(|e| format!("{name}: {e}"))?;
+    shader.optimized = optimized;
+    shader.warnings = warnings;
+    Ok(shader)
+}
+
+/// The structs of `include/types.glsl` as the compiler lays them out, by way of a shader that binds one of each.
+fn shared_structs(include: &Path) -> Result<Vec<reflect::Struct>, String> {
+    let file = include.join("types.glsl");
+    let Ok(text) = fs::read_to_string(&file) else {
+        return Ok(Vec::new());
+    };
+    let mut source =
+        "#version 460\n#include \"types.glsl\"\nlayout(local_size_x = 1) in;\n".to_owned();
+    for (binding, name) in struct_names(&text).iter().enumerate() {
+        source += &format!(
+            "layout(std430, binding = {binding}) buffer B{binding} {{ {name} of_{name}[]; }};\n"
+        );
+    }
+    source += "void main() {}\n";
+    let (words, _) = to_spirv(
+        &source,
+        "types.glsl",
+        Stage::Compute,
+        include,
+        OptimizationLevel::Zero,
+    )?;
+    let shader = reflect::reflect("types", Stage::Compute, &words, &source)
+        .map_err(|e| format!("{}: {e}", file.display()))?;
+    Ok(shader.structs)
+}
+
+fn struct_names(text: &str) -> Vec<String> {
+    text.lines()
+        .filter_map(|line| line.trim_start().strip_prefix("struct "))
+        .map(|rest| {
+            rest.chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect()
+        })
+        .collect()
+}
+
+fn to_spirv(
+    source: &str,
+    name: &str,
+    stage: Stage,
+    include: &Path,
+    level: OptimizationLevel,
+) -> Result<(Vec<u32>, Vec<String>), String> {
+    let compiler = Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
+    let mut options = CompileOptions::new().map_err(|e| format!("shaderc does not start: {e}"))?;
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
+    options.set_optimization_level(level);
+    options.set_include_callback(|file, kind, from, _depth| {
+        let path = match kind {
+            IncludeType::Relative | IncludeType::Standard => include.join(file),
+        };
+        let content = fs::read_to_string(&path)
+            .map_err(|e| format!("cannot read {} (included by {from}): {e}", path.display()))?;
+        Ok(ResolvedInclude {
+            resolved_name: path.display().to_string(),
+            content,
+        })
+    });
+    let kind = match stage {
+        Stage::Compute => ShaderKind::Compute,
+        Stage::Vertex => ShaderKind::Vertex,
+        Stage::Fragment => ShaderKind::Fragment,
+    };
+    let artifact = compiler
+        .compile_into_spirv(source, kind, name, "main", Some(&options))
+        .map_err(|e| match e {
+            shaderc::Error::CompilationError(_, text) => text.trim_end().to_owned(),
+            other => format!("{name}: {other}"),
+        })?;
+    let warnings = artifact
+        .get_warning_messages()
+        .lines()
+        .map(str::to_owned)
+        .collect();
+    Ok((artifact.as_binary().to_vec(), warnings))
+}
+
+fn sources(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Ok(Vec::new());
+    };
+    let mut paths = Vec::new();
+    for entry in entries {
+        let path = entry
+            .map_err(|e| format!("cannot list {}: {e}", folder.display()))?
+            .path();
+        if path.is_file()
+            && !path
+                .file_name()
+                .is_some_and(|n| n.to_string_lossy().starts_with('.'))
+        {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    fs::write(path, bytes).map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
