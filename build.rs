@@ -1,7 +1,3 @@
-<<<<<<< HEAD
-fn main() {
-    let _c = shaderc::Compiler::new().unwrap();
-=======
 //! Compiles and reflects the shaders, and generates their typed handles; `src/shader_build` does the work.
 
 #[path = "src/shader_build/mod.rs"]
@@ -27,5 +23,4 @@ fn main() {
             std::process::exit(1);
         }
     }
->>>>>>> gpu
 }

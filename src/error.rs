@@ -13,15 +13,12 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-<<<<<<< HEAD
-    /// A scene cannot be had as asked for.
-    #[error(transparent)]
-    Scene(#[from] crate::scene::SceneError),
-=======
     /// Vulkan: no device, no memory, a device that was lost.
     #[error(transparent)]
     Gpu(#[from] crate::gpu::GpuError),
->>>>>>> gpu
+    /// A scene cannot be had as asked for.
+    #[error(transparent)]
+    Scene(#[from] crate::scene::SceneError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),
