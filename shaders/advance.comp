@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit.
-// Reads   triangles, halfedges, maps, trail (gutters filled), last step's deposits; for gravity corners, positions, poses.
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows.
 // One invocation a particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
@@ -41,23 +41,23 @@ layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
 layout(std430, set = 0, binding = 1) buffer Motions { Motion motions[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, set = 0, binding = 3) readonly buffer HalfEdges { HalfEdge halfedges[]; };
-layout(std430, set = 0, binding = 4) readonly buffer Maps { AtlasMap maps[]; };
+layout(std430, set = 0, binding = 4) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Trail { float trail[]; };
 layout(std430, set = 0, binding = 6) readonly buffer PreviousDeposits { uint previous_deposits[]; };
 layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
 layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 9) readonly buffer Positions { vec4 positions[]; };
-layout(std430, set = 0, binding = 10) readonly buffer Poses { mat4 poses[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
 
 #include "walk.glsl"
 #include "trail.glsl"
 
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
-    mat4 pose = poses[triangles[triangle].object];
-    precise float a = dot(vec4(pose[0].y, pose[1].y, pose[2].y, pose[3].y), positions[corners[3u * triangle]]);
-    precise float b = dot(vec4(pose[0].y, pose[1].y, pose[2].y, pose[3].y), positions[corners[3u * triangle + 1u]]);
-    precise float c = dot(vec4(pose[0].y, pose[1].y, pose[2].y, pose[3].y), positions[corners[3u * triangle + 2u]]);
+    vec4 row = poses[triangles[triangle].object].y;
+    precise float a = dot(row, vec4(vertices[corners[3u * triangle]].position, 1.0));
+    precise float b = dot(row, vec4(vertices[corners[3u * triangle + 1u]].position, 1.0));
+    precise float c = dot(row, vec4(vertices[corners[3u * triangle + 2u]].position, 1.0));
     precise float height = (a + u * (b - a)) + v * (c - a);
     return height;
 }
@@ -70,7 +70,7 @@ float sense(Walker start, vec2 heading) {
     w.remaining = params.sensor_offset;
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
-    vec2 position = atlas_position(maps[w.triangle], uv.x, uv.y);
+    vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
     precise float value = trail_at(position, params.pitch);
     if (FAVOURITE_DENSITY) {
         value = -abs(value - params.favourite_density);
@@ -140,5 +140,5 @@ void main() {
     heading = walker_heading(w);
     particles[i] = Particle(w.triangle, uv.x, uv.y, particle.id);
     motions[i] = Motion(heading.x, heading.y, min(pending, params.speed), motion.flags);
-    atomicAdd(deposits[texel_at(atlas_position(maps[w.triangle], uv.x, uv.y), params.pitch)], 1u);
+    atomicAdd(deposits[texel_at(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch)], 1u);
 }

@@ -1,5 +1,5 @@
 // trail: reading the trail between texel centres. Twin of src/sim/twin/trail.rs.
-// The includer declares `trail` (float[]), `maps` (AtlasMap[]) first.
+// The includer declares `trail` (float[]) first.
 
 #ifndef MYXO_TRAIL
 #define MYXO_TRAIL

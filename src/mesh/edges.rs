@@ -57,28 +57,38 @@ impl EdgeGroups {
     pub(crate) fn iter(&self) -> impl Iterator<Item = &[(u64, u32)]> {
         self.sorted.chunk_by(|a, b| a.0 == b.0)
     }
+
+    /// Follows triangles of which corners 1 and 2 have been swapped.
+    pub(crate) fn flip(&mut self, flipped: &[bool]) {
+        for (_, halfedge) in &mut self.sorted {
+            let (triangle, corner) = (*halfedge / 3, *halfedge % 3);
+            if flipped[triangle as usize] {
+                *halfedge = 3 * triangle + 2 - corner;
+            }
+        }
+    }
+
+    /// The twin of every half-edge, or [`NONE`].
+    ///
+    /// The rule, for any number of triangles at an edge: the first half-edge in file order and the first that runs
+    /// against it are twins, and all others are borders. Two triangles of opposite winding stay borders to each other.
+    pub(crate) fn twins(&self, corners: &[[u32; 3]]) -> Vec<u32> {
+        let mut twins = vec![NONE; 3 * corners.len()];
+        for group in self.iter() {
+            let (_, first) = group[0];
+            let (start, _) = ends(corners, first);
+            let against = group[1..]
+                .iter()
+                .find(|(_, h)| ends(corners, *h).1 == start);
+            if let Some(&(_, second)) = against {
+                twins[first as usize] = second;
+                twins[second as usize] = first;
+            }
+        }
+        twins
+    }
 }
 
 fn edge_key(a: u32, b: u32) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
-}
-
-/// The twin of every half-edge, or [`NONE`].
-///
-/// The rule, for any number of triangles at an edge: the first half-edge in file order and the first that runs against
-/// it are twins, and all others are borders. Two triangles of opposite winding stay borders to each other.
-pub(crate) fn twins(corners: &[[u32; 3]]) -> Vec<u32> {
-    let mut twins = vec![NONE; 3 * corners.len()];
-    for group in EdgeGroups::new(corners).iter() {
-        let (_, first) = group[0];
-        let (start, _) = ends(corners, first);
-        let against = group[1..]
-            .iter()
-            .find(|(_, h)| ends(corners, *h).1 == start);
-        if let Some(&(_, second)) = against {
-            twins[first as usize] = second;
-            twins[second as usize] = first;
-        }
-    }
-    twins
 }

@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
+use super::soup::Soup;
 use super::{Mesh, MeshError};
 
 /// The name of every built-in mesh, with its parameters and their defaults.
@@ -186,11 +187,11 @@ pub fn icosphere(subdivisions: u32) -> Mesh {
         }
         corners = finer;
     }
-    Mesh::from_indexed(
-        "icosphere",
-        points.iter().map(|point| point.as_vec3()).collect(),
+    let builder = Builder {
+        positions: points.iter().map(|point| point.as_vec3()).collect(),
         corners,
-    )
+    };
+    builder.finish("icosphere")
 }
 
 /// The 20 triples of points that are one edge apart, wound outwards.
@@ -318,7 +319,12 @@ impl Builder {
     }
 
     fn finish(self, name: &str) -> Mesh {
-        Mesh::from_indexed(name, self.positions, self.corners)
+        let soup = Soup {
+            positions: self.positions,
+            triangles: self.corners,
+            ..Soup::default()
+        };
+        Mesh::from_soup(name, soup).expect("the shape has an inside")
     }
 }
 

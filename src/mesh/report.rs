@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::edges::{next, previous, twins};
+use super::edges::{next, previous};
 use super::surface::NONE;
 
 /// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.
@@ -10,7 +10,7 @@ use super::surface::NONE;
 pub struct MeshReport {
     /// Triangles, without those that were dropped.
     pub triangles: usize,
-    /// Welded vertices.
+    /// Welded vertices that triangles use.
     pub vertices: usize,
     /// Edges, borders included.
     pub edges: usize,
@@ -20,29 +20,55 @@ pub struct MeshReport {
     pub border_edges: usize,
     /// Closed chains of border edges.
     pub border_loops: usize,
-    /// Vertices where the surface touches itself in a point; a walk cannot pass from one side to the other there.
+    /// Vertices where the surface touches itself in a point; a walk cannot pass from one sheet to the other there.
     pub pinched_vertices: usize,
     /// Vertices - edges + triangles, where a pinched vertex counts once for each sheet that meets there.
     pub euler_characteristic: i64,
+
+    /// Triangles in the file, polygons fanned.
+    pub file_triangles: usize,
+    /// Vertices in the file, welded or not, used or not.
+    pub file_vertices: usize,
+    /// Vertices that no triangle names; left out.
+    pub unreferenced_vertices: usize,
+    /// Of those, the ones with coordinates that are not finite.
+    pub unreferenced_non_finite: usize,
+    /// Triangles of which two corners are one vertex; dropped.
+    pub repeated_corners: usize,
+    /// Triangles with three corners and no area; dropped.
+    pub without_area: usize,
+    /// Triangles with the same corners as an earlier one; dropped.
+    pub duplicates: usize,
+    /// Edges of three or more triangles: the first two that can be are joined, the others end there.
+    pub non_manifold_edges: usize,
+    /// Triangles that were wound against their neighbours; flipped.
+    pub mended_triangles: usize,
+    /// Closed parts that faced inwards as a whole; turned.
+    pub turned_parts: usize,
+    /// Edges of two triangles that cannot be made to agree, as on a Moebius band; cut, so borders.
+    pub cut_edges: usize,
+    /// Lines in the file; left out.
+    pub lines: usize,
+    /// Points in the file; left out.
+    pub points: usize,
+    /// Nodes of a scene graph that are reached twice; taken once.
+    pub repeated_nodes: usize,
+    /// Texture coordinates are missing at some corners, or not finite; all left out.
+    pub incomplete_uvs: bool,
 }
 
 impl MeshReport {
     /// Measures the topology of welded triangles.
-    pub(crate) fn measure(corners: &[[u32; 3]], vertices: usize) -> Self {
-        let twins = twins(corners);
-        let border_edges = twins.iter().filter(|&&twin| twin == NONE).count();
-        let edges = border_edges + (twins.len() - border_edges) / 2;
-        let fans = count_fans(&twins);
-        Self {
-            triangles: corners.len(),
-            vertices,
-            edges,
-            parts: count_parts(&twins),
-            border_edges,
-            border_loops: count_border_loops(&twins),
-            pinched_vertices: count_pinched(corners, &twins, vertices),
-            euler_characteristic: fans as i64 - edges as i64 + corners.len() as i64,
-        }
+    pub(crate) fn measure(&mut self, corners: &[[u32; 3]], twins: &[u32], vertices: usize) {
+        let fans = Fans::count(corners, twins, vertices);
+        self.triangles = corners.len();
+        self.vertices = vertices;
+        self.border_edges = twins.iter().filter(|&&twin| twin == NONE).count();
+        self.edges = self.border_edges + (twins.len() - self.border_edges) / 2;
+        self.parts = count_parts(twins);
+        self.border_loops = count_border_loops(twins);
+        self.pinched_vertices = fans.pinched_vertices;
+        self.euler_characteristic = fans.all as i64 - self.edges as i64 + corners.len() as i64;
     }
 
     /// Whether no edge is open.
@@ -57,36 +83,115 @@ impl MeshReport {
         let capped = self.euler_characteristic + self.border_loops as i64;
         u64::try_from((2 * self.parts as i64 - capped) / 2).unwrap_or(0)
     }
+
+    /// Sizes and topology in one line: `27,648 triangles, 13,824 vertices, closed, genus 1`.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let mut text = format!(
+            "{}, {}",
+            counted(self.triangles, "triangle", "triangles"),
+            counted(self.vertices, "vertex", "vertices")
+        );
+        if self.parts > 1 {
+            text += &format!(", {}", counted(self.parts, "part", "parts"));
+        }
+        if self.is_closed() {
+            text += ", closed";
+        } else {
+            text += &format!(
+                ", {} in {}",
+                counted(self.border_edges, "border edge", "border edges"),
+                counted(self.border_loops, "loop", "loops")
+            );
+        }
+        text + &format!(", genus {}", self.genus())
+    }
+
+    /// Everything odd, one sentence each, with what was done about it; empty when all is well.
+    #[must_use]
+    pub fn oddities(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        let mut note = |count: usize, one: &str, many: &str| {
+            if count > 0 {
+                list.push(counted(count, one, many));
+            }
+        };
+        note(
+            self.repeated_corners,
+            "triangle with a corner twice, dropped",
+            "triangles with a corner twice, dropped",
+        );
+        note(
+            self.without_area,
+            "triangle without area, dropped",
+            "triangles without area, dropped",
+        );
+        note(
+            self.duplicates,
+            "triangle that is there already, dropped",
+            "triangles that are there already, dropped",
+        );
+        note(
+            self.non_manifold_edges,
+            "edge with three or more triangles: two are joined, the others end there",
+            "edges with three or more triangles: two are joined at each, the others end there",
+        );
+        note(
+            self.mended_triangles,
+            "triangle wound against its neighbours, flipped",
+            "triangles wound against their neighbours, flipped",
+        );
+        note(
+            self.turned_parts,
+            "closed part that faced inwards, turned",
+            "closed parts that faced inwards, turned",
+        );
+        note(
+            self.cut_edges,
+            "edge whose two sides cannot agree (the surface is one-sided), cut",
+            "edges whose two sides cannot agree (the surface is one-sided), cut",
+        );
+        note(
+            self.pinched_vertices,
+            "vertex where the surface only touches itself",
+            "vertices where the surface only touches itself",
+        );
+        note(
+            self.unreferenced_vertices,
+            "vertex that no triangle uses, ignored",
+            "vertices that no triangle uses, ignored",
+        );
+        note(
+            self.unreferenced_non_finite,
+            "of the unused vertices is not finite",
+            "of the unused vertices are not finite",
+        );
+        note(self.lines, "line, ignored", "lines, ignored");
+        note(self.points, "point, ignored", "points, ignored");
+        note(
+            self.repeated_nodes,
+            "node of the scene graph that is reached again, taken once",
+            "nodes of the scene graph that are reached again, taken once",
+        );
+        if self.incomplete_uvs {
+            list.push("texture coordinates that are incomplete or not finite, ignored".to_owned());
+        }
+        list
+    }
 }
 
 impl fmt::Display for MeshReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} triangles, {} vertices",
-            grouped(self.triangles),
-            grouped(self.vertices)
-        )?;
-        if self.parts > 1 {
-            write!(f, ", {} parts", grouped(self.parts))?;
+        f.write_str(&self.summary())?;
+        for oddity in self.oddities() {
+            write!(f, "\n  - {oddity}")?;
         }
-        if self.is_closed() {
-            write!(f, ", closed")?;
-        } else {
-            write!(
-                f,
-                ", {} border edges in {} {}",
-                grouped(self.border_edges),
-                grouped(self.border_loops),
-                if self.border_loops == 1 {
-                    "loop"
-                } else {
-                    "loops"
-                }
-            )?;
-        }
-        write!(f, ", genus {}", self.genus())
+        Ok(())
     }
+}
+
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(count), if count == 1 { one } else { many })
 }
 
 /// A count with commas between the thousands.
@@ -123,7 +228,30 @@ fn count_parts(twins: &[u32]) -> usize {
     parts
 }
 
-/// Marks every corner of the fan of triangles round a vertex that a corner belongs to.
+/// Fans: the runs of triangles round a vertex that hang together over edges. A plain vertex has one.
+struct Fans {
+    all: usize,
+    pinched_vertices: usize,
+}
+
+impl Fans {
+    fn count(corners: &[[u32; 3]], twins: &[u32], vertices: usize) -> Self {
+        let mut seen = vec![false; twins.len()];
+        let mut fans_at = vec![0_u32; vertices];
+        for corner in 0..twins.len() {
+            if !seen[corner] {
+                mark_fan(twins, corner as u32, &mut seen);
+                fans_at[corners[corner / 3][corner % 3] as usize] += 1;
+            }
+        }
+        Self {
+            all: fans_at.iter().map(|&fans| fans as usize).sum(),
+            pinched_vertices: fans_at.iter().filter(|&&fans| fans > 1).count(),
+        }
+    }
+}
+
+/// Marks every corner of the fan that one corner belongs to, turning left and then right.
 fn mark_fan(twins: &[u32], corner: u32, seen: &mut [bool]) {
     seen[corner as usize] = true;
     let mut left = twins[previous(corner) as usize];
@@ -136,30 +264,6 @@ fn mark_fan(twins: &[u32], corner: u32, seen: &mut [bool]) {
         seen[next(right) as usize] = true;
         right = twins[next(right) as usize];
     }
-}
-
-fn count_fans(twins: &[u32]) -> usize {
-    let mut seen = vec![false; twins.len()];
-    let mut fans = 0;
-    for corner in 0..twins.len() {
-        if !seen[corner] {
-            mark_fan(twins, corner as u32, &mut seen);
-            fans += 1;
-        }
-    }
-    fans
-}
-
-fn count_pinched(corners: &[[u32; 3]], twins: &[u32], vertices: usize) -> usize {
-    let mut seen = vec![false; twins.len()];
-    let mut fans_at = vec![0_u32; vertices];
-    for corner in 0..twins.len() {
-        if !seen[corner] {
-            mark_fan(twins, corner as u32, &mut seen);
-            fans_at[corners[corner / 3][corner % 3] as usize] += 1;
-        }
-    }
-    fans_at.iter().filter(|&&fans| fans > 1).count()
 }
 
 fn count_border_loops(twins: &[u32]) -> usize {

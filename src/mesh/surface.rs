@@ -7,7 +7,7 @@ use glam::{DVec2, Vec2, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::Mesh;
-use super::edges::{ends, twins};
+use super::edges::{EdgeGroups, ends};
 use super::walk::{Frame, rotate_across};
 
 /// No half-edge: the other side of an open border.
@@ -33,9 +33,10 @@ pub struct Triangle {
 pub struct HalfEdge {
     /// The same edge seen from the neighbour, or [`NONE`] at an open border.
     pub twin: u32,
-    /// Cosine of the rotation that takes a heading in this triangle's frame to the twin's frame.
+    /// Cosine of the rotation that takes a heading in this triangle's frame to the twin's frame. At an open border:
+    /// of twice the angle of the edge, which takes the heading with its `h` negated to its mirror image.
     pub cos: f32,
-    /// Sine of the same rotation.
+    /// Sine of the same angle.
     pub sin: f32,
     /// Keeps the stride at 16 bytes.
     pub pad0: u32,
@@ -148,20 +149,22 @@ impl Surface {
             object,
         }));
         let first_halfedge = 3 * first_triangle as u32;
-        let twins = twins(&mesh.corners);
+        let twins = EdgeGroups::new(&mesh.corners).twins(&mesh.corners);
         let halfedges: Vec<HalfEdge> = twins
             .par_iter()
             .enumerate()
             .map(|(h, &twin)| {
+                let edge = frames[h / 3].edge(h % 3);
                 if twin == NONE {
+                    let along = edge.normalize();
+                    let doubled = along.rotate(along);
                     return HalfEdge {
                         twin: NONE,
-                        cos: 1.0,
-                        sin: 0.0,
+                        cos: doubled.x as f32,
+                        sin: doubled.y as f32,
                         pad0: 0,
                     };
                 }
-                let edge = frames[h / 3].edge(h % 3);
                 let twin_edge = frames[twin as usize / 3].edge(twin as usize % 3);
                 let rotation = rotate_across(edge, twin_edge, DVec2::X);
                 HalfEdge {
@@ -255,6 +258,14 @@ impl Surface {
     fn validate_halfedge(&self, h: u32) -> Result<(), String> {
         let HalfEdge { twin, cos, sin, .. } = self.halfedges[h as usize];
         if twin == NONE {
+            let along = Frame::of(self, h / 3).edge(h as usize % 3);
+            let turned =
+                DVec2::new(f64::from(cos), f64::from(sin)).rotate(along * DVec2::new(1.0, -1.0));
+            if (turned - along).length() > 1e-6 * along.length() {
+                return Err(format!(
+                    "the border half-edge {h} is not mirrored onto itself"
+                ));
+            }
             return Ok(());
         }
         let Some(other) = self.halfedges.get(twin as usize) else {

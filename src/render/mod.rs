@@ -5,5 +5,6 @@ pub mod colormap;
 pub mod draws;
 pub mod exposure;
 pub mod normals;
+pub mod output;
 pub mod pick;
 pub mod view;

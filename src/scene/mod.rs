@@ -133,7 +133,7 @@ impl Scene {
     /// When a value is out of range, or a mesh cannot be loaded.
     pub fn from_settings(
         name: String,
-        mut settings: Settings,
+        settings: Settings,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
         let problems: Vec<Problem> = parameters::out_of_range(&settings)
@@ -158,6 +158,23 @@ impl Scene {
             })?;
             meshes.push(mesh);
         }
+        Self::from_meshes(name, settings, meshes, folder)
+    }
+
+    /// A scene of meshes that are in memory already, one for each object of the settings, whose `mesh` is not read.
+    ///
+    /// # Errors
+    /// When the scene is too small or too large to measure lengths by.
+    ///
+    /// # Panics
+    /// When there are not as many meshes as objects.
+    pub fn from_meshes(
+        name: String,
+        mut settings: Settings,
+        meshes: Vec<Mesh>,
+        folder: PathBuf,
+    ) -> Result<Self, SceneError> {
+        assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
         let pooled: Vec<_> = meshes
             .iter()

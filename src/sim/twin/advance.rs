@@ -1,13 +1,11 @@
 //! Twin of `shaders/advance.comp`.
 
-use glam::{Mat4, Vec4};
-
 use super::trail::{atlas_position, texel_at, trail_at};
 use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
-use crate::sim::types::{Motion, Particle, Walker};
+use crate::sim::types::{Motion, Particle, Pose, Vertex, Walker};
 
 /// What `advance` reads.
 pub struct AdvanceInputs<'a> {
@@ -16,17 +14,17 @@ pub struct AdvanceInputs<'a> {
     /// Crossings.
     pub halfedges: &'a [HalfEdge],
     /// Triangle to atlas.
-    pub maps: &'a [AtlasMap],
+    pub atlas_maps: &'a [AtlasMap],
     /// Trail with filled gutters.
     pub trail: &'a [f32],
     /// Last step's deposits.
     pub previous_deposits: &'a [u32],
     /// Three vertex indices a triangle.
     pub corners: &'a [u32],
-    /// Object-space vertices, `w` = 1.
-    pub positions: &'a [Vec4],
+    /// Object-space vertices.
+    pub vertices: &'a [Vertex],
     /// World from object.
-    pub poses: &'a [Mat4],
+    pub poses: &'a [Pose],
 }
 
 /// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
@@ -45,22 +43,55 @@ pub fn advance(
         let motion = motions[i];
 
         let mut heading = [motion.heading_p, motion.heading_h];
-        let mut w = Walker::at(particle.triangle, particle.u, particle.v, heading, motion.pending);
+        let mut w = Walker::at(
+            particle.triangle,
+            particle.u,
+            particle.v,
+            heading,
+            motion.pending,
+        );
         let mut pending = 0.0;
         if motion.pending > 0.0 {
-            walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
-            pending = if w.status == WALK_OUT_OF_ATTEMPTS { w.remaining } else { 0.0 };
+            walk(
+                inputs.triangles,
+                inputs.halfedges,
+                &mut w,
+                params.attempts,
+                constants.border_reflects,
+            );
+            pending = if w.status == WALK_OUT_OF_ATTEMPTS {
+                w.remaining
+            } else {
+                0.0
+            };
             heading = w.heading();
         }
 
         w.entered_by = NONE;
         let mut value = [
-            sense(constants, params, inputs, w, rotated(heading, params.sensor_cos, params.sensor_sin)),
+            sense(
+                constants,
+                params,
+                inputs,
+                w,
+                rotated(heading, params.sensor_cos, params.sensor_sin),
+            ),
             sense(constants, params, inputs, w, heading),
-            sense(constants, params, inputs, w, rotated(heading, params.sensor_cos, -params.sensor_sin)),
+            sense(
+                constants,
+                params,
+                inputs,
+                w,
+                rotated(heading, params.sensor_cos, -params.sensor_sin),
+            ),
         ];
         if constants.sensor_noise {
-            let noise = normals(random(params.seed, particle.id, params.time_step, Purpose::SensorNoise));
+            let noise = normals(random(
+                params.seed,
+                particle.id,
+                params.time_step,
+                Purpose::SensorNoise,
+            ));
             for k in 0..3 {
                 value[k] += params.sensor_noise * noise[k];
             }
@@ -76,24 +107,47 @@ pub fn advance(
             };
             heading = rotated(heading, cos, sin);
         }
-        gaps.push((left - middle).abs().min((right - middle).abs()).min((left - right).abs()));
+        gaps.push(
+            (left - middle)
+                .abs()
+                .min((right - middle).abs())
+                .min((left - right).abs()),
+        );
 
         w.heading_p = heading[0];
         w.heading_h = heading[1];
         w.remaining = params.speed;
-        walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
-        pending += if w.status == WALK_OUT_OF_ATTEMPTS { w.remaining } else { 0.0 };
+        walk(
+            inputs.triangles,
+            inputs.halfedges,
+            &mut w,
+            params.attempts,
+            constants.border_reflects,
+        );
+        pending += if w.status == WALK_OUT_OF_ATTEMPTS {
+            w.remaining
+        } else {
+            0.0
+        };
 
         let [u, v] = w.uv();
         let heading = w.heading();
-        particles[i] = Particle { triangle: w.triangle, u, v, id: particle.id };
+        particles[i] = Particle {
+            triangle: w.triangle,
+            u,
+            v,
+            id: particle.id,
+        };
         motions[i] = Motion {
             heading_p: heading[0],
             heading_h: heading[1],
             pending: pending.min(params.speed),
             flags: motion.flags,
         };
-        deposits[texel_at(atlas_position(&inputs.maps[w.triangle as usize], u, v), params.pitch) as usize] += 1;
+        deposits[texel_at(
+            atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v),
+            params.pitch,
+        ) as usize] += 1;
     }
     gaps
 }
@@ -110,9 +164,15 @@ fn sense(
     w.heading_p = heading[0];
     w.heading_h = heading[1];
     w.remaining = params.sensor_offset;
-    walk(inputs.triangles, inputs.halfedges, &mut w, params.attempts, constants.border_reflects);
+    walk(
+        inputs.triangles,
+        inputs.halfedges,
+        &mut w,
+        params.attempts,
+        constants.border_reflects,
+    );
     let [u, v] = w.uv();
-    let position = atlas_position(&inputs.maps[w.triangle as usize], u, v);
+    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
     let mut value = trail_at(inputs.trail, position, params.pitch);
     if constants.favourite_density {
         value = -(value - params.favourite_density).abs();
@@ -121,17 +181,18 @@ fn sense(
         value += params.gravity_weight * height_at(inputs, w.triangle, u, v);
     }
     if constants.decrowding {
-        value -=
-            params.decrowding_weight * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
+        value -= params.decrowding_weight
+            * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
     }
     value
 }
 
 /// Height of a point along the scene's up axis, world units.
 fn height_at(inputs: &AdvanceInputs, triangle: u32, u: f32, v: f32) -> f32 {
-    let pose = inputs.poses[inputs.triangles[triangle as usize].object as usize];
+    let row = inputs.poses[inputs.triangles[triangle as usize].object as usize].y;
     let height_of = |corner: u32| {
-        pose.row(1).dot(inputs.positions[inputs.corners[(3 * triangle + corner) as usize] as usize])
+        let vertex = inputs.corners[(3 * triangle + corner) as usize];
+        row.dot(inputs.vertices[vertex as usize].position.extend(1.0))
     };
     let [a, b, c] = [height_of(0), height_of(1), height_of(2)];
     (a + u * (b - a)) + v * (c - a)
@@ -144,9 +205,16 @@ fn normals(words: [u32; 4]) -> [f32; 3] {
     let radius_2 = (-2.0 * (1.0 - unit(words[2])).ln()).sqrt();
     let angle_1 = tau * unit(words[1]);
     let angle_2 = tau * unit(words[3]);
-    [radius_1 * angle_1.cos(), radius_1 * angle_1.sin(), radius_2 * angle_2.cos()]
+    [
+        radius_1 * angle_1.cos(),
+        radius_1 * angle_1.sin(),
+        radius_2 * angle_2.cos(),
+    ]
 }
 
 fn rotated(heading: [f32; 2], c: f32, s: f32) -> [f32; 2] {
-    [c * heading[0] - s * heading[1], s * heading[0] + c * heading[1]]
+    [
+        c * heading[0] - s * heading[1],
+        s * heading[0] + c * heading[1],
+    ]
 }

@@ -44,8 +44,13 @@ pub fn diffuse(
             let down = row + (rows - 1 - row).min(distance);
             let mean = ((row_sum(up, x) + row_sum(row, x)) + row_sum(down, x)) * (1.0 / 9.0);
             let spread = trail[texel] + params.diffusion * (mean - trail[texel]);
-            let value = (spread + (params.deposit * deposits[texel] as f32) * density[texel]) * params.decay;
-            next_trail[texel] = if value >= params.tiny && density[texel] > 0.0 { value } else { 0.0 };
+            let value = (spread + (params.deposit * deposits[texel] as f32) * density[texel])
+                * params.decay;
+            next_trail[texel] = if value >= params.tiny && density[texel] > 0.0 {
+                value
+            } else {
+                0.0
+            };
             previous_deposits[texel] = 0;
         }
     }

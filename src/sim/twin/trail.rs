@@ -5,7 +5,10 @@ use crate::mesh::surface::AtlasMap;
 /// Atlas position, in texels, of a point on the surface.
 #[must_use]
 pub fn atlas_position(map: &AtlasMap, u: f32, v: f32) -> [f32; 2] {
-    [(map.origin.x + u * map.du.x) + v * map.dv.x, (map.origin.y + u * map.du.y) + v * map.dv.y]
+    [
+        (map.origin.x + u * map.du.x) + v * map.dv.x,
+        (map.origin.y + u * map.du.y) + v * map.dv.y,
+    ]
 }
 
 /// The texel that holds a point.

@@ -44,7 +44,13 @@ impl Walker {
 }
 
 /// Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
-pub fn walk(triangles: &[Triangle], halfedges: &[HalfEdge], w: &mut Walker, mut attempts: u32, reflects: bool) {
+pub fn walk(
+    triangles: &[Triangle],
+    halfedges: &[HalfEdge],
+    w: &mut Walker,
+    mut attempts: u32,
+    reflects: bool,
+) {
     loop {
         let t = triangles[w.triangle as usize];
         let rate_c = w.heading_h / t.ch;
@@ -92,14 +98,22 @@ pub fn walk(triangles: &[Triangle], halfedges: &[HalfEdge], w: &mut Walker, mut 
         if stops || attempts == 0 {
             let start = 1.0 - along;
             [w.weight_a, w.weight_b, w.weight_c] = on_edge(corner, start, along);
-            w.status = if stops { WALK_BORDER } else { WALK_OUT_OF_ATTEMPTS };
+            w.status = if stops {
+                WALK_BORDER
+            } else {
+                WALK_OUT_OF_ATTEMPTS
+            };
             return;
         }
         attempts -= 1;
 
         let next_corner = if at_border { corner } else { edge.twin % 3 };
         w.triangle = if at_border { w.triangle } else { edge.twin / 3 };
-        let (start, end) = if at_border { (1.0 - along, along) } else { (along, 1.0 - along) };
+        let (start, end) = if at_border {
+            (1.0 - along, along)
+        } else {
+            (along, 1.0 - along)
+        };
         [w.weight_a, w.weight_b, w.weight_c] = on_edge(next_corner, start, end);
         w.entered_by = next_corner;
         let heading_h = if at_border { -w.heading_h } else { w.heading_h };
