@@ -49,7 +49,7 @@ pub enum Blend {
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
-    /// The pass has a depth target, and fragments behind it are dropped.
+    /// The pass has a depth target, and fragments behind what it holds, that is, of smaller depth, are dropped.
     pub depth: bool,
     /// Fragments write their depth, where there is a depth target.
     pub depth_write: bool,
@@ -139,7 +139,7 @@ impl<D: Draw> RasterPipeline<D> {
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(options.depth)
             .depth_write_enable(options.depth && options.depth_write)
-            .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
+            .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let attachments = [blend_state(options.blend)];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
@@ -220,7 +220,7 @@ pub struct Targets<'a> {
     pub color: &'a Image,
     /// Takes the mean of the samples at the end, where `color` has several.
     pub resolve: Option<&'a Image>,
-    /// Depth, of the same size and number of samples as `color`.
+    /// Depth, of the same size and number of samples as `color`; 0 is far away.
     pub depth: Option<&'a Image>,
     /// Linear colour and alpha that the picture starts with; `None` keeps what is there.
     pub clear: Option<[f32; 4]>,
@@ -235,7 +235,8 @@ pub struct PassRecorder<'a> {
 }
 
 impl Recorder {
-    /// Draws into images. Depth always starts at 1 and is not kept.
+    /// Draws into images. Depth always starts at 0 and is not kept; it is reversed, so greater is nearer, which
+    /// spreads the precision of floats evenly.
     ///
     /// # Panics
     /// If the targets do not fit each other, or the device cannot draw (then no pipeline could be made either).
@@ -315,7 +316,7 @@ impl Recorder {
                 .store_op(vk::AttachmentStoreOp::DONT_CARE)
                 .clear_value(vk::ClearValue {
                     depth_stencil: vk::ClearDepthStencilValue {
-                        depth: 1.0,
+                        depth: 0.0,
                         stencil: 0,
                     },
                 });
