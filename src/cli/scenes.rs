@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myxo::Result;
-use myxo::mesh::primitive::BUILTINS;
+use myxo::mesh::builtin::BUILTINS;
 use myxo::scene::Scene;
 use myxo::scene::builtin::{PRESETS, SCENES};
 use myxo::scene::parameters::{Effect, Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter};

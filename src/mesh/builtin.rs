@@ -1,9 +1,10 @@
-//! Built-in meshes by name: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults.
+//! Built-in meshes by name: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults,
+//! and the models of [`super::embedded`].
 //!
 //! A name is written as in a web address: `torus`, `torus?major=64&minor=32`.
 
 use super::primitive::{capsule, cube, icosphere, plane, torus};
-use super::{Mesh, MeshError};
+use super::{Mesh, MeshError, embedded};
 
 /// The name of every built-in mesh, with its parameters and their defaults.
 pub const BUILTINS: &[(&str, &str)] = &[
@@ -27,6 +28,10 @@ pub const BUILTINS: &[(&str, &str)] = &[
         "capsule",
         "radius 0.5 about the Y axis, `length=1` between its half spheres' centres; `segments=96` around, `rings=24` a half sphere",
     ),
+    ("suzanne", "Blender's monkey; 3 parts with open borders"),
+    ("trefoil", "a beaded trefoil knot; closed"),
+    ("gyroid", "a ball cut from a gyroid; closed, 26 handles"),
+    ("hand", "a hand; closed"),
 ];
 
 impl Mesh {
@@ -45,8 +50,8 @@ impl Mesh {
                 cube(divisions)
             }
             "torus" => {
-                let major = parameters.count("major", 144, 3, 4096)?;
-                let minor = parameters.count("minor", 96, 3, 4096)?;
+                let major = parameters.count("major", 144, 3, 8192)?;
+                let minor = parameters.count("minor", 96, 3, 8192)?;
                 let tube = parameters.length("tube", 0.4, 0.001, 0.999)?;
                 torus(major, minor, tube)
             }
@@ -61,10 +66,11 @@ impl Mesh {
             }
             "capsule" => {
                 let segments = parameters.count("segments", 96, 3, 4096)?;
-                let rings = parameters.count("rings", 24, 1, 1024)?;
+                let rings = parameters.count("rings", 24, 1, 2048)?;
                 let length = parameters.length("length", 1.0, 0.001, 1000.0)?;
                 capsule(segments, rings, length)
             }
+            _ if let Some(model) = embedded::model(name) => model?,
             _ => {
                 let names = BUILTINS.iter().map(|(name, _)| *name);
                 return Err(MeshError::UnknownBuiltin {

@@ -90,8 +90,8 @@ fn tangles_become_surfaces() {
         // Each triangle is still the one of the file, its corners in the order that it says.
         for (triangle, &corners) in mesh.corners.iter().enumerate() {
             let file = given[mesh.file_triangle[triangle] as usize];
-            let expected = mesh.file_corners[triangle]
-                .map(|corner| positions[file[corner as usize] as usize]);
+            let expected =
+                mesh.file_corners[triangle].map(|corner| positions[file[corner as usize] as usize]);
             let ours = corners.map(|vertex| mesh.positions[vertex as usize]);
             assert_eq!(ours, expected, "tangle {round}");
         }

@@ -71,6 +71,16 @@ impl Mesh {
 /// The corner that a triangle's shortest edge starts from, the first of equal ones.
 fn shortest_edge(positions: &[Vec3], corners: [u32; 3]) -> usize {
     let [a, b, c] = corners.map(|vertex| positions[vertex as usize].as_dvec3());
-    let squares = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
-    (0..3).fold(0, |shortest, k| if squares[k] < squares[shortest] { k } else { shortest })
+    let squares = [
+        a.distance_squared(b),
+        b.distance_squared(c),
+        c.distance_squared(a),
+    ];
+    (0..3).fold(0, |shortest, k| {
+        if squares[k] < squares[shortest] {
+            k
+        } else {
+            shortest
+        }
+    })
 }
