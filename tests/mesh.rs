@@ -44,6 +44,22 @@ fn every_surface_of_the_suite_is_valid() {
 }
 
 #[test]
+fn plain_meshes_have_nothing_to_report() {
+    for mesh in [suite::closed(), suite::open()].concat() {
+        assert_eq!(
+            mesh.report.oddities(),
+            Vec::<String>::new(),
+            "{}",
+            mesh.name
+        );
+        assert!(mesh.flipped.iter().all(|&flipped| !flipped));
+    }
+    assert!(suite::closed().iter().all(|mesh| mesh.report.is_closed()));
+    assert!(suite::closed().iter().all(|mesh| volume(mesh) > 0.0));
+    assert!(suite::open().iter().all(|mesh| !mesh.report.is_closed()));
+}
+
+#[test]
 fn validate_sees_what_is_broken() {
     let mesh = Mesh::builtin("torus?major=8&minor=6").unwrap();
     let breakages: [(&str, fn(&mut Surface)); 7] = [
@@ -267,9 +283,9 @@ fn what_is_degenerate_is_dropped_and_counted() {
         DVec3::X,
         DVec3::new(1.0, 1.0, 0.0),
         DVec3::Y,
-        // On the way from 0 to 1, and once more the vertex 1.
+        // On the way from 0 to 1, and once more the vertex 1, for minus zero is zero.
         0.5 * DVec3::X,
-        DVec3::X,
+        DVec3::new(1.0, -0.0, 0.0),
         DVec3::splat(f64::NAN),
         7.0 * DVec3::ONE,
     ]

@@ -240,6 +240,24 @@ mod tests {
     }
 
     #[test]
+    fn extreme_builtins_are_sound() {
+        for name in [
+            "torus?tube=0.001&minor=4096&major=3",
+            "torus?tube=0.999&minor=3&major=4096",
+            "capsule?length=1000&segments=3",
+            "capsule?length=0.001&rings=1",
+            "capsule?segments=4096&rings=1&length=0.001",
+            "plane?columns=4096&rows=1",
+            "cube?divisions=64",
+        ] {
+            let mesh = Mesh::builtin(name).unwrap();
+            assert_eq!(mesh.report.oddities(), Vec::<String>::new(), "{name}");
+            let surface = Surface::build(&[(&mesh, 1.0)]);
+            assert_eq!(surface.validate(), Ok(()), "{name}");
+        }
+    }
+
+    #[test]
     fn mistakes_are_answered_with_what_is_right() {
         for (name, words) in [
             ("tours", "did you mean `torus`?"),
