@@ -91,6 +91,12 @@ impl Simulation {
         &self.setup
     }
 
+    /// Every buffer, as the last step recorded leaves it.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
     /// The trail after the last step recorded, one value a texel, gutters filled.
     #[must_use]
     pub fn trail(&self) -> &Buffer<f32> {
