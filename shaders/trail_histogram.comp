@@ -5,7 +5,6 @@
 // Overflow: cannot happen; a bin can hold every texel.
 #version 460
 #include "index.glsl"
-#include "types.glsl"
 #include "exposure.glsl"
 
 layout(local_size_x = 256) in;
@@ -15,13 +14,14 @@ layout(set = 0, binding = 1) readonly buffer Density { float density[]; };
 layout(set = 0, binding = 2) buffer Histogram { uint histogram[]; };
 
 layout(push_constant) uniform Params {
-    uint texel_count;  // of the atlas, padding included
-    uint stride;       // at least 1
+    uint sample_count;  // texels that are looked at
+    uint stride;        // texels from one to the next
 } params;
 
 void main() {
-    uint texel = invocation_index() * params.stride;
-    if (texel >= params.texel_count) return;
+    uint i = invocation_index();
+    if (i >= params.sample_count) return;
+    uint texel = i * params.stride;
     // Texels without a triangle, and gutter texels, have no density.
     if (density[texel] == 0.0) return;
     atomicAdd(histogram[bin_of(trail[texel])], 1u);

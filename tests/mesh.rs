@@ -186,7 +186,7 @@ fn windings_are_mended() {
     let inside_out = suite::inside_out();
     assert_eq!(inside_out.report.mended_triangles, 0);
     assert_eq!(inside_out.report.turned_parts, 1);
-    assert!(inside_out.flipped.iter().all(|&flipped| flipped));
+    assert!((0..inside_out.corners.len() as u32).all(|triangle| inside_out.is_flipped(triangle)));
     assert!(volume(&inside_out) > 3.5);
 
     // A hollow's wall came facing the hollow, and stays so.
@@ -340,7 +340,7 @@ fn a_point_keeps_its_place_through_the_numbering_of_the_file() {
     };
     let point = mesh.point_from_file(4, weights).unwrap();
     let ours = at(mesh.corners[4], [1.0 - point.u - point.v, point.u, point.v]);
-    assert!(mesh.flipped[4]);
+    assert!(mesh.is_flipped(4));
     assert!((ours - at(triangles[4], weights)).length() < 1e-12);
 }
 
@@ -382,4 +382,29 @@ fn the_models_that_come_along_load_and_are_what_they_should_be() {
         assert_eq!(mesh.report.to_string(), summary, "{name}");
         surface_of(&mesh).validate().unwrap();
     }
+}
+
+#[test]
+fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
+    // One unit in the last place apart at 1.9; times 1.1 they fall on the same float32.
+    let near = f32::from_bits(1.9_f32.to_bits() + 1);
+    let found = (0..64).find_map(|i| {
+        let low = f32::from_bits(near.to_bits() + i);
+        let high = f32::from_bits(low.to_bits() + 1);
+        (low * 1.1 == high * 1.1).then_some((low, high))
+    });
+    let (low, high) = found.unwrap();
+    let positions = [
+        [0.0, low, 0.0],
+        [1.0, low, 0.0],
+        [0.5, high, 0.0],
+        [0.5, 3.0, 0.0],
+    ];
+    let positions = positions.map(glam::Vec3::from_array);
+    let mesh = suite::mesh("sliver", &positions, &[[0, 1, 2], [0, 2, 3], [2, 1, 3]]);
+    let surface = Surface::build(&[(&mesh, 1.1)]);
+    assert_eq!(surface.positions[0].y, surface.positions[2].y);
+    let height = 1.1 * (f64::from(high) - f64::from(low));
+    assert!((f64::from(surface.triangles[0].ch) / height - 1.0).abs() < 1e-5);
+    surface.validate().unwrap();
 }

@@ -191,7 +191,9 @@ impl Context {
                 Corpse::Image(view, image, allocation) => {
                     raw.destroy_image_view(view, None);
                     raw.destroy_image(image, None);
-                    self.free(allocation);
+                    allocation
+                        .into_iter()
+                        .for_each(|allocation| self.free(allocation));
                 }
                 Corpse::Pipeline(pipeline, layout, set_layout) => {
                     raw.destroy_pipeline(pipeline, None);

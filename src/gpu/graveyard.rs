@@ -13,7 +13,7 @@ use gpu_allocator::vulkan::Allocation;
 pub(crate) enum Corpse {
     Buffer(vk::Buffer, Allocation),
     BufferView(vk::BufferView),
-    Image(vk::ImageView, vk::Image, Allocation),
+    Image(vk::ImageView, vk::Image, Option<Allocation>),
     Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
     Frame {
         pool: vk::CommandPool,

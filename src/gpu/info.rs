@@ -83,6 +83,8 @@ pub struct DeviceInfo {
     pub max_push_constants: u32,
     /// Side of a two-dimensional image.
     pub max_image_side: u32,
+    /// Samples that a pixel of a picture can have, colour and depth.
+    pub max_samples: u32,
     /// Invocations that run in lock-step.
     pub subgroup_size: u32,
     /// Memory heaps.
@@ -93,10 +95,8 @@ pub struct DeviceInfo {
     pub has_calibrated_timestamps: bool,
     /// What the kernels need and this device lacks; empty if it can run them.
     pub missing: Vec<String>,
-    pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) extensions: Vec<String>,
     pub(crate) queue_family: u32,
-    pub(crate) has_graphics: bool,
     pub(crate) physical: vk::PhysicalDevice,
 }
 
@@ -215,6 +215,9 @@ impl DeviceInfo {
                 .min(push.max_push_descriptors),
             max_push_constants: limits.max_push_constants_size,
             max_image_side: limits.max_image_dimension2_d,
+            max_samples: highest_samples(
+                limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts,
+            ),
             subgroup_size: subgroup.subgroup_size,
             heaps: memory.memory_heaps[..memory.memory_heap_count as usize]
                 .iter()
@@ -226,10 +229,8 @@ impl DeviceInfo {
             has_dynamic_rendering: graphics_family.is_some() && has(khr::dynamic_rendering::NAME),
             has_calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
             missing,
-            limits,
             extensions,
             queue_family: family.unwrap_or(0) as u32,
-            has_graphics: graphics_family.is_some(),
             physical,
         })
     }
@@ -295,6 +296,10 @@ pub(crate) fn choose(devices: Vec<DeviceInfo>, asked: Option<&str>) -> GpuResult
 
 fn text(name: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
     name.map_or(String::new(), |n| n.to_string_lossy().into_owned())
+}
+
+fn highest_samples(counts: vk::SampleCountFlags) -> u32 {
+    1 << (31 - counts.as_raw().max(1).leading_zeros())
 }
 
 fn version_text(version: u32) -> String {

@@ -18,9 +18,11 @@ mod device;
 mod error;
 mod frame;
 mod graveyard;
+mod image;
 mod info;
 mod instance;
 mod kernel;
+mod raster;
 mod recorder;
 mod texels;
 mod timer;
@@ -31,11 +33,13 @@ pub use buffer::{AnyBuffer, Buffer, BufferCore, Domain};
 pub use context::{Context, ContextOptions, devices};
 pub use error::{GpuError, GpuResult};
 pub use frame::Frames;
+pub use image::{Format, Image};
 pub use info::{DeviceInfo, DeviceKind, Heap};
 pub use kernel::{
     Binding, BindingAccess, BindingKind, Constants, Draw, Interface, Kernel, Params, Pipeline,
     Resource, Threads,
 };
+pub use raster::{Blend, PassRecorder, RasterOptions, RasterPipeline, Targets, Topology};
 pub use recorder::Recorder;
 pub use texels::{TexelScalar, Texels, TexelsCore};
 pub use timer::{Node, Report, Row, Span, SpanKind, Statistics, Timings};

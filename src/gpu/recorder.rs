@@ -363,7 +363,7 @@ impl Recorder {
         self.end_span();
     }
 
-    fn begin_span(&mut self, name: &str, kind: SpanKind) {
+    pub(crate) fn begin_span(&mut self, name: &str, kind: SpanKind) {
         let fits = self.queries_used + 2 <= self.frame.query_capacity;
         self.queries_wanted += 2;
         let queries = fits.then_some(self.queries_used);
@@ -382,7 +382,7 @@ impl Recorder {
         });
     }
 
-    fn end_span(&mut self) {
+    pub(crate) fn end_span(&mut self) {
         let span = self
             .open
             .pop()

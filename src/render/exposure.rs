@@ -33,6 +33,17 @@ impl Default for Exposure {
     }
 }
 
+impl Exposure {
+    /// For pictures in a row: follows the trail slowly, so that nothing flickers.
+    #[must_use]
+    pub fn following() -> Self {
+        Self::Auto {
+            clipped_share: 0.08,
+            adaptation: 0.12,
+        }
+    }
+}
+
 /// Distance between sampled texels. Odd, so that it does not fall in step with the rows of the atlas.
 #[must_use]
 pub fn stride(texel_count: u32) -> u32 {
@@ -52,13 +63,13 @@ fn bin_edge(bin: u32) -> f32 {
 
 /// Twin of `trail_histogram.comp`.
 pub fn trail_histogram(
-    texel_count: u32,
+    sample_count: u32,
     stride: u32,
     trail: &[f32],
     density: &[f32],
     histogram: &mut [u32],
 ) {
-    for i in 0..texel_count.div_ceil(stride) {
+    for i in 0..sample_count {
         let texel = (i * stride) as usize;
         if density[texel] == 0.0 {
             continue;

@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod colormap;
+pub mod draws;
 pub mod exposure;
 pub mod normals;
 pub mod output;

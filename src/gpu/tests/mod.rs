@@ -13,9 +13,10 @@ use super::*;
 )]
 mod selftest {
     include!(concat!(env!("OUT_DIR"), "/selftest.rs"));
+    include!(concat!(env!("OUT_DIR"), "/selftest_draws.rs"));
 }
 
-use selftest::{Scale, ScaleArgs, ScaleConstants, ScaleParams};
+use selftest::{DiscArgs, DiscDraw, DiscParams, Scale, ScaleArgs, ScaleConstants, ScaleParams};
 
 /// A context with validation, or `None` where tests may be skipped.
 fn context() -> Option<Arc<Context>> {
@@ -82,5 +83,71 @@ fn a_kernel_runs_at_awkward_sizes() {
         );
     }
     frames.wait_idle().unwrap();
+    assert_silent(&ctx);
+}
+
+#[test]
+fn a_picture_is_drawn_and_read_back() {
+    let Some(ctx) = context() else { return };
+    for samples in [1, 4] {
+        let options = RasterOptions {
+            samples,
+            ..RasterOptions::default()
+        };
+        let pipeline = RasterPipeline::<DiscDraw>::new(&ctx, &(), options).unwrap();
+        let size = [37, 21];
+        let color = Image::new(&ctx, "color", size, Format::Rgba8Srgb, samples).unwrap();
+        let resolve =
+            (samples > 1).then(|| Image::new(&ctx, "resolve", size, Format::Rgba8Srgb, 1).unwrap());
+        let depth = Image::new(&ctx, "depth", size, Format::Depth32, samples).unwrap();
+        // Covers the left half of the row in the middle.
+        let centres = Buffer::from_slice(&ctx, "centres", &[glam::Vec2::new(-4.0, 0.0)]).unwrap();
+        let pixels = Buffer::<[u8; 4]>::new(&ctx, "pixels", 37 * 21, Domain::Readback).unwrap();
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let mut rec = frames.begin().unwrap();
+        let targets = Targets {
+            color: &color,
+            resolve: resolve.as_ref(),
+            depth: Some(&depth),
+            clear: Some([0.0, 0.0, 1.0, 1.0]),
+        };
+        rec.pass("picture", &targets, |pass| {
+            let params = DiscParams {
+                color: glam::Vec4::new(1.0, 0.215_86, 0.0, 1.0),
+                size: 4.0,
+            };
+            pass.draw(&pipeline, 3, 1, DiscArgs { centres: &centres }, params);
+        });
+        rec.copy_image(resolve.as_ref().unwrap_or(&color), &pixels);
+        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let pixels = pixels.as_slice();
+        assert_eq!(
+            pixels[10 * 37],
+            [255, 128, 0, 255],
+            "left, {samples} samples"
+        );
+        assert_eq!(
+            pixels[10 * 37 + 36],
+            [0, 0, 255, 255],
+            "right, {samples} samples"
+        );
+        let names: Vec<_> = frames
+            .timings()
+            .frames()
+            .next()
+            .unwrap()
+            .iter()
+            .map(|s| (s.name.clone(), s.kind))
+            .collect();
+        let expected = [
+            ("frame", SpanKind::Frame),
+            ("picture", SpanKind::Scope),
+            ("disc", SpanKind::Draw),
+            ("copy_image", SpanKind::Copy),
+        ];
+        assert_eq!(names, expected.map(|(name, kind)| (name.to_owned(), kind)));
+    }
     assert_silent(&ctx);
 }

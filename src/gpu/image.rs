@@ -1,0 +1,282 @@
+//! Named images to draw into: colour and depth targets with one view each.
+
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::context::Context;
+use super::error::{Check, GpuError, GpuResult};
+use super::graveyard::Corpse;
+
+/// What a pixel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Four bytes, red first; shaders write linear colours, which are stored as sRGB.
+    Rgba8Srgb,
+    /// Four bytes, red first, stored as they are.
+    Rgba8,
+    /// Four bytes, blue first; shaders write linear colours, which are stored as sRGB.
+    Bgra8Srgb,
+    /// Four bytes, blue first, stored as they are.
+    Bgra8,
+    /// Four floats.
+    Rgba32Float,
+    /// Depth, 0 to 1.
+    Depth32,
+}
+
+impl Format {
+    pub(crate) fn raw(self) -> vk::Format {
+        match self {
+            Format::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
+            Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
+            Format::Bgra8Srgb => vk::Format::B8G8R8A8_SRGB,
+            Format::Bgra8 => vk::Format::B8G8R8A8_UNORM,
+            Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+            Format::Depth32 => vk::Format::D32_SFLOAT,
+        }
+    }
+
+    /// Bytes of a pixel.
+    #[must_use]
+    pub fn pixel_size(self) -> usize {
+        if self == Format::Rgba32Float { 16 } else { 4 }
+    }
+
+    fn is_depth(self) -> bool {
+        self == Format::Depth32
+    }
+}
+
+/// A two-dimensional image with its memory and its view.
+pub struct Image {
+    ctx: Arc<Context>,
+    name: String,
+    size: [u32; 2],
+    format: Format,
+    samples: u32,
+    raw: vk::Image,
+    view: vk::ImageView,
+    /// Taken by `drop` only; `None` for images that somebody else owns.
+    allocation: Option<Allocation>,
+    state: Mutex<ImageState>,
+}
+
+/// What an image was last used for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ImageState {
+    pub(crate) layout: vk::ImageLayout,
+    pub(crate) stage: vk::PipelineStageFlags,
+    pub(crate) access: vk::AccessFlags,
+}
+
+impl ImageState {
+    const UNUSED: Self = Self {
+        layout: vk::ImageLayout::UNDEFINED,
+        stage: vk::PipelineStageFlags::TOP_OF_PIPE,
+        access: vk::AccessFlags::empty(),
+    };
+    pub(crate) const COLOR_TARGET: Self = Self {
+        layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+        stage: vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+        access: vk::AccessFlags::from_raw(
+            vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw()
+                | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw(),
+        ),
+    };
+    pub(crate) const DEPTH_TARGET: Self = Self {
+        layout: vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+        stage: vk::PipelineStageFlags::from_raw(
+            vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS.as_raw()
+                | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS.as_raw(),
+        ),
+        access: vk::AccessFlags::from_raw(
+            vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+                | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+        ),
+    };
+    pub(crate) const COPY_SOURCE: Self = Self {
+        layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+        stage: vk::PipelineStageFlags::TRANSFER,
+        access: vk::AccessFlags::TRANSFER_READ,
+    };
+}
+
+impl Image {
+    /// A colour or depth target, by its format; `samples` is 1, 2, 4 or 8. Its pixels are undefined until a pass
+    /// clears or draws them.
+    ///
+    /// # Errors
+    /// A side or a number of samples that the device does not have, or no memory.
+    pub fn new(
+        ctx: &Arc<Context>,
+        name: &str,
+        size: [u32; 2],
+        format: Format,
+        samples: u32,
+    ) -> GpuResult<Self> {
+        let info = ctx.info();
+        let unsupported = |missing: String| GpuError::Unsupported {
+            what: format!("the image {name:?} of {} x {} pixels", size[0], size[1]),
+            missing,
+            device: info.name.clone(),
+        };
+        if size
+            .iter()
+            .any(|&side| side == 0 || side > info.max_image_side)
+        {
+            return Err(unsupported(format!(
+                "sides of that length (it has 1 to {})",
+                info.max_image_side
+            )));
+        }
+        if !samples.is_power_of_two() || samples > info.max_samples {
+            return Err(unsupported(format!(
+                "{samples} samples (it has up to {})",
+                info.max_samples
+            )));
+        }
+        let usage = match (format.is_depth(), samples) {
+            (true, _) => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            (false, 1) => vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            (false, _) => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+        };
+        let create = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(format.raw())
+            .extent(vk::Extent3D {
+                width: size[0],
+                height: size[1],
+                depth: 1,
+            })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::from_raw(samples))
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(usage);
+        let device = &ctx.device.raw;
+        // SAFETY: the device is alive; so below.
+        let raw = unsafe { device.create_image(&create, None) }.check("vkCreateImage", name)?;
+        let mut image = Self {
+            ctx: Arc::clone(ctx),
+            name: name.to_owned(),
+            size,
+            format,
+            samples,
+            raw,
+            view: vk::ImageView::null(),
+            allocation: None,
+            state: Mutex::new(ImageState::UNUSED),
+        };
+        ctx.device.set_name(raw, name);
+        // SAFETY: `raw` was made just now.
+        let requirements = unsafe { device.get_image_memory_requirements(raw) };
+        let description = AllocationCreateDesc {
+            name,
+            requirements,
+            location: MemoryLocation::GpuOnly,
+            linear: false,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
+        let allocation = ctx.lock_allocator().allocate(&description);
+        let allocation = allocation.map_err(|source| GpuError::OutOfMemory {
+            object: name.to_owned(),
+            size: requirements.size,
+            source,
+        })?;
+        let (memory, offset) = {
+            let allocation = image.allocation.insert(allocation);
+            // SAFETY: the memory is not freed before the allocation is.
+            (unsafe { allocation.memory() }, allocation.offset())
+        };
+        // SAFETY: the allocation fits the image's requirements and is used by nothing else.
+        unsafe { device.bind_image_memory(raw, memory, offset) }
+            .check("vkBindImageMemory", name)?;
+        let view = vk::ImageViewCreateInfo::default()
+            .image(raw)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(format.raw())
+            .subresource_range(image.range());
+        // SAFETY: the image is alive and bound.
+        image.view =
+            unsafe { device.create_image_view(&view, None) }.check("vkCreateImageView", name)?;
+        Ok(image)
+    }
+
+    /// The name it was made with.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// What a pixel is.
+    #[must_use]
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Samples of a pixel.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    pub(crate) fn raw(&self) -> vk::Image {
+        self.raw
+    }
+
+    pub(crate) fn view(&self) -> vk::ImageView {
+        self.view
+    }
+
+    pub(crate) fn ctx(&self) -> &Arc<Context> {
+        &self.ctx
+    }
+
+    pub(crate) fn range(&self) -> vk::ImageSubresourceRange {
+        let aspect = if self.format.is_depth() {
+            vk::ImageAspectFlags::DEPTH
+        } else {
+            vk::ImageAspectFlags::COLOR
+        };
+        vk::ImageSubresourceRange::default()
+            .aspect_mask(aspect)
+            .level_count(1)
+            .layer_count(1)
+    }
+
+    /// The state until now, which `next` follows.
+    pub(crate) fn exchange_state(&self, next: ImageState) -> ImageState {
+        std::mem::replace(
+            &mut *self.state.lock().unwrap_or_else(|e| e.into_inner()),
+            next,
+        )
+    }
+}
+
+impl std::fmt::Debug for Image {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [width, height] = self.size;
+        write!(
+            f,
+            "Image({:?}, {width} x {height} {:?}, {} samples)",
+            self.name, self.format, self.samples
+        )
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        self.ctx
+            .graveyard
+            .add(Corpse::Image(self.view, self.raw, self.allocation.take()));
+    }
+}
