@@ -143,7 +143,7 @@ fn a_hang_is_blamed_on_its_kernel() {
         Pipeline::<Spin>::new(&ctx, &()).unwrap(),
         Pipeline::<Bump>::new(&ctx, &()).unwrap(),
     );
-    let count = 65_536;
+    let count = 4096;
     let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
     let mut frames = Frames::new(&ctx, 1).unwrap();
     let mut rec = frames.begin().unwrap();
