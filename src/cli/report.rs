@@ -93,7 +93,6 @@ pub struct Counters {
 impl Report {
     /// A report with what is known about the program and the host, all else empty.
     #[must_use]
-    #[expect(dead_code, reason = "runs begin their reports with it")]
     pub fn of_this_host() -> Self {
         Self {
             command: command(),
@@ -129,7 +128,6 @@ impl Report {
 
 /// A state hash as reports write it.
 #[must_use]
-#[expect(dead_code, reason = "runs write their hashes so")]
 pub fn hash_text(hash: u64) -> String {
     format!("{hash:016x}")
 }
