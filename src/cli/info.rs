@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, devices};
+use myxo::scene::parameters::grouped;
 use myxo::sim::types::Particle;
 use myxo::{Error, Result};
 use serde_json::{Value, json};
@@ -42,6 +43,9 @@ impl Info {
     /// Prints what there is; fails where it does not suffice.
     pub fn run(&self) -> Result<Outcome> {
         let (chosen, validation) = open(self.device.as_deref());
+        if let Err(error @ GpuError::UnknownDevice { .. }) = chosen {
+            return Err(Error::Gpu(error));
+        }
         let (devices, trouble) = match devices() {
             Ok(devices) => (devices, None),
             Err(error) => (Vec::new(), Some(error)),
@@ -62,8 +66,17 @@ impl Info {
     }
 }
 
-/// Opens the device as commands would, and tells its index; and whether the validation layer is there.
-fn open(device: Option<&str>) -> (Result<usize, GpuError>, Option<String>) {
+/// Is the layer there that `--validate` needs?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Validation {
+    Found,
+    Missing,
+    /// Without a device nobody can say.
+    Unknown,
+}
+
+/// Opens the device as commands would, with validation if that is there, and tells the device's index.
+fn open(device: Option<&str>) -> (Result<usize, GpuError>, Validation) {
     let open = |validation| {
         Context::new(&ContextOptions {
             device: device.map(str::to_owned),
@@ -73,12 +86,13 @@ fn open(device: Option<&str>) -> (Result<usize, GpuError>, Option<String>) {
         .map(|ctx| ctx.info().index)
     };
     match open(true) {
-        Ok(index) => (Ok(index), Some("found".to_owned())),
-        Err(_) => (open(false), None),
+        Ok(index) => (Ok(index), Validation::Found),
+        Err(GpuError::NoValidation) => (open(false), Validation::Missing),
+        Err(_) => (open(false), Validation::Unknown),
     }
 }
 
-fn tools(validation: Option<String>) -> [Tool; 3] {
+fn tools(validation: Validation) -> [Tool; 3] {
     let display = ["WAYLAND_DISPLAY", "DISPLAY"].into_iter().find_map(|name| {
         let value = std::env::var(name).ok().filter(|value| !value.is_empty())?;
         Some(format!("{name}={value}"))
@@ -86,8 +100,13 @@ fn tools(validation: Option<String>) -> [Tool; 3] {
     [
         Tool {
             name: "validation layer",
-            found: validation,
-            otherwise: "missing; --validate and the tests need it (Debian: apt install vulkan-validationlayers)",
+            found: (validation == Validation::Found).then(|| "found".to_owned()),
+            otherwise: match validation {
+                Validation::Unknown => "not known without a device",
+                _ => {
+                    "missing; --validate and the tests need it (Debian: apt install vulkan-validationlayers)"
+                }
+            },
         },
         Tool {
             name: "ffmpeg",
@@ -199,26 +218,32 @@ fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
             format!(
                 "{}: {} particles, or an atlas of {side} x {side} texels",
                 bytes(device.max_storage_buffer_range),
-                most_particles(device),
+                grouped(most_particles(device) as f64),
                 side = largest_atlas(device)
             ),
         ),
         (
             "texel buffer",
-            format!("{} elements", device.max_texel_buffer_elements),
+            format!(
+                "{} elements",
+                grouped(device.max_texel_buffer_elements.into())
+            ),
         ),
         (
             "image side",
             format!(
                 "{} pixels, {} samples each",
-                device.max_image_side, device.max_samples
+                grouped(device.max_image_side.into()),
+                device.max_samples
             ),
         ),
         (
             "dispatch",
             format!(
                 "{} groups of {} invocations, {} in lock-step",
-                device.max_group_count, device.max_group_invocations, device.subgroup_size
+                grouped(device.max_group_count.into()),
+                device.max_group_invocations,
+                device.subgroup_size
             ),
         ),
     ]
@@ -288,7 +313,7 @@ mod tests {
 
     #[test]
     fn missing_tools_say_how_to_get_them() {
-        let tools = tools(None);
+        let tools = tools(Validation::Missing);
         let text = as_text(&[], None, &tools);
         assert!(
             text.contains("apt install vulkan-validationlayers"),

@@ -379,3 +379,55 @@ fn mesh_paths_on_the_command_line_begin_where_it_was_typed() {
     let settings = read("[[object]]\nmesh = \"models/fish.obj\"").expect("a path is a text");
     assert_eq!(settings.objects[0].mesh, "models/fish.obj");
 }
+
+/// Whatever is typed, the answer is settings or a message.
+#[test]
+fn nothing_that_can_be_typed_panics() {
+    let values = [
+        "",
+        "=",
+        "[]",
+        "{}",
+        "[[]]",
+        "nan",
+        "-inf",
+        "1e999",
+        "0x",
+        "0xffffffffffffffffffff",
+        "-1",
+        "'",
+        "\"",
+        "[1,2,3,4]",
+        "[nan,0,0]",
+        "{a=1}",
+        "1979-05-27T07:32:00Z",
+        "\u{0}",
+        "ä",
+    ];
+    let others = [
+        "object",
+        "object.",
+        "object.0",
+        "object.0.",
+        "object.99999999999999999999.scale",
+        "trail",
+        ".",
+        "..",
+        "",
+    ];
+    let keys = PARAMETERS.iter().map(|p| p.key.to_owned());
+    let keys = keys.chain(
+        OBJECT_PARAMETERS
+            .iter()
+            .map(|p| format!("object.0.{}", p.key)),
+    );
+    for key in keys.chain(others.map(str::to_owned)) {
+        for value in values {
+            let assignment = format!("{key}={value}");
+            let _ = set(&["object=[]", &assignment]);
+            if let Ok(settings) = set(&[&assignment]) {
+                assert_eq!(read(&settings.to_toml()), Ok(settings), "{assignment}");
+            }
+        }
+    }
+}
