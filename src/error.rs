@@ -13,9 +13,21 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-    /// Vulkan: no device, no memory, a device that was lost.
+    /// The device, or something on it, failed.
     #[error(transparent)]
     Gpu(#[from] crate::gpu::GpuError),
+    /// A mesh cannot be used.
+    #[error(transparent)]
+    Mesh(#[from] crate::mesh::MeshError),
+    /// The triangles have no room in the texture.
+    #[error(transparent)]
+    Atlas(#[from] crate::mesh::atlas::AtlasError),
+    /// A scene cannot be used.
+    #[error(transparent)]
+    Scene(#[from] crate::scene::SceneError),
+    /// A picture or a video could not be written.
+    #[error(transparent)]
+    Output(#[from] crate::render::output::OutputError),
     /// Something asked for cannot be done; the text says what and what to do.
     #[error("{0}")]
     Invalid(String),

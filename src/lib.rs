@@ -1,7 +1,96 @@
-//! Physarum on the surfaces of several moving 3D objects, on explicit Vulkan.
+//! Physarum growing on the surfaces of several moving 3D objects, in real time, on explicit Vulkan.
+//!
+//! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
+//! others left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
+//! surface and decays (the agent model of Jones, "Characteristics of Pattern Formation and Evolution in
+//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010). The `myxo` executable is a thin
+//! user of this library.
+//!
+//! ```
+//! use myxo::{gpu, scene, sim};
+//!
+//! # fn main() -> myxo::Result<()> {
+//! let ctx = gpu::Context::new(&gpu::ContextOptions::default())?;
+//! let scene = scene::Scene::load("cube", &scene::Overrides::default())?;
+//! let mut simulation = sim::Simulation::new(&ctx, &scene)?;
+//! let mut frames = gpu::Frames::new(&ctx, 2)?;
+//! for _ in 0..3 {
+//!     let mut rec = frames.begin()?;
+//!     simulation.record_step(&mut rec);
+//!     frames.submit(rec)?;
+//! }
+//! frames.wait_idle()?;
+//! let state = simulation.snapshot()?;
+//! assert_eq!(state.step, 3);
+//! state.validate(simulation.setup()).expect("nobody is lost");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Layers
+//!
+//! ```text
+//! bin        arguments, window, panel, reports           src/main.rs, src/cli/, src/lab/
+//! render     draws what sim owns; swapchain, interface   src/render/
+//! sim        particles, trail, step                      src/sim/   (+ twin/: the CPU twins)
+//! scene      objects = mesh + pose; scene files          src/scene/
+//! mesh       triangle-mesh geometry, no Vulkan           src/mesh/
+//! gpu        Vulkan, no meshes                           src/gpu/
+//! ```
+//!
+//! **Invariant:** a layer uses only those below it; [`mesh`] and [`gpu`] don't know each other. `tests/tidy.rs`
+//! keeps it so.
+//!
+//! # One step
+//!
+//! [`sim::step`] is the whole simulation, as a script of dispatches and barriers:
+//!
+//! ```text
+//! advance          pending walk, sense, turn, walk, deposit        one invocation a particle
+//! diffuse          trail spreads, takes up deposits, decays        one invocation per four texels
+//! exchange_seams   gutter texels, so that reads never see a seam   one invocation a gutter texel
+//! ```
+//!
+//! Everything of all objects is pooled: one vertex array, one triangle array, one half-edge array
+//! ([`mesh::surface::Surface`]), and one texture, the world atlas ([`mesh::atlas::Atlas`]), in which every triangle
+//! has its place. A triangle id is global and says which object it belongs to, so a particle needs no object id.
+//!
+//! A kernel is its `.comp` file in `shaders/`: the build compiles and reflects it and writes the typed handle
+//! ([`sim::kernels`]), so binding numbers, group sizes and element types stand in one place. To add a kernel is to
+//! write the shader, its twin in [`sim::twin`], and its lines in the step script.
+//!
+//! # Words
+//!
+//! - **half-edge** `h = 3 * triangle + corner`: a directed edge of a triangle; its **twin** is the same edge seen
+//!   from the neighbour.
+//! - **uv**: the barycentric weights of corners B and C; `P = A + u (B - A) + v (C - A)`.
+//! - **tangent frame**: of a triangle, `p` along `B - A` and `h` perpendicular to it; lengths in it are world lengths.
+//! - **heading**: the unit vector of a particle in its triangle's tangent frame.
+//! - **walk**: the straightest path; over an edge the heading turns by the stored rotation, and nothing else changes.
+//! - **edge-crossing attempts**: how many edges one walk may cross; what is left is **pending** and walked first in
+//!   the next step.
+//! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
+//! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
+//!   seam.
+//! - **scene radius**: the unit of lengths in scene files.
+//!
+//! # Promises
+//!
+//! **Invariant:** on one device, driver and build, the same scene and seed give the same bits. Random streams are
+//! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
+//! hash ([`sim::Snapshot::hash`]) does not see the order of particles.
+//!
+//! **Invariant:** no particle is lost or doubled, and every one counts once a step on a texel that a triangle owns
+//! ([`sim::Snapshot::validate`]).
+//!
+//! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
+//! (`tests/kernels.rs`), and a test that turns red when a constant of it is wrong (`make mutants`).
+//!
+//! **Invariant:** sizes made on the GPU stay there; no step waits for the host, and `unsafe` stays in [`gpu`].
 
 pub mod error;
 pub mod rng;
+pub mod whole_file;
 
 pub mod gpu;
 pub mod mesh;

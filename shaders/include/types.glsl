@@ -11,6 +11,8 @@ struct Motion { float heading_p; float heading_h; float pending; uint flags; };
 struct Triangle { float ab; float cp; float ch; uint object; };
 struct HalfEdge { uint twin; float cos; float sin; uint pad0; };
 struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };
+struct Vertex { vec3 position; uint object; };
+struct Pose { vec4 x; vec4 y; vec4 z; };
 struct Seam { uint texel; uint source[4]; float weight[4]; };
 
 #endif

@@ -43,7 +43,6 @@ pub struct BufferCore {
     ctx: Arc<Context>,
     name: String,
     domain: Domain,
-    len: usize,
     size: u64,
     raw: vk::Buffer,
     /// Taken by `drop` only.
@@ -122,7 +121,7 @@ impl<T: Pod> Buffer<T> {
         // SAFETY: the memory holds `len` elements of plain data and lives as long as `self`. The device does not write
         // it: no frame that uses the buffer is unfinished, and starting one needs `self`, too, but writing on the host
         // needs it exclusively.
-        unsafe { std::slice::from_raw_parts(core.mapped("download").cast(), core.len) }
+        unsafe { std::slice::from_raw_parts(core.mapped("download").cast(), self.len()) }
     }
 
     /// As [`Buffer::as_slice`], to write.
@@ -135,7 +134,7 @@ impl<T: Pod> Buffer<T> {
         core.assert_not_in_use("write");
         core.lock().history.clear();
         // SAFETY: as in `as_slice`; and nobody else has the buffer, since texel views are of device buffers only.
-        unsafe { std::slice::from_raw_parts_mut(core.mapped("upload").cast(), core.len) }
+        unsafe { std::slice::from_raw_parts_mut(core.mapped("upload").cast(), self.len()) }
     }
 }
 
@@ -143,13 +142,13 @@ impl<T> Buffer<T> {
     /// Elements.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.core.len
+        (self.core.size / size_of::<T>() as u64) as usize
     }
 
     /// Has it no elements?
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.core.len == 0
+        self.core.size == 0
     }
 
     /// Bytes that the elements take.
@@ -171,6 +170,29 @@ impl<T> Buffer<T> {
     }
 }
 
+impl<T: Pod> Buffer<T> {
+    /// The same device memory seen as elements of another type, such as four floats as one vector, so that a kernel
+    /// can use wide loads. Costs nothing.
+    ///
+    /// # Panics
+    /// If the buffer is mapped, or its size is no multiple of the other type's.
+    #[must_use]
+    pub fn cast<U: Pod>(&self) -> Buffer<U> {
+        let core = &self.core;
+        assert!(
+            core.domain == Domain::Device && core.size.is_multiple_of(size_of::<U>() as u64),
+            "`{}` has {} bytes and cannot be seen as elements of {}",
+            core.name,
+            core.size,
+            size_of::<U>()
+        );
+        Buffer {
+            core: Arc::clone(core),
+            element: PhantomData,
+        }
+    }
+}
+
 impl<T> Buffer<T> {
     pub(crate) fn shared(&self) -> Arc<BufferCore> {
         Arc::clone(&self.core)
@@ -189,7 +211,7 @@ impl<T> std::fmt::Debug for Buffer<T> {
             f,
             "Buffer({:?}, {} x {})",
             self.core.name,
-            self.core.len,
+            self.len(),
             std::any::type_name::<T>()
         )
     }
@@ -251,7 +273,6 @@ impl BufferCore {
             ctx: Arc::clone(ctx),
             name: name.to_owned(),
             domain,
-            len,
             size,
             raw,
             allocation: Some(allocation),

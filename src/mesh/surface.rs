@@ -3,7 +3,12 @@
 //! Triangle ids are global over all objects of a scene; a triangle says which object it belongs to.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::Mesh;
+use super::edges::{EdgeGroups, ends};
+use super::walk::{Frame, rotate_across};
 
 /// No half-edge: the other side of an open border.
 pub const NONE: u32 = u32::MAX;
@@ -28,9 +33,10 @@ pub struct Triangle {
 pub struct HalfEdge {
     /// The same edge seen from the neighbour, or [`NONE`] at an open border.
     pub twin: u32,
-    /// Cosine of the rotation that takes a heading in this triangle's frame to the twin's frame.
+    /// Cosine of the rotation that takes a heading in this triangle's frame to the twin's frame. At an open border:
+    /// of twice the angle of the edge, which takes the heading with its `h` negated to its mirror image.
     pub cos: f32,
-    /// Sine of the same rotation.
+    /// Sine of the same angle.
     pub sin: f32,
     /// Keeps the stride at 16 bytes.
     pub pad0: u32,
@@ -82,4 +88,231 @@ pub struct Surface {
     pub halfedges: Vec<HalfEdge>,
     /// One for each object.
     pub objects: Vec<ObjectRange>,
+}
+
+impl Surface {
+    /// Pools meshes, each multiplied by its scale, into one surface; object `i` is the `i`-th mesh.
+    ///
+    /// Shapes and rotations are computed in double precision from the scaled float32 positions.
+    ///
+    /// # Panics
+    /// When a scale is not positive and finite, or all meshes together have more than 2^31 half-edges.
+    #[must_use]
+    pub fn build(objects: &[(&Mesh, f32)]) -> Self {
+        let mut surface = Self {
+            positions: Vec::new(),
+            corners: Vec::new(),
+            triangles: Vec::new(),
+            halfedges: Vec::new(),
+            objects: Vec::new(),
+        };
+        for &(mesh, scale) in objects {
+            surface.append(mesh, scale);
+        }
+        surface
+    }
+
+    fn append(&mut self, mesh: &Mesh, scale: f32) {
+        assert!(
+            scale > 0.0 && scale.is_finite(),
+            "the scale of `{}` must be positive and finite, not {scale}",
+            mesh.name
+        );
+        let object = self.objects.len() as u32;
+        let first_triangle = self.corners.len();
+        let first_vertex = self.positions.len();
+        assert!(
+            3 * (first_triangle + mesh.corners.len()) <= i32::MAX as usize,
+            "half-edges are numbered by 31 bits"
+        );
+        self.positions
+            .extend(mesh.positions.iter().map(|&position| position * scale));
+        self.corners.extend(
+            mesh.corners
+                .iter()
+                .map(|corners| corners.map(|vertex| vertex + first_vertex as u32)),
+        );
+        self.objects.push(ObjectRange {
+            triangles: (first_triangle as u32, self.corners.len() as u32),
+            vertices: (first_vertex as u32, self.positions.len() as u32),
+        });
+
+        let frames: Vec<Frame> = mesh
+            .corners
+            .par_iter()
+            .map(|corners| frame_of(mesh, corners, scale))
+            .collect();
+        self.triangles.extend(frames.iter().map(|frame| Triangle {
+            ab: frame.ab as f32,
+            cp: frame.cp as f32,
+            ch: frame.ch as f32,
+            object,
+        }));
+        let first_halfedge = 3 * first_triangle as u32;
+        let twins = EdgeGroups::new(&mesh.corners).twins(&mesh.corners);
+        let halfedges: Vec<HalfEdge> = twins
+            .par_iter()
+            .enumerate()
+            .map(|(h, &twin)| {
+                let edge = frames[h / 3].edge(h % 3);
+                if twin == NONE {
+                    let along = edge.normalize();
+                    let doubled = along.rotate(along);
+                    return HalfEdge {
+                        twin: NONE,
+                        cos: doubled.x as f32,
+                        sin: doubled.y as f32,
+                        pad0: 0,
+                    };
+                }
+                let twin_edge = frames[twin as usize / 3].edge(twin as usize % 3);
+                let rotation = rotate_across(edge, twin_edge, DVec2::X);
+                HalfEdge {
+                    twin: first_halfedge + twin,
+                    cos: rotation.x as f32,
+                    sin: rotation.y as f32,
+                    pad0: 0,
+                }
+            })
+            .collect();
+        self.halfedges.extend(halfedges);
+    }
+
+    /// Checks everything that walks rely on: ids in range, shapes that are positive and agree with the positions,
+    /// twins that are each other's and run against each other within one object, and rotations that carry one onto the
+    /// other.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its numbers.
+    pub fn validate(&self) -> Result<(), String> {
+        let triangle_count = self.corners.len();
+        if self.triangles.len() != triangle_count || self.halfedges.len() != 3 * triangle_count {
+            return Err(format!(
+                "{triangle_count} triangles have {} shapes and {} half-edges",
+                self.triangles.len(),
+                self.halfedges.len()
+            ));
+        }
+        self.validate_objects()?;
+        for triangle in 0..triangle_count as u32 {
+            self.validate_triangle(triangle)?;
+        }
+        for halfedge in 0..self.halfedges.len() as u32 {
+            self.validate_halfedge(halfedge)?;
+        }
+        Ok(())
+    }
+
+    fn validate_objects(&self) -> Result<(), String> {
+        let mut triangle = 0;
+        let mut vertex = 0;
+        for (object, range) in self.objects.iter().enumerate() {
+            if range.triangles.0 != triangle || range.vertices.0 != vertex {
+                return Err(format!(
+                    "object {object} does not begin where the last one ends"
+                ));
+            }
+            triangle = range.triangles.1;
+            vertex = range.vertices.1;
+            for t in range.triangles.0..range.triangles.1 {
+                if self.triangles[t as usize].object != object as u32 {
+                    return Err(format!(
+                        "triangle {t} lies in object {object} and names another"
+                    ));
+                }
+                let inside = |v: &u32| (range.vertices.0..range.vertices.1).contains(v);
+                if !self.corners[t as usize].iter().all(inside) {
+                    return Err(format!("triangle {t} has a corner outside object {object}"));
+                }
+            }
+        }
+        if triangle as usize != self.corners.len() || vertex as usize != self.positions.len() {
+            return Err("the objects do not cover all triangles and vertices".to_owned());
+        }
+        Ok(())
+    }
+
+    fn validate_triangle(&self, triangle: u32) -> Result<(), String> {
+        let shape = self.triangles[triangle as usize];
+        let positive =
+            shape.ab.is_normal() && shape.ab > 0.0 && shape.ch.is_normal() && shape.ch > 0.0;
+        if !positive || !shape.cp.is_finite() {
+            return Err(format!(
+                "triangle {triangle} has no shape to walk on: {shape:?}"
+            ));
+        }
+        let frame = Frame::of(self, triangle);
+        let size = frame.ab.max(frame.cp.abs()).max(frame.ch);
+        let off = (frame.ab - f64::from(shape.ab))
+            .abs()
+            .max((frame.cp - f64::from(shape.cp)).abs())
+            .max((frame.ch - f64::from(shape.ch)).abs());
+        if off > 1e-5 * size {
+            return Err(format!(
+                "triangle {triangle}: {shape:?} is not the shape of its corners"
+            ));
+        }
+        Ok(())
+    }
+
+    fn validate_halfedge(&self, h: u32) -> Result<(), String> {
+        let HalfEdge { twin, cos, sin, .. } = self.halfedges[h as usize];
+        if twin == NONE {
+            let along = Frame::of(self, h / 3).edge(h as usize % 3);
+            let turned =
+                DVec2::new(f64::from(cos), f64::from(sin)).rotate(along * DVec2::new(1.0, -1.0));
+            if (turned - along).length() > 1e-6 * along.length() {
+                return Err(format!(
+                    "the border half-edge {h} is not mirrored onto itself"
+                ));
+            }
+            return Ok(());
+        }
+        let Some(other) = self.halfedges.get(twin as usize) else {
+            return Err(format!(
+                "half-edge {h} has the twin {twin}, which does not exist"
+            ));
+        };
+        if other.twin != h || twin == h {
+            return Err(format!(
+                "half-edge {h} has the twin {twin}, whose twin is {}",
+                other.twin
+            ));
+        }
+        let (start, end) = ends(&self.corners, h);
+        if ends(&self.corners, twin) != (end, start) {
+            return Err(format!(
+                "half-edge {h} does not run against its twin {twin}"
+            ));
+        }
+        let along = Frame::of(self, h / 3).edge(h as usize % 3).normalize();
+        let against = Frame::of(self, twin / 3)
+            .edge(twin as usize % 3)
+            .normalize();
+        let turned = DVec2::new(f64::from(cos), f64::from(sin)).rotate(along);
+        if (turned + against).length() > 1e-6 {
+            return Err(format!(
+                "the rotation across half-edge {h} does not carry it onto its twin"
+            ));
+        }
+        let error = (other.cos - cos).abs().max((other.sin + sin).abs());
+        if error > 1e-6 {
+            return Err(format!(
+                "the rotations across half-edge {h} and back are not inverse"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The frame of a triangle at a scale. Where rounding the scaled corners to float32 leaves no area, the exact ones do.
+fn frame_of(mesh: &Mesh, corners: &[u32; 3], scale: f32) -> Frame {
+    let [a, b, c] = corners.map(|vertex| mesh.positions[vertex as usize]);
+    let rounded = [a * scale, b * scale, c * scale].map(|position| position.as_dvec3());
+    let frame = Frame::from_corners(rounded[0], rounded[1], rounded[2]);
+    if (frame.ch as f32).is_normal() && (frame.ab as f32).is_normal() {
+        return frame;
+    }
+    let exact = [a, b, c].map(|position| position.as_dvec3() * f64::from(scale));
+    Frame::from_corners(exact[0], exact[1], exact[2])
 }

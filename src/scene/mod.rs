@@ -1,1 +1,311 @@
-//! Scenes: objects, parameters and the files that hold them.
+//! Scenes: objects, parameters and the files that hold them. [`Scene::load`] turns a name or a file into meshes on
+//! one pooled surface and settings that have been checked; whoever simulates needs to look no further.
+
+pub mod builtin;
+mod error;
+pub mod file;
+pub mod parameters;
+pub mod settings;
+pub mod suggest;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use glam::{Affine3A, Vec3};
+
+use crate::mesh::Mesh;
+use crate::mesh::surface::Surface;
+
+pub use error::SceneError;
+pub use settings::Settings;
+
+use file::{Problem, Reader};
+use settings::ObjectSettings;
+
+/// What the command line changes about a scene, in the order in which it is applied.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// A built-in preset.
+    pub preset: Option<String>,
+    /// `KEY=VALUE`, later ones over earlier ones.
+    pub set: Vec<String>,
+    /// The seed.
+    pub seed: Option<u64>,
+}
+
+/// A scene, loaded and checked.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The built-in's name, or the file's without its ending.
+    pub name: String,
+    /// Every parameter; the radius is filled in, and every object has a name.
+    pub settings: Settings,
+    /// One mesh for each object, in the mesh's own coordinates.
+    pub meshes: Vec<Mesh>,
+    /// All objects pooled, scaled to world lengths.
+    pub surface: Surface,
+    /// The scene radius in world units, by which all lengths are multiplied; positive.
+    pub radius: f32,
+    /// The centre of the box round all objects, in world coordinates.
+    pub center: Vec3,
+    /// Relative mesh paths begin here; empty for built-in scenes.
+    pub folder: PathBuf,
+}
+
+impl Scene {
+    /// Loads a scene: the name of a built-in, a TOML file, or a bare model (`.obj`, `.glb`, `.gltf` or
+    /// `builtin:MESH`), which makes a scene of one object.
+    ///
+    /// # Errors
+    /// When nothing has that name, a file cannot be read, a key is unknown, a value is not allowed (all of them in one
+    /// error), or a mesh is not fit to walk on.
+    pub fn load(scene: &Path, overrides: &Overrides) -> Result<Self, SceneError> {
+        let (name, settings, folder) = Self::read(scene, overrides)?;
+        Self::from_settings(name, settings, folder)
+    }
+
+    /// The name, settings and folder of a scene, without its meshes; see [`Self::load`].
+    ///
+    /// # Errors
+    /// As for [`Self::load`], but for meshes.
+    pub fn read(
+        scene: &Path,
+        overrides: &Overrides,
+    ) -> Result<(String, Settings, PathBuf), SceneError> {
+        let mut reader = Reader::new(Settings::default());
+        let mut folder = PathBuf::new();
+        let name = match Source::find(scene)? {
+            Source::Builtin(builtin) => {
+                reader.text("", builtin.text);
+                builtin.name.to_owned()
+            }
+            Source::Model(mesh) => {
+                let name = mesh
+                    .rsplit_once(':')
+                    .map_or(mesh.as_str(), |(_, name)| name);
+                let name = Path::new(name)
+                    .file_stem()
+                    .unwrap_or_default()
+                    .to_string_lossy()
+                    .into_owned();
+                reader.settings.objects = vec![ObjectSettings {
+                    mesh,
+                    ..ObjectSettings::default()
+                }];
+                name
+            }
+            Source::File => {
+                let text = std::fs::read_to_string(scene).map_err(|source| SceneError::Read {
+                    path: scene.to_owned(),
+                    source,
+                })?;
+                reader.text("", &text);
+                folder = scene.parent().map(Path::to_owned).unwrap_or_default();
+                scene
+                    .file_stem()
+                    .unwrap_or_default()
+                    .to_string_lossy()
+                    .into_owned()
+            }
+        };
+        if let Some(wanted) = &overrides.preset {
+            let preset =
+                builtin::preset(wanted).ok_or_else(|| SceneError::unknown_preset(wanted))?;
+            reader.text(&format!("preset {wanted}"), preset.text);
+        }
+        for assignment in &overrides.set {
+            reader.assignment(assignment);
+        }
+        if let Some(seed) = overrides.seed {
+            reader.seed(seed);
+        }
+        let settings = reader.finish().map_err(|problems| SceneError::Problems {
+            scene: scene.to_owned(),
+            problems,
+        })?;
+        Ok((name, settings, folder))
+    }
+
+    /// Loads the meshes of settings that have been read or changed. Relative mesh paths begin at `folder`.
+    ///
+    /// # Errors
+    /// When a value is out of range, or a mesh cannot be loaded.
+    pub fn from_settings(
+        name: String,
+        settings: Settings,
+        folder: PathBuf,
+    ) -> Result<Self, SceneError> {
+        let problems: Vec<Problem> = parameters::out_of_range(&settings)
+            .into_iter()
+            .map(Problem::from)
+            .collect();
+        if !problems.is_empty() {
+            return Err(SceneError::Problems {
+                scene: PathBuf::from(&name),
+                problems,
+            });
+        }
+        let mut meshes = Vec::with_capacity(settings.objects.len());
+        for (i, object) in settings.objects.iter().enumerate() {
+            let mesh = Mesh::open(&object.mesh, &folder).map_err(|source| SceneError::Object {
+                object: if object.name.is_empty() {
+                    format!("object.{i}")
+                } else {
+                    object.name.clone()
+                },
+                source,
+            })?;
+            meshes.push(mesh);
+        }
+        Self::from_meshes(name, settings, meshes, folder)
+    }
+
+    /// A scene of meshes that are in memory already, one for each object of the settings, whose `mesh` is not read.
+    ///
+    /// # Errors
+    /// When the scene is too small or too large to measure lengths by.
+    ///
+    /// # Panics
+    /// When there are not as many meshes as objects.
+    pub fn from_meshes(
+        name: String,
+        mut settings: Settings,
+        meshes: Vec<Mesh>,
+        folder: PathBuf,
+    ) -> Result<Self, SceneError> {
+        assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
+        name_objects(&mut settings.objects, &meshes);
+        let pooled: Vec<_> = meshes
+            .iter()
+            .zip(&settings.objects)
+            .map(|(mesh, object)| (mesh, object.scale))
+            .collect();
+        let surface = Surface::build(&pooled);
+        let (center, measured) = bounds(&surface, &poses(&settings.objects));
+        if settings.radius == 0.0 {
+            settings.radius = measured;
+        }
+        if !settings.radius.is_normal() || !settings.radius.recip().is_normal() {
+            return Err(SceneError::Radius {
+                radius: settings.radius,
+            });
+        }
+        Ok(Self {
+            name,
+            radius: settings.radius,
+            settings,
+            meshes,
+            surface,
+            center,
+            folder,
+        })
+    }
+
+    /// The rigid pose of each object: takes the surface's coordinates, which are scaled, to world coordinates.
+    #[must_use]
+    pub fn world_from_object(&self) -> Vec<Affine3A> {
+        poses(&self.settings.objects)
+    }
+
+    /// The scene as a file that gives the same wherever it is saved: every key, the radius as measured, and mesh
+    /// paths absolute.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut settings = self.settings.clone();
+        for object in &mut settings.objects {
+            if !object.mesh.starts_with(BUILTIN) {
+                let path = self.folder.join(&object.mesh);
+                object.mesh = std::path::absolute(&path)
+                    .unwrap_or(path)
+                    .to_string_lossy()
+                    .into_owned();
+            }
+        }
+        settings.to_toml()
+    }
+}
+
+const BUILTIN: &str = "builtin:";
+
+/// What the word SCENE stands for.
+enum Source {
+    Builtin(&'static builtin::Builtin),
+    Model(String),
+    File,
+}
+
+impl Source {
+    fn find(scene: &Path) -> Result<Self, SceneError> {
+        if let Some(word) = scene.to_str() {
+            if let Some(builtin) = builtin::scene(word) {
+                return Ok(Self::Builtin(builtin));
+            }
+            if word.starts_with(BUILTIN) {
+                return Ok(Self::Model(word.to_owned()));
+            }
+        }
+        let ending = scene
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        match ending.as_deref() {
+            Some("obj" | "glb" | "gltf") => match scene.to_str() {
+                Some(path) => Ok(Self::Model(path.to_owned())),
+                // Mesh paths are texts in scene files.
+                None => Err(SceneError::NotUnicode {
+                    path: scene.to_owned(),
+                }),
+            },
+            Some("toml") => Ok(Self::File),
+            _ if scene.is_file() => Ok(Self::File),
+            _ => Err(SceneError::unknown_scene(scene)),
+        }
+    }
+}
+
+/// Names the nameless after their meshes, and keeps names apart.
+fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
+    for i in 0..objects.len() {
+        let wanted = match objects[i].name.trim() {
+            "" => meshes[i].name.clone(),
+            given => given.to_owned(),
+        };
+        let taken = |name: &str| objects[..i].iter().any(|other| other.name == name);
+        let name = if taken(&wanted) {
+            (2..)
+                .map(|n| format!("{wanted} {n}"))
+                .find(|name| !taken(name))
+                .unwrap_or_default()
+        } else {
+            wanted
+        };
+        objects[i].name = name;
+    }
+}
+
+fn poses(objects: &[ObjectSettings]) -> Vec<Affine3A> {
+    objects
+        .iter()
+        .map(ObjectSettings::world_from_object)
+        .collect()
+}
+
+/// The centre of the box round everything, and the distance from it to the vertex farthest away, in the world.
+fn bounds(surface: &Surface, poses: &[Affine3A]) -> (Vec3, f32) {
+    let vertices = || {
+        surface.objects.iter().zip(poses).flat_map(|(range, pose)| {
+            let (first, end) = range.vertices;
+            surface.positions[first as usize..end as usize]
+                .iter()
+                .map(|&p| pose.transform_point3(p))
+        })
+    };
+    let (low, high) = vertices().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    let center = low.midpoint(high);
+    (
+        center,
+        vertices().map(|p| p.distance(center)).fold(0.0, f32::max),
+    )
+}

@@ -1,5 +1,24 @@
 //! The Physarum model: particles, trail and the step, on the GPU and as CPU twins.
+//!
+//! Read [`step`] first: it is the whole simulation.
 
+pub mod step;
+
+mod params;
+mod setup;
+mod simulation;
+mod snapshot;
+mod state;
+
+pub mod checkpoint;
 pub mod kernels;
+pub mod queries;
+pub mod start;
 pub mod twin;
 pub mod types;
+
+pub use params::{StepConstants, StepParams, TINY_TRAIL};
+pub use setup::Setup;
+pub use simulation::Simulation;
+pub use snapshot::{Census, Snapshot};
+pub use state::{Kernels, PingPong, State};

@@ -2,6 +2,7 @@
 //! The build compares every size and offset with the reflected shaders: a mismatch does not compile.
 
 use bytemuck::{Pod, Zeroable};
+use glam::{Affine3A, Vec3, Vec4};
 
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
 
@@ -31,4 +32,79 @@ pub struct Motion {
     pub pending: f32,
     /// Bits for transfers (in flight, advanced); 0 without them.
     pub flags: u32,
+}
+
+/// A walk under way: a place, a heading and what remains to be walked. `u` is `weight_b`, `v` is `weight_c`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Walker {
+    /// Global triangle id.
+    pub triangle: u32,
+    /// Barycentric weight of corner A.
+    pub weight_a: f32,
+    /// Barycentric weight of corner B.
+    pub weight_b: f32,
+    /// Barycentric weight of corner C.
+    pub weight_c: f32,
+    /// `p` component of the unit heading.
+    pub heading_p: f32,
+    /// `h` component of the unit heading.
+    pub heading_h: f32,
+    /// World length still to walk.
+    pub remaining: f32,
+    /// The corner whose half-edge the walk came in by, `NONE` at the start.
+    pub entered_by: u32,
+    /// 0 walked to the end, 1 stopped at an open border, 2 out of edge-crossing attempts.
+    pub status: u32,
+}
+
+/// A vertex and the object that it belongs to.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Vertex {
+    /// In object space, multiplied by the object's scale.
+    pub position: Vec3,
+    /// Which pose it moves with.
+    pub object: u32,
+}
+
+/// Takes positions of one object to world space: three rows, each of which gives one coordinate.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Pose {
+    /// Row of the world's X: rotation in `xyz`, translation in `w`.
+    pub x: Vec4,
+    /// Row of the world's Y.
+    pub y: Vec4,
+    /// Row of the world's Z.
+    pub z: Vec4,
+}
+
+impl From<Affine3A> for Pose {
+    fn from(world_from_object: Affine3A) -> Self {
+        let rows = glam::Mat4::from(world_from_object).transpose();
+        Self {
+            x: rows.x_axis,
+            y: rows.y_axis,
+            z: rows.z_axis,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Quat;
+
+    #[test]
+    fn a_pose_has_the_rows_of_its_transform() {
+        let transform = Affine3A::from_rotation_translation(
+            Quat::from_rotation_z(0.5) * Quat::from_rotation_x(1.0),
+            Vec3::new(1.0, 2.0, 3.0),
+        );
+        let pose = Pose::from(transform);
+        let point = Vec3::new(-0.3, 0.7, 0.2).extend(1.0);
+        let rows = Vec3::new(pose.x.dot(point), pose.y.dot(point), pose.z.dot(point));
+        assert!(rows.distance(transform.transform_point3(point.truncate())) < 1e-6);
+    }
 }

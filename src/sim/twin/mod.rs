@@ -1,1 +1,118 @@
 //! CPU twins of the kernels: same names, same arguments, same order of statements; clarity over speed.
+//!
+//! [`Simulation`] runs the whole step by them, so the model can be tested where there is no GPU.
+
+mod advance;
+mod diffuse;
+mod exchange_seams;
+pub mod trail;
+pub mod walk;
+
+pub use advance::{AdvanceInputs, advance};
+pub use diffuse::diffuse;
+pub use exchange_seams::exchange_seams;
+
+use super::params::{StepConstants, StepParams};
+use super::setup::Setup;
+use super::snapshot::Snapshot;
+use super::types::{Motion, Particle};
+use crate::scene::settings::Settings;
+
+/// The simulation by twins: the same state and the same step as [`super::Simulation`], on the host.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    setup: Setup,
+    /// May be changed between steps.
+    pub settings: Settings,
+    particles: Vec<Particle>,
+    motions: Vec<Motion>,
+    trail: Vec<f32>,
+    next_trail: Vec<f32>,
+    deposits: Vec<u32>,
+    previous_deposits: Vec<u32>,
+    step: u64,
+}
+
+impl Simulation {
+    /// Starts at step 0.
+    #[must_use]
+    pub fn new(setup: Setup, settings: Settings) -> Self {
+        let texels = setup.atlas.density.len();
+        Self {
+            particles: setup.particles.clone(),
+            motions: setup.motions.clone(),
+            setup,
+            settings,
+            trail: vec![0.0; texels],
+            next_trail: vec![0.0; texels],
+            deposits: vec![0; texels],
+            previous_deposits: vec![0; texels],
+            step: 0,
+        }
+    }
+
+    /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
+    pub fn step(&mut self) -> Vec<f32> {
+        let constants = StepConstants::new(&self.settings);
+        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let gaps = advance(
+            &constants.advance,
+            &params.advance,
+            &AdvanceInputs {
+                triangles: &self.setup.surface.triangles,
+                halfedges: &self.setup.surface.halfedges,
+                atlas_maps: &self.setup.atlas.maps,
+                trail: &self.trail,
+                previous_deposits: &self.previous_deposits,
+                corners: &self.setup.corners,
+                vertices: &self.setup.vertices,
+                poses: &self.setup.poses,
+            },
+            &mut self.particles,
+            &mut self.motions,
+            &mut self.deposits,
+        );
+        diffuse(
+            &constants.diffuse,
+            &params.diffuse,
+            &self.trail,
+            &self.deposits,
+            &self.setup.atlas.density,
+            &mut self.next_trail,
+            &mut self.previous_deposits,
+        );
+        exchange_seams(&self.setup.atlas.seams, &mut self.next_trail);
+        std::mem::swap(&mut self.trail, &mut self.next_trail);
+        std::mem::swap(&mut self.deposits, &mut self.previous_deposits);
+        self.step += 1;
+        gaps
+    }
+
+    /// What it runs on.
+    #[must_use]
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The state after the last step.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            step: self.step,
+            particles: self.particles.clone(),
+            motions: self.motions.clone(),
+            trail: self.trail.clone(),
+            deposits: self.previous_deposits.clone(),
+        }
+    }
+
+    /// Goes on from a snapshot of the same scene.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        self.particles.clone_from(&snapshot.particles);
+        self.motions.clone_from(&snapshot.motions);
+        self.trail.clone_from(&snapshot.trail);
+        self.previous_deposits.clone_from(&snapshot.deposits);
+        self.deposits.fill(0);
+        self.step = snapshot.step;
+    }
+}

@@ -1,0 +1,34 @@
+# The commands of the project. `make` alone lists them.
+
+.PHONY: help demo test bench clean
+.DEFAULT_GOAL := help
+
+help: ## list these commands
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 16
+
+demo: ## set up what is missing, build, open the window (or render to out/ where there is no display)
+	@.ci/setup demo
+	cargo build --release
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+		cargo run --release --quiet -- lab; \
+	else \
+		echo "No display: rendering the torus to out/."; \
+		cargo run --release --quiet -- render torus --steps 400 \
+			--out out/torus.png --out out/torus.mp4 --report out/torus.json; \
+	fi
+
+test: ## set up what is missing, and run every test with Vulkan's validation layers on
+	@.ci/setup test
+	cargo test --release
+
+bench: ## time every kernel on the reference scenes; the figures go to benches/results/
+	@.ci/setup demo
+	cargo build --release
+	@mkdir -p benches/results
+	@for scene in cube torus; do \
+		cargo run --release --quiet -- profile $$scene --steps 200 --json benches/results/$$scene.json || exit 1; \
+	done
+
+clean: ## remove what was built (target/ and .shaderc/, not your pictures)
+	cargo clean
+	rm -rf .shaderc

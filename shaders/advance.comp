@@ -1,0 +1,144 @@
+// advance: one step of every particle: walk what is pending, sense, turn, walk, deposit.
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses.
+// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows.
+// One invocation a particle.
+// A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+#include "rng.glsl"
+
+layout(local_size_x = 64) in;
+
+// What a scene does not use costs nothing: each optional term is compiled in or out.
+layout(constant_id = 0) const bool SENSOR_NOISE = false;
+layout(constant_id = 1) const bool FAVOURITE_DENSITY = false;
+layout(constant_id = 2) const bool GRAVITY = false;
+layout(constant_id = 3) const bool DECROWDING = false;
+layout(constant_id = 4) const bool BORDER_REFLECTS = true;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint seed;
+    uint time_step;
+    uint attempts;            // edge crossings that one walk may make
+    uint pitch;               // texels from one atlas row to the next
+    float speed;              // world length of a step
+    float sensor_offset;      // world length from the particle to each sensor
+    float sensor_cos;         // of the angle between middle and side sensors
+    float sensor_sin;
+    float rotation_cos;       // of the angle of one turn
+    float rotation_sin;
+    float sensor_noise;       // standard deviation, trail units
+    float favourite_density;  // trail units
+    float gravity_weight;     // trail units a world length of height
+    float decrowding_weight;  // trail units a particle
+} params;
+
+layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
+layout(std430, set = 0, binding = 1) buffer Motions { Motion motions[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, set = 0, binding = 3) readonly buffer HalfEdges { HalfEdge halfedges[]; };
+layout(std430, set = 0, binding = 4) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Trail { float trail[]; };
+layout(std430, set = 0, binding = 6) readonly buffer PreviousDeposits { uint previous_deposits[]; };
+layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
+layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
+
+#include "walk.glsl"
+#include "trail.glsl"
+
+// Height of a point along the scene's up axis, world units.
+float height_at(uint triangle, float u, float v) {
+    vec4 row = poses[triangles[triangle].object].y;
+    precise float a = dot(row, vec4(vertices[corners[3u * triangle]].position, 1.0));
+    precise float b = dot(row, vec4(vertices[corners[3u * triangle + 1u]].position, 1.0));
+    precise float c = dot(row, vec4(vertices[corners[3u * triangle + 2u]].position, 1.0));
+    precise float height = (a + u * (b - a)) + v * (c - a);
+    return height;
+}
+
+// What a sensor reads at the end of its walk.
+float sense(Walker start, vec2 heading) {
+    Walker w = start;
+    w.heading_p = heading.x;
+    w.heading_h = heading.y;
+    w.remaining = params.sensor_offset;
+    walk(w, params.attempts, BORDER_REFLECTS);
+    vec2 uv = walker_uv(w);
+    vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    precise float value = trail_at(position, params.pitch);
+    if (FAVOURITE_DENSITY) {
+        value = -abs(value - params.favourite_density);
+    }
+    if (GRAVITY) {
+        value += params.gravity_weight * height_at(w.triangle, uv.x, uv.y);
+    }
+    if (DECROWDING) {
+        value -= params.decrowding_weight * float(previous_deposits[texel_at(position, params.pitch)]);
+    }
+    return value;
+}
+
+// Three independent normal numbers (Box and Muller 1958).
+vec3 normals(uvec4 words) {
+    const float tau = 6.28318530718;
+    // 1 - x lies in (0, 1], so the logarithm is finite.
+    float radius_1 = sqrt(-2.0 * log(1.0 - unit_float(words.x)));
+    float radius_2 = sqrt(-2.0 * log(1.0 - unit_float(words.z)));
+    float angle_1 = tau * unit_float(words.y);
+    float angle_2 = tau * unit_float(words.w);
+    return vec3(radius_1 * cos(angle_1), radius_1 * sin(angle_1), radius_2 * cos(angle_2));
+}
+
+vec2 rotated(vec2 heading, float c, float s) {
+    precise vec2 result = vec2(c * heading.x - s * heading.y, s * heading.x + c * heading.y);
+    return result;
+}
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    Particle particle = particles[i];
+    Motion motion = motions[i];
+
+    vec2 heading = vec2(motion.heading_p, motion.heading_h);
+    Walker w = walker_at(particle.triangle, particle.u, particle.v, heading, motion.pending);
+    float pending = 0.0;
+    if (motion.pending > 0.0) {
+        walk(w, params.attempts, BORDER_REFLECTS);
+        pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
+        heading = walker_heading(w);
+    }
+
+    w.entered_by = NONE;
+    vec3 value = vec3(
+        sense(w, rotated(heading, params.sensor_cos, params.sensor_sin)),
+        sense(w, heading),
+        sense(w, rotated(heading, params.sensor_cos, -params.sensor_sin)));
+    if (SENSOR_NOISE) {
+        value += params.sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
+    }
+    float left = value.x;
+    float middle = value.y;
+    float right = value.z;
+    if (middle < left || middle < right) {
+        heading = rotated(heading, left == right ? 1.0 : params.rotation_cos, sign(left - right) * params.rotation_sin);
+    }
+
+    w.heading_p = heading.x;
+    w.heading_h = heading.y;
+    w.remaining = params.speed;
+    walk(w, params.attempts, BORDER_REFLECTS);
+    pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
+
+    vec2 uv = walker_uv(w);
+    heading = walker_heading(w);
+    particles[i] = Particle(w.triangle, uv.x, uv.y, particle.id);
+    motions[i] = Motion(heading.x, heading.y, min(pending, params.speed), motion.flags);
+    atomicAdd(deposits[texel_at(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch)], 1u);
+}

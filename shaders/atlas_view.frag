@@ -1,0 +1,52 @@
+// atlas_view: the unwrapped atlas, flat: texels of triangles in colour, all others dark.
+// Reads   trail, texel_owner, charts, colors, exposure.
+// Writes  the pixel, in linear light.
+// One invocation per pixel; where a pixel covers several texels it takes their mean.
+// Overflow: cannot happen; texels outside of the atlas are not read.
+#version 460
+#include "types.glsl"
+#include "shading.glsl"
+#include "atlas_view.glsl"
+
+layout(set = 0, binding = 0) readonly buffer Trail { float trail[]; };
+layout(set = 0, binding = 1) readonly buffer TexelOwner { uint texel_owner[]; };
+layout(set = 0, binding = 2) readonly buffer Charts { uint charts[]; };
+layout(set = 0, binding = 3) readonly buffer Colors { vec4 colors[]; };
+layout(set = 0, binding = 4) readonly buffer Exposure { float brightest[]; };
+
+#include "colormap.glsl"
+
+layout(location = 0) out vec4 color;
+
+const vec3 OUTSIDE = vec3(0.0055, 0.0058, 0.0065);
+const vec3 UNOWNED = vec3(0.0115, 0.0120, 0.0135);
+
+// A light tint that neighbouring numbers do not share: hues a golden angle apart.
+vec3 chart_tint(uint chart) {
+    vec3 phase = 6.2831853 * (fract(float(chart & 0xffffu) * 0.61803399) + vec3(0.0, 0.33, 0.67));
+    return 0.5 + 0.5 * cos(phase);
+}
+
+vec3 texel_color(ivec2 texel) {
+    if (any(lessThan(texel, ivec2(0))) || any(greaterThanEqual(texel, ivec2(params.size)))) return OUTSIDE;
+    uint place = uint(texel.y) * params.pitch + uint(texel.x);
+    uint owner = texel_owner[place];
+    if (owner == NONE) return UNOWNED;
+    vec3 shown = max(color_of(tone(trail[place], brightest[0])), BARE);
+    return mix(shown, (0.12 + shown) * chart_tint(charts[owner]), params.chart_share);
+}
+
+void main() {
+    const int most_taps = 4;
+    vec2 middle = params.origin + gl_FragCoord.xy * params.texels_per_pixel;
+    int taps = clamp(int(ceil(params.texels_per_pixel)), 1, most_taps);
+    float apart = params.texels_per_pixel / float(taps);
+    vec3 sum = vec3(0.0);
+    for (int y = 0; y < taps; y++) {
+        for (int x = 0; x < taps; x++) {
+            vec2 offset = (vec2(x, y) - 0.5 * float(taps - 1)) * apart;
+            sum += texel_color(ivec2(floor(middle + offset)));
+        }
+    }
+    color = vec4(sum / float(taps * taps), 1.0);
+}

@@ -1,0 +1,24 @@
+// colormap: from a trail value to a colour in linear light.
+// Include it after a block that has `vec4 colors[]`, the table that src/render/colormap.rs makes.
+
+#ifndef MYXO_COLORMAP
+#define MYXO_COLORMAP
+
+const uint COLOR_COUNT = 256u;
+
+// A trail value as a brightness in [0, 1]; `brightest` is the value that gets the brightest colour.
+// Steep at first, so that thin veins show, and flat towards the end, so that thick ones keep their detail.
+float tone(float trail, float brightest) {
+    const float shoulder = 0.45;
+    float x = max(trail, 0.0) / brightest;
+    return min((1.0 + shoulder) * x / (x + shoulder), 1.0);
+}
+
+// The colour of a brightness, between the two nearest entries of the table.
+vec3 color_of(float brightness) {
+    float place = clamp(brightness, 0.0, 1.0) * float(COLOR_COUNT - 1u);
+    uint entry = min(uint(place), COLOR_COUNT - 2u);
+    return mix(colors[entry].rgb, colors[entry + 1u].rgb, place - float(entry));
+}
+
+#endif

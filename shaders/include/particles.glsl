@@ -1,0 +1,14 @@
+// particles: what the two stages of `particles` share.
+
+#ifndef MYXO_PARTICLES
+#define MYXO_PARTICLES
+
+layout(push_constant) uniform Params {
+    mat4 clip_from_world;
+    vec3 eye;        // world space
+    float lift;      // how far points are moved towards the eye, world units
+    float diameter;  // pixels
+    float strength;  // light of one point, 0 to 1
+} params;
+
+#endif

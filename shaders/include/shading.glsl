@@ -1,0 +1,68 @@
+// shading: the light that every object stands in, and what pictures share: poses, packed normals, dither.
+// All colours are linear light; the format of the image that is drawn to encodes them to sRGB.
+
+#ifndef MYXO_SHADING
+#define MYXO_SHADING
+
+#include "types.glsl"
+
+// The material under the trail: dark, neutral, a little cool.
+const vec3 BARE = vec3(0.021, 0.022, 0.025);
+
+// Three lights: a warm key from beside the camera, a dome that is brighter above, and a cool rim from behind.
+const vec3 KEY = vec3(1.00, 0.96, 0.90) * 0.80;
+const vec3 DOME_ABOVE = vec3(0.30, 0.33, 0.38);
+const vec3 DOME_BELOW = vec3(0.09, 0.085, 0.08);
+const vec3 RIM = vec3(0.36, 0.42, 0.52);
+
+vec3 place_in_world(Pose pose, vec3 position_in_object) {
+    vec4 p = vec4(position_in_object, 1.0);
+    return vec3(dot(pose.x, p), dot(pose.y, p), dot(pose.z, p));
+}
+
+vec3 turn_to_world(Pose pose, vec3 direction_in_object) {
+    return vec3(dot(pose.x.xyz, direction_in_object), dot(pose.y.xyz, direction_in_object), dot(pose.z.xyz, direction_in_object));
+}
+
+// Inverse of `pack_normal` in src/render/normals.rs.
+vec3 unpack_normal(uint bits) {
+    vec2 side = unpackSnorm2x16(bits);
+    vec3 normal = vec3(side, 1.0 - abs(side.x) - abs(side.y));
+    float below = max(-normal.z, 0.0);
+    normal.x -= side.x < 0.0 ? -below : below;
+    normal.y -= side.y < 0.0 ? -below : below;
+    return normalize(normal);
+}
+
+// Light that a matte surface of white colour sends back; half of the key wraps round the terminator, as it does
+// in everything that is a little translucent.
+vec3 diffuse_light(vec3 normal, vec3 key_direction) {
+    const float wrap = 0.25;
+    float key = max((dot(normal, key_direction) + wrap) / (1.0 + wrap), 0.0);
+    return KEY * key * key + mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * normal.y);
+}
+
+// What a damp skin adds: a soft highlight of the key, and the rim light at grazing angles.
+// The highlight is Blinn and Phong's, normalized, with Schlick's Fresnel term for water (0.02).
+vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction) {
+    const float sharpness = 42.0;
+    vec3 halfway = normalize(key_direction + to_eye);
+    float lobe = pow(max(dot(normal, halfway), 0.0), sharpness) * (sharpness + 8.0) / 8.0;
+    float facing = clamp(dot(normal, to_eye), 0.0, 1.0);
+    float grazing = (1.0 - facing) * (1.0 - facing);
+    grazing *= grazing;
+    float fresnel = 0.02 + 0.98 * grazing * (1.0 - facing);
+    float key = max(dot(normal, key_direction), 0.0);
+    return KEY * (0.04 * lobe * key) + RIM * (fresnel * (0.45 + 0.55 * normal.y) * 0.5);
+}
+
+// Half a step of an 8-bit image of noise, which keeps smooth gradients from showing bands.
+// Interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty", 2014), applied where steps are
+// even: to the square root of light, which is nearly sRGB's curve.
+vec3 dithered(vec3 color, vec2 pixel) {
+    float noise = fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))) - 0.5;
+    vec3 root = max(sqrt(max(color, vec3(0.0))) + noise * (1.0 / 255.0), vec3(0.0));
+    return root * root;
+}
+
+#endif

@@ -1,0 +1,16 @@
+// surface: what the two stages of `surface` share.
+
+#ifndef MYXO_SURFACE
+#define MYXO_SURFACE
+
+layout(push_constant) uniform Params {
+    mat4 clip_from_world;
+    vec3 eye;            // world space
+    float trail_share;   // how much of the trail is shown, 0 to 1
+    vec3 key_direction;  // unit vector towards the key light, world space
+    float glow;          // light that the trail sends out itself, as a share of its colour
+    uint size;           // side of the atlas, texels
+    uint pitch;          // texels from one row of the atlas to the next
+} params;
+
+#endif

@@ -1,0 +1,30 @@
+// trail: reading the trail between texel centres. Twin of src/sim/twin/trail.rs.
+// The includer declares `trail` (float[]) first.
+
+#ifndef MYXO_TRAIL
+#define MYXO_TRAIL
+
+// Atlas position, in texels, of a point on the surface.
+vec2 atlas_position(AtlasMap map, float u, float v) {
+    precise vec2 position = (map.origin + u * map.du) + v * map.dv;
+    return position;
+}
+
+// The texel that holds a point.
+uint texel_at(vec2 position, uint pitch) {
+    return uint(position.y) * pitch + uint(position.x);
+}
+
+// Bilinear over the four texels around. Gutter texels are filled, so no triangle needs its neighbours' texels.
+float trail_at(vec2 position, uint pitch) {
+    precise vec2 corner = position - 0.5;
+    vec2 low = floor(corner);
+    precise vec2 f = corner - low;
+    uint texel = uint(low.y) * pitch + uint(low.x);
+    precise float top = trail[texel] + f.x * (trail[texel + 1u] - trail[texel]);
+    precise float bottom = trail[texel + pitch] + f.x * (trail[texel + pitch + 1u] - trail[texel + pitch]);
+    precise float value = top + f.y * (bottom - top);
+    return value;
+}
+
+#endif

@@ -1,0 +1,28 @@
+// trail_histogram: counts how bright the trail is, for the exposure of a picture.
+// Reads   trail, density.
+// Writes  histogram (atomically; the order does not show).
+// One invocation per sampled texel: every stride-th of the atlas.
+// Overflow: cannot happen; a bin can hold every texel.
+#version 460
+#include "index.glsl"
+#include "exposure.glsl"
+
+layout(local_size_x = 256) in;
+
+layout(set = 0, binding = 0) readonly buffer Trail { float trail[]; };
+layout(set = 0, binding = 1) readonly buffer Density { float density[]; };
+layout(set = 0, binding = 2) buffer Histogram { uint histogram[]; };
+
+layout(push_constant) uniform Params {
+    uint sample_count;  // texels that are looked at
+    uint stride;        // texels from one to the next
+} params;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.sample_count) return;
+    uint texel = i * params.stride;
+    // Texels without a triangle, and gutter texels, have no density.
+    if (density[texel] == 0.0) return;
+    atomicAdd(histogram[bin_of(trail[texel])], 1u);
+}

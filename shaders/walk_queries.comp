@@ -1,0 +1,38 @@
+// walk_queries: straight walks of any length, for `myxo query geodesic`.
+// Reads   triangles, halfedges.
+// Writes  walkers in place: one that is out of attempts goes on in the next dispatch, where it stopped.
+// One invocation a walk.
+// The attempts of one dispatch are limited, so that no dispatch runs for seconds.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const bool BORDER_REFLECTS = false;
+
+layout(push_constant) uniform Params {
+    uint walk_count;
+    uint attempts;
+} params;
+
+layout(std430, set = 0, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, set = 0, binding = 1) readonly buffer HalfEdges { HalfEdge halfedges[]; };
+
+#include "walk.glsl"
+
+layout(std430, set = 0, binding = 2) buffer Walkers { Walker walkers[]; };
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.walk_count) return;
+    Walker w = walkers[i];
+    if (w.remaining <= 0.0 || w.status == WALK_BORDER) return;
+    walk(w, params.attempts, BORDER_REFLECTS);
+    vec2 heading = walker_heading(w);
+    w.heading_p = heading.x;
+    w.heading_h = heading.y;
+    walkers[i] = w;
+}

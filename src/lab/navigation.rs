@@ -1,0 +1,94 @@
+//! The hand on the scene: drags, the wheel and double clicks become motions of the camera or of the atlas.
+
+use egui::{PointerButton, Response, Ui};
+use glam::{Vec2, Vec3};
+use myxo::render::view::View;
+use myxo::scene::settings::Show;
+
+/// How much one point of scrolling magnifies; a notch of a wheel is about 40 points.
+const ZOOM_PER_POINT: f32 = 0.0035;
+/// How quickly the camera reaches a new centre: the share that is left after a second is `exp(-this)`.
+const FLIGHT_SPEED: f32 = 11.0;
+
+/// Moves the view, and remembers a flight to a new centre.
+#[derive(Clone, Debug, Default)]
+pub struct Navigation {
+    flight: Option<Vec3>,
+}
+
+/// What the hand did in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moved {
+    /// The view is being moved, by hand or in flight.
+    pub touched: bool,
+    /// A double click asks for a new centre: the pixel in the picture.
+    pub refocus: Option<Vec2>,
+}
+
+impl Navigation {
+    /// Moves `view` as the hand did over the picture, which `response` covers.
+    pub fn apply(&mut self, ui: &Ui, response: &Response, view: &mut View) -> Moved {
+        let scale = ui.ctx().pixels_per_point();
+        let pixels = |v: egui::Vec2| Vec2::new(v.x, v.y) * scale;
+        let size = pixels(response.rect.size());
+        let drag = pixels(response.drag_delta());
+        let (shift, scroll, pinch, seconds) = ui.input(|i| {
+            (
+                i.modifiers.shift,
+                i.smooth_scroll_delta().y,
+                i.zoom_delta(),
+                i.stable_dt,
+            )
+        });
+        let pointer = response
+            .hover_pos()
+            .map(|at| pixels(at - response.rect.min));
+        let zoom = pinch * (scroll * ZOOM_PER_POINT).exp();
+        let mut moved = Moved::default();
+
+        let pans = response.dragged_by(PointerButton::Secondary)
+            || response.dragged_by(PointerButton::Middle);
+        let primary = response.dragged_by(PointerButton::Primary);
+        if (pans || primary) && drag != Vec2::ZERO {
+            moved.touched = true;
+            self.flight = None;
+            match view.show {
+                Show::Atlas => view.atlas.pan(drag, size),
+                _ if pans || shift => view.camera.pan(drag, size),
+                _ => view.camera.orbit(drag, size),
+            }
+        }
+        if let Some(at) = pointer
+            && zoom != 1.0
+        {
+            moved.touched = true;
+            match view.show {
+                Show::Atlas => view.atlas.zoom(zoom, at, size),
+                _ => view.camera.zoom(1.0 / zoom, at, size),
+            }
+        }
+        if response.double_clicked() && view.show != Show::Atlas {
+            moved.refocus = pointer;
+        }
+        moved.touched |= self.fly(view, seconds);
+        moved
+    }
+
+    /// Begins a flight that brings a point to the middle of the picture.
+    pub fn fly_to(&mut self, point: Vec3) {
+        self.flight = Some(point);
+    }
+
+    fn fly(&mut self, view: &mut View, seconds: f32) -> bool {
+        let Some(goal) = self.flight else {
+            return false;
+        };
+        let left = (-FLIGHT_SPEED * seconds).exp();
+        view.camera.target = goal + (view.camera.target - goal) * left;
+        if view.camera.target.distance(goal) < 1e-4 * view.camera.scene_radius {
+            view.camera.target = goal;
+            self.flight = None;
+        }
+        true
+    }
+}

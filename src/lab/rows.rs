@@ -1,0 +1,224 @@
+//! One row for each parameter of the table: name, unit, slider, what it does, whether it restarts, and its default.
+
+use egui::{Align, Layout, RichText, Slider, SliderClamping, Ui, vec2};
+use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
+
+use super::theme;
+
+/// What a row needs to know besides its parameter.
+#[derive(Clone, Copy)]
+pub struct RowContext<'a, T> {
+    /// The scene as it was loaded: what a reset returns to.
+    pub loaded: &'a T,
+    /// What the simulation runs with.
+    pub running: &'a T,
+    /// Texels of gutter that the running atlas has.
+    pub gutter: u32,
+}
+
+/// Shows a parameter and lets it be changed; true if it was.
+pub fn row<T>(
+    ui: &mut Ui,
+    parameter: &Parameter<T>,
+    value: &mut T,
+    context: &RowContext<'_, T>,
+) -> bool {
+    let mut changed = false;
+    let modified = parameter.differs(value, context.loaded);
+    let pending = parameter.restarts(context.running, value, context.gutter)
+        && parameter.differs(value, context.running);
+    ui.push_id(parameter.key, |ui| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 5.0;
+            let name = RichText::new(parameter.name);
+            let name = match (pending, modified) {
+                (true, _) => name.color(theme::PENDING),
+                (false, true) => name.color(theme::ACCENT),
+                _ => name,
+            };
+            ui.label(name)
+                .on_hover_ui(|ui| explain(ui, parameter, context.loaded));
+            if !parameter.unit.is_empty() {
+                ui.label(RichText::new(parameter.unit).small().color(theme::WEAK));
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if modified {
+                    let reset = ui
+                        .small_button("↺")
+                        .on_hover_text(format!("Back to {}", parameter.value(context.loaded)));
+                    if reset.clicked() {
+                        parameter.copy(context.loaded, value);
+                        changed = true;
+                    }
+                }
+                if parameter.effect != Effect::Live {
+                    let mark = RichText::new("⟲").color(if pending {
+                        theme::PENDING
+                    } else {
+                        theme::WEAK
+                    });
+                    ui.label(mark).on_hover_text(match parameter.effect {
+                        Effect::Restart => "A change restarts the simulation.",
+                        _ => "A change beyond the atlas's gutter restarts the simulation.",
+                    });
+                }
+            });
+        });
+        changed |= editor(ui, parameter, value);
+        ui.add_space(3.0);
+    });
+    changed
+}
+
+/// The line below the name, by what the parameter holds.
+fn editor<T>(ui: &mut Ui, parameter: &Parameter<T>, value: &mut T) -> bool {
+    match &parameter.kind {
+        Kind::Number(number) => slider(ui, number, value),
+        Kind::Choice { words, get, set } => {
+            let mut chosen = get(value);
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 3.0;
+                for (i, word) in words.iter().enumerate() {
+                    ui.selectable_value(&mut chosen, i, *word);
+                }
+            });
+            let changed = chosen != get(value);
+            if changed {
+                set(value, chosen);
+            }
+            changed
+        }
+        Kind::Vector { range, get, set } => {
+            let mut components = get(value);
+            let speed = 0.01;
+            ui.horizontal(|ui| {
+                for (component, axis) in components.iter_mut().zip(["x ", "y ", "z "]) {
+                    ui.add(
+                        egui::DragValue::new(component)
+                            .range(range.0 as f32..=range.1 as f32)
+                            .speed(speed)
+                            .prefix(axis),
+                    );
+                }
+            });
+            let changed = components != get(value);
+            if changed {
+                set(value, components);
+            }
+            changed
+        }
+    }
+}
+
+fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
+    let mut now = (number.get)(value);
+    let (low, high) = number.slider;
+    let value_width = 74.0;
+    ui.spacing_mut().slider_width = (ui.available_width() - value_width - 8.0).max(60.0);
+    ui.spacing_mut().interact_size = vec2(value_width, 18.0);
+    let mut slider = Slider::new(&mut now, low..=high)
+        .logarithmic(number.scale == Scale::Logarithmic)
+        .clamping(SliderClamping::Never);
+    if number.integer {
+        slider = slider.integer();
+    } else {
+        slider = slider
+            .max_decimals(6)
+            .smallest_positive(smallest_positive(low, high));
+    }
+    if number.integer && high > 10_000.0 {
+        slider = slider
+            .custom_formatter(|value, _| grouped(value))
+            .custom_parser(parse_grouped);
+    }
+    let changed = ui.add(slider).changed();
+    if changed {
+        let (least, most) = number.range;
+        (number.set)(value, now.clamp(least, most));
+    }
+    changed
+}
+
+/// The end of a logarithmic slider that begins at 0: five decades below its other end.
+fn smallest_positive(low: f64, high: f64) -> f64 {
+    if low > 0.0 { low } else { high * 1e-4 }
+}
+
+/// 1234567 as `1,234,567`.
+pub fn grouped(value: f64) -> String {
+    let digits = format!("{:.0}", value.abs());
+    let mut text = String::from(if value < 0.0 { "-" } else { "" });
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Reads `1,234,567`, `1_234_567` and `2M`.
+fn parse_grouped(text: &str) -> Option<f64> {
+    let text: String = text
+        .chars()
+        .filter(|c| !matches!(c, ',' | '_' | ' '))
+        .collect();
+    let (digits, factor) = match text.strip_suffix(['k', 'K']) {
+        Some(digits) => (digits, 1e3),
+        None => text
+            .strip_suffix(['m', 'M'])
+            .map_or((text.as_str(), 1.0), |digits| (digits, 1e6)),
+    };
+    digits.parse::<f64>().ok().map(|value| value * factor)
+}
+
+fn explain<T>(ui: &mut Ui, parameter: &Parameter<T>, loaded: &T) {
+    ui.set_max_width(300.0);
+    ui.label(parameter.help);
+    ui.add_space(4.0);
+    let line = |ui: &mut Ui, what: &str, text: &str| {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(what).small().color(theme::WEAK));
+            ui.label(RichText::new(text).small());
+        });
+    };
+    line(ui, "allowed", &parameter.allowed());
+    line(ui, "in the scene", &parameter.value(loaded));
+    line(ui, "key", parameter.key);
+    if parameter.effect == Effect::Restart {
+        ui.label(
+            RichText::new("A change restarts the simulation.")
+                .small()
+                .color(theme::PENDING),
+        );
+    }
+    if matches!(parameter.kind, Kind::Number(_)) {
+        ui.label(
+            RichText::new("Click the number to type one.")
+                .small()
+                .color(theme::WEAK),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_numbers_are_written_and_read_with_commas() {
+        assert_eq!(grouped(500_000.0), "500,000");
+        assert_eq!(grouped(999.0), "999");
+        assert_eq!(grouped(-1_234_567.0), "-1,234,567");
+        for (text, value) in [
+            ("500,000", 5e5),
+            ("1_000_000", 1e6),
+            ("2M", 2e6),
+            ("1.5k", 1500.0),
+            ("12", 12.0),
+        ] {
+            assert_eq!(parse_grouped(text), Some(value), "{text}");
+        }
+        assert_eq!(parse_grouped("many"), None);
+    }
+}

@@ -1,0 +1,312 @@
+//! The world atlas: one texture in which every triangle of every object has its place.
+//!
+//! A *chart* is a part of the texture in which neighbouring triangles lie side by side; a texel is *owned* by the
+//! triangle that holds its centre; *gutter* texels round each chart are a halo for reads: a row of weights says from
+//! which owned texels each is filled, so that a bilinear read near a seam sees what lies across it.
+//!
+//! **Invariant:** the texel that holds the mapped position of any point of a triangle is owned, by that triangle or by
+//! another one of its chart. Particles deposit there, so nothing is ever deposited on a gutter texel.
+//!
+//! **Invariant:** every texel within `gutter` texels (in either direction) of an owned one is owned by the same chart
+//! or has a seam row.
+//!
+//! What differs between methods is the [`Layout`]: where the charts lie. How gutter texels are filled is common.
+
+mod grid;
+mod gutter;
+mod rows;
+#[cfg(test)]
+mod tests;
+mod validate;
+
+use std::fmt;
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::surface::{AtlasMap, NONE, Seam, Surface};
+
+/// The largest texture side; positions in it keep nine bits below the texel in single precision.
+pub const MAX_SIZE: u32 = 32_768;
+
+/// How triangles are laid out in the texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AtlasMethod {
+    /// Square cells of one size, two neighbouring triangles in each.
+    #[default]
+    Grid,
+}
+
+impl fmt::Display for AtlasMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            AtlasMethod::Grid => f.write_str("grid"),
+        }
+    }
+}
+
+/// What an atlas is made from, besides the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AtlasOptions {
+    /// How triangles are laid out.
+    pub method: AtlasMethod,
+    /// Texture side in texels, 1 to [`MAX_SIZE`]; any number, not only powers of two.
+    pub size: u32,
+    /// Side of a `grid` cell in texels, gutter included; 0 takes the largest that fits.
+    pub cell_size: u32,
+    /// Width of the halo round each chart in texels; less than 1 counts as 1, which bilinear reads need.
+    pub gutter: u32,
+}
+
+/// Why there is no atlas.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AtlasError {
+    /// Nothing to lay out.
+    #[error(
+        "the atlas has no triangles to lay out: give the scene at least one mesh with triangles"
+    )]
+    Empty,
+    /// The texture side is not in the range.
+    #[error("atlas size {0} is out of range: choose from 1 to {MAX_SIZE}")]
+    Size(u32),
+    /// A cell has no room for two triangles and their gutter.
+    #[error(
+        "atlas cell size {cell_size} is too small for a gutter of {gutter}: choose at least {needed}, \
+         or 0 for the largest that fits"
+    )]
+    CellTooSmall {
+        /// The cell side asked for, texels.
+        cell_size: u32,
+        /// The gutter, texels.
+        gutter: u32,
+        /// The smallest cell side that works.
+        needed: u64,
+    },
+    /// More triangles than the texture has room for.
+    #[error(
+        "{triangles} triangles need {cells} cells of at least {cell_size} x {cell_size} texels (gutter {gutter}), \
+         which do not fit an atlas of size {size}: {advice}",
+        advice = room_advice(*needed)
+    )]
+    NoRoom {
+        /// Triangles of the surface.
+        triangles: usize,
+        /// Cells that they take.
+        cells: usize,
+        /// The smallest cell side allowed here, texels.
+        cell_size: u32,
+        /// The gutter, texels.
+        gutter: u32,
+        /// The texture side asked for.
+        size: u32,
+        /// The smallest texture side that works.
+        needed: u64,
+    },
+}
+
+fn room_advice(needed: u64) -> String {
+    if needed <= u64::from(MAX_SIZE) {
+        format!("raise atlas.size to {needed} or more")
+    } else {
+        format!(
+            "that takes {needed}, above the largest, {MAX_SIZE}; use meshes with fewer triangles"
+        )
+    }
+}
+
+/// A texel that no triangle owns but that reads may touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GutterTexel {
+    /// `y * pitch + x`.
+    pub texel: u32,
+    /// The nearest triangle, in texels, of the chart that the texel belongs to.
+    pub triangle: u32,
+}
+
+/// Where the charts lie: what a method decides. The rest of the atlas follows from it.
+#[derive(Clone, Debug)]
+struct Layout {
+    maps: Vec<AtlasMap>,
+    chart: Vec<u32>,
+    chart_count: u32,
+    cell_size: u32,
+    owner: Vec<u32>,
+    area: Vec<f32>,
+    gutter_texels: Vec<GutterTexel>,
+}
+
+/// Every triangle's place in one texture, who owns each texel, and how the gutter is filled.
+#[derive(Clone, Debug)]
+pub struct Atlas {
+    /// Texture side in texels.
+    pub size: u32,
+    /// Texels from one row to the next: `size` rounded up to a multiple of 4. Buffers have `pitch * size` texels.
+    pub pitch: u32,
+    /// Width of the halo round each chart, texels.
+    pub gutter: u32,
+    /// How it was laid out.
+    pub method: AtlasMethod,
+    /// Side of a `grid` cell in texels; 0 with other methods.
+    pub cell_size: u32,
+    /// Number of charts.
+    pub chart_count: u32,
+    /// Number of owned texels.
+    pub owned_count: u32,
+    /// Mean surface area of an owned texel, world units squared.
+    pub mean_texel_area: f64,
+    /// Per triangle: the affine map from `uv` to texels.
+    pub maps: Vec<AtlasMap>,
+    /// Per triangle: its chart.
+    pub chart: Vec<u32>,
+    /// Per texel: the triangle that holds its centre, or [`NONE`].
+    pub owner: Vec<u32>,
+    /// Per texel: surface area that an owned texel stands for, world units squared, 0 for all others. They add up to
+    /// the surface's area.
+    pub area: Vec<f32>,
+    /// Per texel: mean texel area over this texel's area for owned texels, 0 for all others.
+    pub density: Vec<f32>,
+    /// The gutter texels that can be read, in ascending order.
+    pub gutter_texels: Vec<GutterTexel>,
+    /// How each of them is filled, in the same order.
+    pub seams: Vec<Seam>,
+}
+
+impl Atlas {
+    /// Lays out all triangles of a surface. The result depends on nothing but the arguments.
+    ///
+    /// # Errors
+    /// When the size is out of range or the texture has no room; the message names a size that works.
+    pub fn build(surface: &Surface, options: &AtlasOptions) -> Result<Self, AtlasError> {
+        let options = AtlasOptions {
+            gutter: options.gutter.max(1),
+            ..*options
+        };
+        if options.size == 0 || options.size > MAX_SIZE {
+            return Err(AtlasError::Size(options.size));
+        }
+        if surface.corners.is_empty() {
+            return Err(AtlasError::Empty);
+        }
+        let layout = match options.method {
+            AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
+        };
+        let seams = gutter::seams(surface, &layout, pitch_of(options.size));
+        Ok(Self::assemble(surface, &options, layout, seams))
+    }
+
+    fn assemble(
+        surface: &Surface,
+        options: &AtlasOptions,
+        layout: Layout,
+        seams: Vec<Seam>,
+    ) -> Self {
+        let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
+        let mean_texel_area = surface_area(surface) / owned_count as f64;
+        let density = layout
+            .area
+            .par_iter()
+            .map(|&area| match area {
+                0.0 => 0.0,
+                _ => ((mean_texel_area / f64::from(area)) as f32).min(f32::MAX),
+            })
+            .collect();
+        Self {
+            size: options.size,
+            pitch: pitch_of(options.size),
+            gutter: options.gutter,
+            method: options.method,
+            cell_size: layout.cell_size,
+            chart_count: layout.chart_count,
+            owned_count: owned_count as u32,
+            mean_texel_area,
+            maps: layout.maps,
+            chart: layout.chart,
+            owner: layout.owner,
+            area: layout.area,
+            density,
+            gutter_texels: layout.gutter_texels,
+            seams,
+        }
+    }
+
+    /// Length of the per-texel arrays: `pitch * size`.
+    #[must_use]
+    pub fn texel_count(&self) -> usize {
+        self.pitch as usize * self.size as usize
+    }
+
+    /// Where a point of a triangle lies in the texture, in texels; the kernels compute it in the same order.
+    #[must_use]
+    pub fn position_of(&self, triangle: u32, u: f32, v: f32) -> Vec2 {
+        position(&self.maps[triangle as usize], u, v)
+    }
+
+    /// The texel that holds a point of a triangle: an owned one, for `u, v >= 0` and `u + v <= 1`.
+    #[must_use]
+    pub fn texel_of(&self, triangle: u32, u: f32, v: f32) -> u32 {
+        let position = self.position_of(triangle, u, v);
+        position.y as u32 * self.pitch + position.x as u32
+    }
+
+    /// Position of a texel's centre in the texture, in texels.
+    #[must_use]
+    pub fn centre_of(&self, texel: u32) -> Vec2 {
+        Vec2::new(
+            (texel % self.pitch) as f32 + 0.5,
+            (texel / self.pitch) as f32 + 0.5,
+        )
+    }
+
+    /// The surface point under an owned texel's centre: its triangle, `u` and `v`, moved inside where the centre lies
+    /// on the triangle's edge. `None` for texels that are not owned.
+    #[must_use]
+    pub fn surface_point_of(&self, texel: u32) -> Option<(u32, f32, f32)> {
+        let triangle = self.owner[texel as usize];
+        (triangle != NONE).then(|| {
+            let uv = gutter::Affine::of(&self.maps[triangle as usize])
+                .uv_of(self.centre_of(texel).as_dvec2());
+            let (u, v) = (uv.x.max(0.0), uv.y.max(0.0));
+            let scale = 1.0 / (u + v).max(1.0);
+            (triangle, (u * scale) as f32, (v * scale) as f32)
+        })
+    }
+}
+
+impl fmt::Display for Atlas {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{0} x {0} texels by {1}: ", self.size, self.method)?;
+        match self.cell_size {
+            0 => write!(f, "{} charts", self.chart_count)?,
+            c => write!(f, "{} cells of {c} x {c}", self.chart_count)?,
+        }
+        let texels = f64::from(self.size) * f64::from(self.size);
+        write!(
+            f,
+            ", gutter {}; {} owned and {} gutter texels, {:.1} % of the texture owned",
+            self.gutter,
+            self.owned_count,
+            self.seams.len(),
+            100.0 * f64::from(self.owned_count) / texels,
+        )
+    }
+}
+
+fn pitch_of(size: u32) -> u32 {
+    size.next_multiple_of(4)
+}
+
+fn position(map: &AtlasMap, u: f32, v: f32) -> Vec2 {
+    map.origin + u * map.du + v * map.dv
+}
+
+fn triangle_area(surface: &Surface, triangle: u32) -> f64 {
+    let shape = surface.triangles[triangle as usize];
+    0.5 * f64::from(shape.ab) * f64::from(shape.ch)
+}
+
+/// Summed in order: a parallel sum of floats would differ from run to run.
+fn surface_area(surface: &Surface) -> f64 {
+    (0..surface.triangles.len() as u32)
+        .map(|t| triangle_area(surface, t))
+        .sum()
+}

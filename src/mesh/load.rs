@@ -1,0 +1,147 @@
+//! From a path to a mesh: which reader, how much to read, and what happens when a reader fails.
+
+use std::any::Any;
+use std::fs::File;
+use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use super::error::MeshProblem;
+use super::soup::Soup;
+use super::{Mesh, MeshError, gltf, obj};
+
+/// No model, and no file that a model names, is read beyond this size.
+pub(crate) const MOST_BYTES: u64 = 2 << 30;
+
+/// How much of a model is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// All triangles of the default scene, where its nodes put them.
+    Scene,
+    /// The first primitive of the first mesh, as it is.
+    FirstPrimitive,
+}
+
+impl Mesh {
+    /// Loads an OBJ, glTF or GLB file: everything in it as one mesh, glTF meshes where the nodes of the default scene
+    /// put them.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is damaged, or has nothing to walk on; the message says where and what to do.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, MeshError> {
+        load(path.as_ref(), Extent::Scene)
+    }
+
+    /// Loads a model without node transforms: of a glTF file the first primitive of the first mesh, with its positions
+    /// as they are; of an OBJ file everything.
+    ///
+    /// # Errors
+    /// As [`Mesh::load`].
+    pub fn load_raw(path: impl AsRef<Path>) -> Result<Self, MeshError> {
+        load(path.as_ref(), Extent::FirstPrimitive)
+    }
+
+    /// A built-in mesh (`builtin:NAME`) or a file, relative to a folder.
+    ///
+    /// # Errors
+    /// As [`Mesh::builtin`] and [`Mesh::load`].
+    pub fn open(name_or_path: &str, folder: &Path) -> Result<Self, MeshError> {
+        match name_or_path.strip_prefix("builtin:") {
+            Some(name) => Self::builtin(name),
+            None => Self::load(folder.join(name_or_path)),
+        }
+    }
+}
+
+fn load(path: &Path, extent: Extent) -> Result<Mesh, MeshError> {
+    let bytes = read(path)?;
+    let name = path.file_stem().map_or_else(
+        || "mesh".to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    );
+    from_bytes(&name, path, &bytes, extent)
+}
+
+/// Makes a mesh of a model whose bytes are given; `path` is as for [`parse`].
+pub(crate) fn from_bytes(
+    name: &str,
+    path: &Path,
+    bytes: &[u8],
+    extent: Extent,
+) -> Result<Mesh, MeshError> {
+    // The readers are written not to panic; this is the second wall, because models come from strangers.
+    let parsed = catch_unwind(AssertUnwindSafe(|| {
+        Mesh::from_soup(name, parse(path, bytes, extent)?)
+    }));
+    let problem = match parsed {
+        Ok(Ok(mesh)) => return Ok(mesh),
+        Ok(Err(problem)) => problem,
+        Err(panic) => MeshProblem::Panicked(panic_text(panic.as_ref())),
+    };
+    Err(MeshError::Bad {
+        place: path.display().to_string(),
+        problem,
+    })
+}
+
+/// Reads the triangles of a model whose bytes are given; `path` says of what kind it is, and where files that it names
+/// would lie.
+pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, MeshProblem> {
+    let ending = path
+        .extension()
+        .map(|ending| ending.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    match ending.as_str() {
+        _ if gltf::is_glb(bytes) => gltf::read(bytes, folder, extent),
+        "obj" => obj::read(bytes),
+        "glb" | "gltf" => gltf::read(bytes, folder, extent),
+        "" => Err(MeshProblem::UnknownKind {
+            found: "its name has no ending".to_owned(),
+        }),
+        other => Err(MeshProblem::UnknownKind {
+            found: format!("its name ends in `.{other}`"),
+        }),
+    }
+}
+
+/// Reads a regular file of a sensible size.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, MeshError> {
+    let failed = |source| MeshError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let not_a_file = |problem: String| MeshError::Bad {
+        place: path.display().to_string(),
+        problem: MeshProblem::NotAFile(problem),
+    };
+    let metadata = std::fs::metadata(path).map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(not_a_file(
+            "this is a folder: name a model in it".to_owned(),
+        ));
+    }
+    if !metadata.is_file() {
+        return Err(not_a_file("this is not a regular file".to_owned()));
+    }
+    if metadata.len() > MOST_BYTES {
+        return Err(not_a_file(format!(
+            "{} bytes, and models of up to {MOST_BYTES} are read: simplify it",
+            metadata.len()
+        )));
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    let file = File::open(path).map_err(failed)?;
+    file.take(MOST_BYTES)
+        .read_to_end(&mut bytes)
+        .map_err(failed)?;
+    Ok(bytes)
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> String {
+    panic
+        .downcast_ref::<String>()
+        .cloned()
+        .or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()))
+        .unwrap_or_else(|| "no message".to_owned())
+}

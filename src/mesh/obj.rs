@@ -1,0 +1,301 @@
+//! OBJ files: text with vertices (`v`), texture coordinates (`vt`) and faces (`f`).
+//!
+//! `tobj` reads the numbers. It is given only the lines that make a surface, because it takes a polyline of three
+//! vertices for a triangle, stops at a comment behind a face, and at letters that are not UTF-8. It says neither which
+//! line nor which face is wrong, so where it fails the lines are read once more, for the message.
+
+use glam::{Vec2, Vec3};
+
+use super::error::MeshProblem;
+use super::soup::Soup;
+
+/// Reads everything in the file as one surface; a polygon is the fan (0, k, k + 1) of its corners.
+pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
+    let lines = SurfaceLines::collect(&String::from_utf8_lossy(bytes));
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    // Materials are never read: they say nothing about the surface, and their paths come from strangers.
+    let no_materials = |_: &std::path::Path| Err(tobj::LoadError::MaterialParseError);
+    let (models, _) = tobj::load_obj_buf(&mut lines.text.as_bytes(), &options, no_materials)
+        .map_err(|error| lines.explain(&error.to_string()))?;
+    // Without object and group lines there is one model.
+    let mesh = models
+        .into_iter()
+        .next()
+        .map(|model| model.mesh)
+        .filter(|mesh| !mesh.indices.is_empty())
+        .ok_or_else(|| lines.no_triangles())?;
+    let positions: Vec<Vec3> = chunks(&mesh.positions).map(Vec3::from_array).collect();
+    if !positions.iter().all(|position| position.is_finite()) {
+        return Err(lines.explain("a vertex is not finite"));
+    }
+    let uvs = lines.every_corner_has_uv.then(|| uvs_of(&mesh)).flatten();
+
+    let mut soup = Soup {
+        triangles: chunks(&mesh.indices).collect(),
+        ..Soup::default()
+    };
+    // tobj leaves out vertices that no face names.
+    let unused = lines.vertices.len() - positions.len();
+    soup.seen.file_vertices = unused;
+    soup.seen.unreferenced_vertices = unused;
+    soup.seen.unreferenced_non_finite = lines.non_finite_vertices().count();
+    soup.seen.incomplete_uvs = lines.some_corner_has_uv && uvs.is_none();
+    soup.seen.lines = lines.line_count;
+    soup.seen.points = lines.point_count;
+    soup.uvs = uvs;
+    soup.positions = positions;
+    Ok(soup)
+}
+
+fn chunks<T: Copy, const N: usize>(flat: &[T]) -> impl Iterator<Item = [T; N]> {
+    flat.as_chunks().0.iter().copied()
+}
+
+/// Texture coordinates by triangle, if they are all there and finite.
+fn uvs_of(mesh: &tobj::Mesh) -> Option<Vec<[Vec2; 3]>> {
+    let coordinates: Vec<Vec2> = chunks(&mesh.texcoords).map(Vec2::from_array).collect();
+    let complete = mesh.texcoord_indices.len() == mesh.indices.len();
+    let finite = coordinates.iter().all(|coordinate| coordinate.is_finite());
+    let uv_of = |corners: [u32; 3]| corners.map(|corner| coordinates[corner as usize]);
+    (complete && finite).then(|| chunks(&mesh.texcoord_indices).map(uv_of).collect())
+}
+
+/// The lines that make a surface, one `v`, `vt` or `f` to a line and nothing else on it.
+#[derive(Default)]
+struct SurfaceLines {
+    text: String,
+    /// Number in the file of each `v` line, and so on.
+    vertices: Vec<usize>,
+    texcoords: Vec<usize>,
+    faces: Vec<usize>,
+    line_count: usize,
+    point_count: usize,
+    some_corner_has_uv: bool,
+    every_corner_has_uv: bool,
+}
+
+impl SurfaceLines {
+    fn collect(file: &str) -> Self {
+        let mut lines = Self {
+            text: String::with_capacity(file.len()),
+            every_corner_has_uv: true,
+            ..Self::default()
+        };
+        let file = file.strip_prefix('\u{feff}').unwrap_or(file);
+        let mut continued = String::new();
+        for (index, line) in file.lines().enumerate() {
+            let line = line.split('#').next().unwrap_or_default().trim();
+            if let Some(beginning) = line.strip_suffix('\\') {
+                continued += beginning;
+                continued.push(' ');
+            } else if continued.is_empty() {
+                lines.add(index + 1, line);
+            } else {
+                continued += line;
+                lines.add(index + 1, &continued);
+                continued.clear();
+            }
+        }
+        lines
+    }
+
+    fn add(&mut self, number: usize, line: &str) {
+        let Some((keyword, rest)) = line.split_once(|c: char| c.is_ascii_whitespace()) else {
+            // A keyword alone is an error that `explain` words, if it is one that matters.
+            if matches!(line, "v" | "vt" | "f") {
+                self.add(number, &format!("{line} "));
+            }
+            return;
+        };
+        match keyword {
+            // Weights and colours behind the coordinates are left out.
+            "v" => {
+                self.vertices.push(number);
+                self.push("v", rest.split_ascii_whitespace().take(3));
+            }
+            "vt" => {
+                self.texcoords.push(number);
+                let zeros = std::iter::repeat("0");
+                self.push("vt", rest.split_ascii_whitespace().chain(zeros).take(2));
+            }
+            "f" => {
+                self.faces.push(number);
+                for corner in rest.split_ascii_whitespace() {
+                    let has_uv = corner.split('/').nth(1).is_some_and(|uv| !uv.is_empty());
+                    self.some_corner_has_uv |= has_uv;
+                    self.every_corner_has_uv &= has_uv;
+                }
+                self.push("f", rest.split_ascii_whitespace());
+                match rest.split_ascii_whitespace().count() {
+                    1 => self.point_count += 1,
+                    2 => self.line_count += 1,
+                    _ => {}
+                }
+            }
+            "l" => self.line_count += 1,
+            "p" => self.point_count += 1,
+            _ => {}
+        }
+    }
+
+    fn push<'a>(&mut self, keyword: &str, words: impl Iterator<Item = &'a str>) {
+        self.text += keyword;
+        for word in words {
+            self.text.push(' ');
+            self.text += word;
+        }
+        self.text.push('\n');
+    }
+
+    /// What stands behind a keyword, line by line, with the line's number in the file.
+    fn of<'a>(
+        &'a self,
+        keyword: &'a str,
+        numbers: &'a [usize],
+    ) -> impl Iterator<Item = (usize, &'a str)> {
+        let rest = move |line: &'a str| {
+            let (first, rest) = line.split_once(' ').unwrap_or((line, ""));
+            (first == keyword).then_some(rest)
+        };
+        numbers
+            .iter()
+            .copied()
+            .zip(self.text.lines().filter_map(rest))
+    }
+
+    /// Vertices (number and coordinates) that are not finite. Only words with letters can mean such numbers.
+    fn non_finite_vertices(&self) -> impl Iterator<Item = (usize, [f32; 3])> {
+        let vertices = self.of("v", &self.vertices).enumerate();
+        vertices.filter_map(|(vertex, (_, rest))| {
+            if !rest.bytes().any(|byte| byte.is_ascii_alphabetic()) {
+                return None;
+            }
+            let position = coordinates(rest)?;
+            (!position.iter().all(|c| c.is_finite())).then_some((vertex, position))
+        })
+    }
+
+    fn no_triangles(&self) -> MeshProblem {
+        let mut parts = Vec::new();
+        for (count, one, many) in [
+            (self.vertices.len(), "vertex", "vertices"),
+            (self.line_count, "line", "lines"),
+            (self.point_count, "point", "points"),
+        ] {
+            if count > 0 {
+                parts.push(format!("{count} {}", if count == 1 { one } else { many }));
+            }
+        }
+        MeshProblem::NoTriangles {
+            found: match parts.is_empty() {
+                true => "the file holds neither vertices nor faces".to_owned(),
+                false => format!("the file holds only {}", parts.join(", ")),
+            },
+        }
+    }
+
+    /// Finds what is wrong with a file that `tobj` refused, or that has a vertex that is not finite.
+    fn explain(&self, otherwise: &str) -> MeshProblem {
+        self.find_problem()
+            .unwrap_or_else(|| MeshProblem::Damaged(otherwise.to_owned()))
+    }
+
+    fn find_problem(&self) -> Option<MeshProblem> {
+        for (line, rest) in self.of("v", &self.vertices) {
+            if coordinates::<3>(rest).is_none() {
+                return Some(bad_line(line, "a vertex needs three numbers", "v", rest));
+            }
+        }
+        for (line, rest) in self.of("vt", &self.texcoords) {
+            if coordinates::<2>(rest).is_none() {
+                let why = "texture coordinates need numbers";
+                return Some(bad_line(line, why, "vt", rest));
+            }
+        }
+        let non_finite: std::collections::HashMap<_, _> = self.non_finite_vertices().collect();
+        // Negative indices count back from the lines above the face.
+        for (face, (line, rest)) in self.of("f", &self.faces).enumerate() {
+            let above = |numbers: &[usize]| numbers.partition_point(|&number| number < line);
+            let mut corners = 0;
+            for corner in rest.split_ascii_whitespace() {
+                corners += 1;
+                let Some(indices) = indices(corner) else {
+                    let why = "a face is made of VERTEX/TEXTURE/NORMAL numbers";
+                    return Some(bad_line(line, why, "f", rest));
+                };
+                for (what, index, numbers) in [
+                    ("vertex", indices[0], &self.vertices),
+                    ("texture coordinate", indices[1], &self.texcoords),
+                ] {
+                    let Some(index) = index else { continue };
+                    let from_zero = match index {
+                        0.. => index - 1,
+                        _ => above(numbers) as i64 + index,
+                    };
+                    // Texture coordinates that the file lacks altogether are ignored.
+                    let ignored = what != "vertex" && numbers.is_empty();
+                    if !ignored && !(0..numbers.len() as i64).contains(&from_zero) {
+                        return Some(MeshProblem::IndexOutOfRange {
+                            face: face as u64,
+                            line: Some(line),
+                            what,
+                            index,
+                            first: 1,
+                            count: numbers.len() as u64,
+                        });
+                    }
+                    if let Some(&position) = non_finite.get(&(from_zero as usize))
+                        && what == "vertex"
+                    {
+                        return Some(MeshProblem::NonFiniteVertex {
+                            vertex: from_zero as u64,
+                            line: Some(self.vertices[from_zero as usize]),
+                            position,
+                            face: face as u64,
+                        });
+                    }
+                }
+            }
+            if corners == 0 {
+                return Some(bad_line(line, "a face needs three corners", "f", rest));
+            }
+        }
+        None
+    }
+}
+
+fn coordinates<const N: usize>(rest: &str) -> Option<[f32; N]> {
+    let mut words = rest.split_ascii_whitespace();
+    let mut values = [0.0; N];
+    for value in &mut values {
+        *value = words.next()?.parse().ok()?;
+    }
+    Some(values)
+}
+
+/// The numbers of one corner, `VERTEX`, `VERTEX/TEXTURE`, `VERTEX//NORMAL` or `VERTEX/TEXTURE/NORMAL`.
+fn indices(corner: &str) -> Option<[Option<i64>; 3]> {
+    let mut values = [None; 3];
+    let mut fields = corner.split('/');
+    for value in &mut values {
+        match fields.next() {
+            None => break,
+            Some("") => {}
+            Some(field) => *value = Some(field.parse().ok()?),
+        }
+    }
+    (fields.next().is_none() && values[0].is_some()).then_some(values)
+}
+
+fn bad_line(line: usize, why: &str, keyword: &str, rest: &str) -> MeshProblem {
+    MeshProblem::BadLine {
+        line,
+        why: why.to_owned(),
+        text: format!("{keyword} {rest}").chars().take(60).collect(),
+    }
+}

@@ -1,0 +1,289 @@
+//! Makes neighbouring triangles wind the same way, and closed parts face outwards.
+
+use std::collections::VecDeque;
+
+use glam::{DVec3, Vec3};
+
+use super::MeshReport;
+use super::edges::{EdgeGroups, ends};
+use super::surface::NONE;
+
+/// Flips triangles until neighbours agree, and says which were flipped: of those, corners 1 and 2 are swapped.
+///
+/// Triangles that share an edge of two settle first, breadth first from the lowest number, so that what cannot agree
+/// (a Moebius band) is cut along a short line. Then the pieces that meet at edges of three or more triangles settle, so
+/// that the first half-edge there gets a twin. In each piece the majority keeps its winding, unless the piece is closed:
+/// then it is made to face outwards, or inwards where it is the wall of a cavity and came so.
+pub(crate) fn orient(
+    positions: &[Vec3],
+    corners: &mut [[u32; 3]],
+    groups: &mut EdgeGroups,
+    report: &mut MeshReport,
+) -> Vec<bool> {
+    let (mut flipped, part_of, part_count) = flood(corners, groups);
+    let mut pieces = Pieces::new(part_count);
+    for group in groups.iter().filter(|group| group.len() > 2) {
+        join_at_shared_edge(corners, group, &flipped, &part_of, &mut pieces);
+    }
+    let mut piece_of = Vec::with_capacity(corners.len());
+    for (part, flipped) in part_of.iter().zip(&mut flipped) {
+        let (piece, turned) = pieces.find(*part);
+        piece_of.push(piece);
+        *flipped ^= turned;
+    }
+    keep_majority(&piece_of, &mut flipped, part_count);
+    apply(corners, &flipped);
+    groups.flip(&flipped);
+    report.mended_triangles = flipped.iter().filter(|&&flipped| flipped).count();
+
+    let twins = groups.twins(corners);
+    report.cut_edges = groups
+        .iter()
+        .filter(|group| group.len() == 2 && twins[group[0].1 as usize] == NONE)
+        .count();
+
+    let inside_out = inside_out_pieces(positions, corners, &twins, &piece_of, part_count);
+    report.turned_parts = inside_out.iter().filter(|&&turned| turned).count();
+    if report.turned_parts > 0 {
+        let turned: Vec<bool> = piece_of
+            .iter()
+            .map(|&piece| inside_out[piece as usize])
+            .collect();
+        apply(corners, &turned);
+        groups.flip(&turned);
+        for (flipped, turned) in flipped.iter_mut().zip(turned) {
+            *flipped ^= turned;
+        }
+    }
+    flipped
+}
+
+/// Lets winding spread over edges of exactly two triangles: what to flip, the part of each triangle, and their number.
+fn flood(corners: &[[u32; 3]], groups: &EdgeGroups) -> (Vec<bool>, Vec<u32>, usize) {
+    let mut across = vec![NONE; 3 * corners.len()];
+    for group in groups.iter() {
+        if let &[(_, one), (_, other)] = group {
+            across[one as usize] = other;
+            across[other as usize] = one;
+        }
+    }
+    let mut flipped = vec![false; corners.len()];
+    let mut part_of = vec![NONE; corners.len()];
+    let mut parts = 0;
+    let mut queue = VecDeque::new();
+    for first in 0..corners.len() {
+        if part_of[first] != NONE {
+            continue;
+        }
+        part_of[first] = parts;
+        queue.push_back(first as u32);
+        while let Some(triangle) = queue.pop_front() {
+            for halfedge in 3 * triangle..3 * triangle + 3 {
+                let other = across[halfedge as usize];
+                if other == NONE || part_of[other as usize / 3] != NONE {
+                    continue;
+                }
+                let same_way = ends(corners, halfedge).0 == ends(corners, other).0;
+                part_of[other as usize / 3] = parts;
+                flipped[other as usize / 3] = flipped[triangle as usize] ^ same_way;
+                queue.push_back(other / 3);
+            }
+        }
+        parts += 1;
+    }
+    (flipped, part_of, parts as usize)
+}
+
+/// Finds the first half-edge that can be the twin of the edge's first one, and joins their parts accordingly.
+fn join_at_shared_edge(
+    corners: &[[u32; 3]],
+    group: &[(u64, u32)],
+    flipped: &[bool],
+    part_of: &[u32],
+    pieces: &mut Pieces,
+) {
+    let (_, first) = group[0];
+    for &(_, second) in &group[1..] {
+        let [one, other] = [first, second].map(|h| h as usize / 3);
+        let same_way = ends(corners, first).0 == ends(corners, second).0;
+        let differ = same_way ^ flipped[one] ^ flipped[other];
+        if pieces.join(part_of[one], part_of[other], differ) {
+            return;
+        }
+    }
+}
+
+/// Inverts the flips of every piece in which more triangles would be flipped than not.
+fn keep_majority(piece_of: &[u32], flipped: &mut [bool], piece_count: usize) {
+    let mut balance = vec![0_i64; piece_count];
+    for (&piece, &flipped) in piece_of.iter().zip(flipped.iter()) {
+        balance[piece as usize] += if flipped { 1 } else { -1 };
+    }
+    for (&piece, flipped) in piece_of.iter().zip(flipped.iter_mut()) {
+        *flipped ^= balance[piece as usize] > 0;
+    }
+}
+
+fn apply(corners: &mut [[u32; 3]], flipped: &[bool]) {
+    for (corners, &flipped) in corners.iter_mut().zip(flipped) {
+        if flipped {
+            corners.swap(1, 2);
+        }
+    }
+}
+
+/// Which pieces are closed, enclose a negative volume, and are not the wall of a cavity.
+fn inside_out_pieces(
+    positions: &[Vec3],
+    corners: &[[u32; 3]],
+    twins: &[u32],
+    piece_of: &[u32],
+    piece_count: usize,
+) -> Vec<bool> {
+    let mut pieces = vec![Piece::default(); piece_count];
+    for (triangle, &piece) in piece_of.iter().enumerate() {
+        let piece = &mut pieces[piece as usize];
+        let points = corners[triangle].map(|vertex| positions[vertex as usize].as_dvec3());
+        let halfedges = &twins[3 * triangle..3 * triangle + 3];
+        piece.add(points, halfedges.contains(&NONE));
+    }
+    let mut turned = vec![false; piece_count];
+    if !pieces.iter().any(Piece::is_inside_out) {
+        return turned;
+    }
+    let mut triangles_of = vec![Vec::new(); piece_count];
+    for (triangle, &piece) in piece_of.iter().enumerate() {
+        triangles_of[piece as usize].push(triangle);
+    }
+    for (index, piece) in pieces.iter().enumerate() {
+        if !piece.is_inside_out() {
+            continue;
+        }
+        let shells = (0..piece_count)
+            .filter(|&other| other != index && pieces[other].could_contain(piece))
+            .filter(|&other| {
+                let shell = &triangles_of[other];
+                winding_number(positions, corners, shell, piece.origin).abs() > 0.5
+            })
+            .count();
+        turned[index] = shells.is_multiple_of(2);
+    }
+    turned
+}
+
+/// How often some triangles wind around a point: the sum of the solid angles that they cover, over 4 pi
+/// (van Oosterom and Strackee 1983).
+fn winding_number(
+    positions: &[Vec3],
+    corners: &[[u32; 3]],
+    triangles: &[usize],
+    point: DVec3,
+) -> f64 {
+    let half_angles = triangles.iter().map(|&triangle| {
+        let [a, b, c] =
+            corners[triangle].map(|vertex| positions[vertex as usize].as_dvec3() - point);
+        let [la, lb, lc] = [a, b, c].map(DVec3::length);
+        let over = a.dot(b.cross(c));
+        let under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        over.atan2(under)
+    });
+    half_angles.sum::<f64>() / (2.0 * std::f64::consts::PI)
+}
+
+/// Volume and box of one piece.
+#[derive(Clone)]
+struct Piece {
+    /// Its first corner, which volumes are measured from.
+    origin: DVec3,
+    volume: f64,
+    low: DVec3,
+    high: DVec3,
+    triangles: usize,
+    open: bool,
+}
+
+impl Default for Piece {
+    fn default() -> Self {
+        Self {
+            origin: DVec3::ZERO,
+            volume: 0.0,
+            low: DVec3::INFINITY,
+            high: DVec3::NEG_INFINITY,
+            triangles: 0,
+            open: false,
+        }
+    }
+}
+
+impl Piece {
+    fn add(&mut self, points: [DVec3; 3], open: bool) {
+        if self.triangles == 0 {
+            self.origin = points[0];
+        }
+        let [a, b, c] = points.map(|point| point - self.origin);
+        self.volume += a.dot(b.cross(c)) / 6.0;
+        for point in points {
+            self.low = self.low.min(point);
+            self.high = self.high.max(point);
+        }
+        self.triangles += 1;
+        self.open |= open;
+    }
+
+    fn is_closed(&self) -> bool {
+        self.triangles > 0 && !self.open
+    }
+
+    fn is_inside_out(&self) -> bool {
+        self.is_closed() && self.volume < 0.0
+    }
+
+    fn could_contain(&self, other: &Self) -> bool {
+        self.is_closed() && self.low.cmplt(other.low).all() && self.high.cmpgt(other.high).all()
+    }
+}
+
+/// Parts that are joined into pieces, each remembering whether it is turned against its piece (union-find with parity).
+struct Pieces {
+    parent: Vec<(u32, bool)>,
+}
+
+impl Pieces {
+    fn new(parts: usize) -> Self {
+        Self {
+            parent: (0..parts as u32).map(|part| (part, false)).collect(),
+        }
+    }
+
+    /// The piece of a part, and whether the part is turned against it.
+    fn find(&mut self, part: u32) -> (u32, bool) {
+        let mut root = part;
+        let mut turned = false;
+        while self.parent[root as usize].0 != root {
+            turned ^= self.parent[root as usize].1;
+            root = self.parent[root as usize].0;
+        }
+        // Point everything on the way straight at the root.
+        let mut at = part;
+        let mut rest = turned;
+        while at != root {
+            let (next, step) = self.parent[at as usize];
+            self.parent[at as usize] = (root, rest);
+            rest ^= step;
+            at = next;
+        }
+        (root, turned)
+    }
+
+    /// Demands that two parts be turned against each other, or not; false when they already are otherwise.
+    fn join(&mut self, one: u32, other: u32, differ: bool) -> bool {
+        let (root, turned) = self.find(one);
+        let (other_root, other_turned) = self.find(other);
+        if root == other_root {
+            return turned ^ other_turned == differ;
+        }
+        let (low, high) = (root.min(other_root), root.max(other_root));
+        self.parent[high as usize] = (low, turned ^ other_turned ^ differ);
+        true
+    }
+}

@@ -1,0 +1,287 @@
+//! What a mesh is like, everything odd about it, and what was done about that.
+
+use std::fmt;
+
+use super::edges::{next, previous};
+use super::surface::NONE;
+
+/// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MeshReport {
+    /// Triangles, without those that were dropped.
+    pub triangles: usize,
+    /// Welded vertices that triangles use.
+    pub vertices: usize,
+    /// Edges, borders included.
+    pub edges: usize,
+    /// Pieces that hang together over edges.
+    pub parts: usize,
+    /// Half-edges without a twin.
+    pub border_edges: usize,
+    /// Closed chains of border edges.
+    pub border_loops: usize,
+    /// Vertices where the surface touches itself in a point; a walk cannot pass from one sheet to the other there.
+    pub pinched_vertices: usize,
+    /// Vertices - edges + triangles, where a pinched vertex counts once for each sheet that meets there.
+    pub euler_characteristic: i64,
+
+    /// Triangles in the file, polygons fanned.
+    pub file_triangles: usize,
+    /// Vertices in the file, welded or not, used or not.
+    pub file_vertices: usize,
+    /// Vertices that no triangle names; left out.
+    pub unreferenced_vertices: usize,
+    /// Of those, the ones with coordinates that are not finite.
+    pub unreferenced_non_finite: usize,
+    /// Triangles of which two corners are one vertex; dropped.
+    pub repeated_corners: usize,
+    /// Triangles with three corners and no area; dropped.
+    pub without_area: usize,
+    /// Triangles with the same corners as an earlier one; dropped.
+    pub duplicates: usize,
+    /// Edges of three or more triangles: the first two that can be are joined, the others end there.
+    pub non_manifold_edges: usize,
+    /// Triangles that were wound against their neighbours; flipped.
+    pub mended_triangles: usize,
+    /// Closed parts that faced inwards as a whole; turned.
+    pub turned_parts: usize,
+    /// Edges of two triangles that cannot be made to agree, as on a Moebius band; cut, so borders.
+    pub cut_edges: usize,
+    /// Lines in the file; left out.
+    pub lines: usize,
+    /// Points in the file; left out.
+    pub points: usize,
+    /// Nodes of a scene graph that are reached twice; taken once.
+    pub repeated_nodes: usize,
+    /// Texture coordinates are missing at some corners, or not finite; all left out.
+    pub incomplete_uvs: bool,
+}
+
+impl MeshReport {
+    /// Measures the topology of welded triangles.
+    pub(crate) fn measure(&mut self, corners: &[[u32; 3]], twins: &[u32], vertices: usize) {
+        let fans = Fans::count(corners, twins, vertices);
+        self.triangles = corners.len();
+        self.vertices = vertices;
+        self.border_edges = twins.iter().filter(|&&twin| twin == NONE).count();
+        self.edges = self.border_edges + (twins.len() - self.border_edges) / 2;
+        self.parts = count_parts(twins);
+        self.border_loops = count_border_loops(twins);
+        self.pinched_vertices = fans.pinched_vertices;
+        self.euler_characteristic = fans.all as i64 - self.edges as i64 + corners.len() as i64;
+    }
+
+    /// Whether no edge is open.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.border_edges == 0
+    }
+
+    /// The number of handles, summed over all parts, with every border loop taken for a hole in a closed surface.
+    #[must_use]
+    pub fn genus(&self) -> u64 {
+        let capped = self.euler_characteristic + self.border_loops as i64;
+        u64::try_from((2 * self.parts as i64 - capped) / 2).unwrap_or(0)
+    }
+
+    /// Sizes and topology in one line: `27,648 triangles, 13,824 vertices, closed, genus 1`.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let mut text = format!(
+            "{}, {}",
+            counted(self.triangles, "triangle", "triangles"),
+            counted(self.vertices, "vertex", "vertices")
+        );
+        if self.parts > 1 {
+            text += &format!(", {}", counted(self.parts, "part", "parts"));
+        }
+        if self.is_closed() {
+            text += ", closed";
+        } else {
+            text += &format!(
+                ", {} in {}",
+                counted(self.border_edges, "border edge", "border edges"),
+                counted(self.border_loops, "loop", "loops")
+            );
+        }
+        text + &format!(", genus {}", self.genus())
+    }
+
+    /// Everything odd, one sentence each, with what was done about it; empty when all is well.
+    #[must_use]
+    pub fn oddities(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        let mut note = |count: usize, one: &str, many: &str| {
+            if count > 0 {
+                list.push(counted(count, one, many));
+            }
+        };
+        note(
+            self.repeated_corners,
+            "triangle with a corner twice, dropped",
+            "triangles with a corner twice, dropped",
+        );
+        note(
+            self.without_area,
+            "triangle without area, dropped",
+            "triangles without area, dropped",
+        );
+        note(
+            self.duplicates,
+            "triangle that is there already, dropped",
+            "triangles that are there already, dropped",
+        );
+        note(
+            self.non_manifold_edges,
+            "edge with three or more triangles: two are joined, the others end there",
+            "edges with three or more triangles: two are joined at each, the others end there",
+        );
+        note(
+            self.mended_triangles,
+            "triangle wound against its neighbours, flipped",
+            "triangles wound against their neighbours, flipped",
+        );
+        note(
+            self.turned_parts,
+            "closed part that faced inwards, turned",
+            "closed parts that faced inwards, turned",
+        );
+        note(
+            self.cut_edges,
+            "edge whose two sides cannot agree (the surface is one-sided), cut",
+            "edges whose two sides cannot agree (the surface is one-sided), cut",
+        );
+        note(
+            self.pinched_vertices,
+            "vertex where the surface only touches itself",
+            "vertices where the surface only touches itself",
+        );
+        note(
+            self.unreferenced_vertices,
+            "vertex that no triangle uses, ignored",
+            "vertices that no triangle uses, ignored",
+        );
+        note(
+            self.unreferenced_non_finite,
+            "of the unused vertices is not finite",
+            "of the unused vertices are not finite",
+        );
+        note(self.lines, "line, ignored", "lines, ignored");
+        note(self.points, "point, ignored", "points, ignored");
+        note(
+            self.repeated_nodes,
+            "node of the scene graph that is reached again, taken once",
+            "nodes of the scene graph that are reached again, taken once",
+        );
+        if self.incomplete_uvs {
+            list.push("texture coordinates that are incomplete or not finite, ignored".to_owned());
+        }
+        list
+    }
+}
+
+impl fmt::Display for MeshReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.summary())?;
+        for oddity in self.oddities() {
+            write!(f, "\n  - {oddity}")?;
+        }
+        Ok(())
+    }
+}
+
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(count), if count == 1 { one } else { many })
+}
+
+/// A count with commas between the thousands.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn count_parts(twins: &[u32]) -> usize {
+    let mut seen = vec![false; twins.len() / 3];
+    let mut parts = 0;
+    let mut open = Vec::new();
+    for first in 0..seen.len() {
+        if std::mem::replace(&mut seen[first], true) {
+            continue;
+        }
+        parts += 1;
+        open.push(first);
+        while let Some(triangle) = open.pop() {
+            for &twin in &twins[3 * triangle..3 * triangle + 3] {
+                if twin != NONE && !std::mem::replace(&mut seen[twin as usize / 3], true) {
+                    open.push(twin as usize / 3);
+                }
+            }
+        }
+    }
+    parts
+}
+
+/// Fans: the runs of triangles round a vertex that hang together over edges. A plain vertex has one.
+struct Fans {
+    all: usize,
+    pinched_vertices: usize,
+}
+
+impl Fans {
+    fn count(corners: &[[u32; 3]], twins: &[u32], vertices: usize) -> Self {
+        let mut seen = vec![false; twins.len()];
+        let mut fans_at = vec![0_u32; vertices];
+        for corner in 0..twins.len() {
+            if !seen[corner] {
+                mark_fan(twins, corner as u32, &mut seen);
+                fans_at[corners[corner / 3][corner % 3] as usize] += 1;
+            }
+        }
+        Self {
+            all: fans_at.iter().map(|&fans| fans as usize).sum(),
+            pinched_vertices: fans_at.iter().filter(|&&fans| fans > 1).count(),
+        }
+    }
+}
+
+/// Marks every corner of the fan that one corner belongs to, turning left and then right.
+fn mark_fan(twins: &[u32], corner: u32, seen: &mut [bool]) {
+    seen[corner as usize] = true;
+    let mut left = twins[previous(corner) as usize];
+    while left != NONE && !seen[left as usize] {
+        seen[left as usize] = true;
+        left = twins[previous(left) as usize];
+    }
+    let mut right = twins[corner as usize];
+    while right != NONE && !seen[next(right) as usize] {
+        seen[next(right) as usize] = true;
+        right = twins[next(right) as usize];
+    }
+}
+
+fn count_border_loops(twins: &[u32]) -> usize {
+    let mut seen = vec![false; twins.len()];
+    let mut loops = 0;
+    for first in 0..twins.len() {
+        if twins[first] != NONE || seen[first] {
+            continue;
+        }
+        loops += 1;
+        let mut border = first as u32;
+        while !std::mem::replace(&mut seen[border as usize], true) {
+            // Turn about the end of this border until the next one leaves it.
+            border = next(border);
+            while twins[border as usize] != NONE {
+                border = next(twins[border as usize]);
+            }
+        }
+    }
+    loops
+}

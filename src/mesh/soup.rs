@@ -1,0 +1,86 @@
+//! Triangles as a file gives them, and the way from there to a [`Mesh`].
+
+use glam::{Vec2, Vec3};
+
+use super::edges::EdgeGroups;
+use super::error::MeshProblem;
+use super::orient::orient;
+use super::weld::weld;
+use super::{Mesh, MeshReport};
+
+/// More triangles than this have no room in the largest texture that a device may offer, with a few texels each.
+pub(crate) const MOST_TRIANGLES: usize = 1 << 26;
+
+/// What a loader read: vertices and triangles in file order, nothing merged and nothing mended.
+#[derive(Debug, Default)]
+pub(crate) struct Soup {
+    /// Vertices; those of several primitives one after the other.
+    pub positions: Vec<Vec3>,
+    /// Corners of each triangle, in range: loaders check that, for they know what the file calls them.
+    pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates of each triangle's corners, if every one has them.
+    pub uvs: Option<Vec<[Vec2; 3]>>,
+    /// What the loader itself saw and left out; the rest of the report is filled in later.
+    pub seen: MeshReport,
+}
+
+impl Mesh {
+    /// Welds, drops what is degenerate, makes the winding agree, and reports all of it.
+    pub(crate) fn from_soup(name: &str, soup: Soup) -> Result<Self, MeshProblem> {
+        let mut report = soup.seen;
+        report.file_triangles = soup.triangles.len();
+        report.file_vertices += soup.positions.len();
+        let welded = weld(&soup.positions, &soup.triangles, &mut report)?;
+        let mut corners = welded.corners;
+        let mut groups = EdgeGroups::new(&corners);
+        report.non_manifold_edges = groups.iter().filter(|group| group.len() > 2).count();
+        let flipped = orient(&welded.positions, &mut corners, &mut groups, &mut report);
+        report.measure(&corners, &groups.twins(&corners), welded.positions.len());
+
+        let file_corners: Vec<[u8; 3]> = corners
+            .iter_mut()
+            .zip(flipped)
+            .map(|(corners, flipped)| {
+                let mut file_corners = if flipped { [0, 2, 1] } else { [0, 1, 2] };
+                let shortest = shortest_edge(&welded.positions, *corners);
+                corners.rotate_left(shortest);
+                file_corners.rotate_left(shortest);
+                file_corners
+            })
+            .collect();
+        let uvs = soup.uvs.map(|uvs| {
+            welded
+                .file_triangle
+                .iter()
+                .zip(&file_corners)
+                .map(|(&file, corners)| corners.map(|corner| uvs[file as usize][corner as usize]))
+                .collect()
+        });
+        Ok(Self {
+            name: name.to_owned(),
+            positions: welded.positions,
+            corners,
+            file_corners,
+            file_triangle: welded.file_triangle,
+            uvs,
+            report,
+        })
+    }
+}
+
+/// The corner that a triangle's shortest edge starts from, the first of equal ones.
+fn shortest_edge(positions: &[Vec3], corners: [u32; 3]) -> usize {
+    let [a, b, c] = corners.map(|vertex| positions[vertex as usize].as_dvec3());
+    let squares = [
+        a.distance_squared(b),
+        b.distance_squared(c),
+        c.distance_squared(a),
+    ];
+    (0..3).fold(0, |shortest, k| {
+        if squares[k] < squares[shortest] {
+            k
+        } else {
+            shortest
+        }
+    })
+}

@@ -1,0 +1,213 @@
+//! Every way in which an output can fail: one error that helps, and no file that looks like a result.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::tests::{RED, names_in, plain};
+use super::{Output, OutputError};
+
+#[test]
+fn dropped_output_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["x.png", "x.gif", "x.mp4"] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, "old").unwrap();
+        let mut output = Output::create(&path, (16, 16), 30.0).unwrap();
+        output.frame(&plain((16, 16), RED)).unwrap();
+        drop(output);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old", "{name}");
+    }
+    assert_eq!(names_in(folder.path()), ["x.gif", "x.mp4", "x.png"]);
+}
+
+#[test]
+fn output_without_a_frame_is_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["x.png", "x_%d.png", "x.gif", "x.mp4"] {
+        let output = Output::create(&folder.path().join(name), (16, 16), 30.0).unwrap();
+        assert_eq!(
+            output.finish().unwrap().files,
+            Vec::<PathBuf>::new(),
+            "{name}"
+        );
+    }
+    assert_eq!(names_in(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn folder_that_cannot_be_written_is_an_error_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    for name in ["x.png", "x_%d.png", "frames/", "x.gif", "x.mp4"] {
+        let error = Output::create(&file.join(name), (4, 4), 30.0).unwrap_err();
+        assert!(
+            matches!(error, OutputError::File { .. }),
+            "{name}: {error:?}"
+        );
+        assert!(error.to_string().contains("file"), "{error}");
+    }
+    // Nobody may write here, root included.
+    #[cfg(target_os = "linux")]
+    for name in ["x.png", "%d.png", "x.gif", "x.mp4"] {
+        let error = Output::create(&Path::new("/proc").join(name), (4, 4), 30.0).unwrap_err();
+        assert!(
+            matches!(error, OutputError::File { .. }),
+            "{name}: {error:?}"
+        );
+    }
+}
+
+#[test]
+fn names_sizes_and_speeds_without_sense_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let create = |name: &str, size, speed| Output::create(&folder.path().join(name), size, speed);
+
+    let error = create("x.avi", (4, 4), 30.0).unwrap_err();
+    assert!(matches!(error, OutputError::Name(_)), "{error:?}");
+    assert!(error.to_string().contains("NAME.mp4"), "{error}");
+
+    for (name, size) in [
+        ("x.png", (0, 4)),
+        ("x.gif", (4, 65536)),
+        ("x.mp4", (16385, 4)),
+    ] {
+        let error = create(name, size, 30.0).unwrap_err();
+        assert!(
+            matches!(error, OutputError::Size { .. }),
+            "{name}: {error:?}"
+        );
+    }
+    for speed in [0.0, -1.0, 1001.0, f64::NAN, f64::INFINITY] {
+        let error = create("x.mp4", (4, 4), speed).unwrap_err();
+        assert!(
+            matches!(error, OutputError::FrameRate(_)),
+            "{speed}: {error:?}"
+        );
+    }
+    assert_eq!(names_in(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+#[should_panic(expected = "another size")]
+fn frame_of_another_size_is_a_mistake() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut output = Output::create(&folder.path().join("x.png"), (4, 4), 30.0).unwrap();
+    let _ = output.frame(&plain((4, 5), RED));
+}
+
+#[test]
+fn missing_encoder_is_an_error_that_helps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("torus.mp4");
+    let encoder = folder.path().join("no-such-program");
+    let error = Output::create_with_encoder(&path, (4, 4), 30.0, &encoder).unwrap_err();
+    assert!(matches!(error, OutputError::NoEncoder { .. }), "{error:?}");
+    let text = error.to_string();
+    for part in [
+        "no-such-program",
+        "apt-get install ffmpeg",
+        "torus_%05d.png",
+        "torus.gif",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert_eq!(names_in(folder.path()), Vec::<String>::new());
+}
+
+/// A program that does what `script` says in the place of the encoder.
+#[cfg(unix)]
+fn fake_encoder(folder: &Path, script: &str) -> PathBuf {
+    let path = folder.join("encoder");
+    // Another process writes it: a file that this one has open for writing, even in a child of
+    // another test's thread, could not be started.
+    let write = "printf '#!/bin/sh\\n%s\\n' \"$1\" > \"$2\" && chmod +x \"$2\"";
+    let status = Command::new("sh")
+        .args(["-c", write, "sh", script])
+        .arg(&path)
+        .status()
+        .unwrap();
+    assert!(status.success());
+    path
+}
+
+/// The error of a video whose encoder does what `script` says, after as many frames as it takes.
+#[cfg(unix)]
+fn error_with_encoder(script: &str) -> OutputError {
+    let tools = tempfile::tempdir().unwrap();
+    let encoder = fake_encoder(tools.path(), script);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mp4");
+    let size = (256, 256);
+    let mut output = Output::create_with_encoder(&path, size, 30.0, &encoder).unwrap();
+    let frame = plain(size, RED);
+    let error = (0..20)
+        .find_map(|_| output.frame(&frame).err())
+        .unwrap_or_else(|| output.finish().unwrap_err());
+    assert_eq!(names_in(folder.path()), Vec::<String>::new(), "{script}");
+    error
+}
+
+#[cfg(unix)]
+#[test]
+fn encoder_that_gives_up_is_quoted() {
+    for (script, status, words) in [
+        (
+            "echo 'Unknown encoder libx264' >&2; exit 1",
+            "exit status: 1",
+            "Unknown encoder libx264",
+        ),
+        (
+            "head -c 300000 >/dev/null; echo one >&2; echo 'No space left on device' >&2; exit 228",
+            "exit status: 228",
+            "one\nNo space left on device",
+        ),
+        ("kill -9 $$", "signal: 9", ""),
+        // It fails only at the end.
+        (
+            "cat >/dev/null; echo 'cannot close' >&2; exit 5",
+            "exit status: 5",
+            "cannot close",
+        ),
+        // It says more than a pipe holds before it reads anything.
+        (
+            "head -c 1000000 /dev/zero | tr '\\0' '\\n' >&2; echo end >&2; cat >/dev/null; exit 3",
+            "exit status: 3",
+            "end",
+        ),
+        ("cat >/dev/null", "it wrote nothing", ""),
+        ("exec sleep 60 <&-", "it did not answer", ""),
+    ] {
+        let error = error_with_encoder(script);
+        let text = error.to_string();
+        assert!(
+            matches!(error, OutputError::Encoder { .. }),
+            "{script}: {error:?}"
+        );
+        assert!(
+            text.contains(status) && text.contains(words),
+            "{script}: {text}"
+        );
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn encoder_that_stops_tells_how_far_it_came() {
+    // 256 x 256 pixels are 262144 bytes: the second frame breaks off.
+    let OutputError::Encoder { frames, .. } =
+        error_with_encoder("head -c 300000 >/dev/null; exit 1")
+    else {
+        panic!("an encoder's error");
+    };
+    assert_eq!(frames, 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn encoder_does_not_hear_the_terminals_interrupt() {
+    // The process group of the encoder is its own.
+    let error =
+        error_with_encoder("cat >/dev/null; kill -s 0 -- -$$ && echo 'own group' >&2; exit 1");
+    assert!(error.to_string().contains("own group"), "{error}");
+}

@@ -1,0 +1,300 @@
+//! Files of pictures: a PNG, a sequence of PNGs, a GIF or a video, as the file's name says.
+//!
+//! **Invariant:** nothing half-written ever has a final name. A file is written under a hidden name
+//! in its own folder and renamed when it is whole; what is not finished is removed.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use image::RgbaImage;
+
+mod gif;
+mod name;
+mod png;
+mod video;
+
+use name::Kind;
+
+/// An output that is being written, frame by frame.
+///
+/// ```
+/// use myxo::render::output::Output;
+///
+/// let folder = tempfile::tempdir()?;
+/// let mut output = Output::create(&folder.path().join("frames/%03d.png"), (4, 3), 30.0)?;
+/// for brightness in [0, 128, 255] {
+///     output.frame(&image::RgbaImage::from_pixel(4, 3, image::Rgba([brightness, 0, 0, 255])))?;
+/// }
+/// let written = output.finish()?;
+/// assert_eq!(written.files[2], folder.path().join("frames/002.png"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Output {
+    path: PathBuf,
+    size: (u32, u32),
+    frames: u64,
+    writer: Writer,
+}
+
+#[derive(Debug)]
+enum Writer {
+    Picture(png::Picture),
+    Sequence(png::Sequence),
+    Gif(Box<gif::Gif>),
+    Video(video::Video),
+}
+
+impl Output {
+    /// Begins an output; its name says what it is.
+    ///
+    /// | name | content |
+    /// | --- | --- |
+    /// | `NAME.png` | the last frame |
+    /// | `NAME_%05d.png`, `FOLDER/` | every frame, numbered from 0 |
+    /// | `NAME.gif` | every frame, at most 50 a second |
+    /// | `NAME.mp4` | every frame, as H.264 by the program `ffmpeg` |
+    ///
+    /// `size` is in pixels, width first; `frames_per_second` is the speed at which it will be played.
+    ///
+    /// # Errors
+    /// All that can be known before the first frame: a name that means nothing, a folder that cannot
+    /// be made or written, a size that the format cannot hold, no `ffmpeg`.
+    pub fn create(
+        path: &Path,
+        size: (u32, u32),
+        frames_per_second: f64,
+    ) -> Result<Self, OutputError> {
+        Self::create_with_encoder(path, size, frames_per_second, Path::new("ffmpeg"))
+    }
+
+    /// The same with another program in the place of `ffmpeg`.
+    fn create_with_encoder(
+        path: &Path,
+        size: (u32, u32),
+        frames_per_second: f64,
+        encoder: &Path,
+    ) -> Result<Self, OutputError> {
+        let kind = Kind::of(path).ok_or_else(|| OutputError::Name(path.to_owned()))?;
+        let largest = match kind {
+            Kind::Gif => u32::from(u16::MAX),
+            Kind::Video => video::LARGEST_SIDE,
+            Kind::Picture | Kind::Sequence(_) => i32::MAX as u32,
+        };
+        let (width, height) = size;
+        if !(1..=largest).contains(&width) || !(1..=largest).contains(&height) {
+            return Err(OutputError::Size {
+                path: path.to_owned(),
+                width,
+                height,
+                largest,
+            });
+        }
+        if !(frames_per_second > 0.0 && frames_per_second <= 1000.0) {
+            return Err(OutputError::FrameRate(frames_per_second));
+        }
+        let writer = match kind {
+            Kind::Picture => Writer::Picture(png::Picture::create(path)?),
+            Kind::Sequence(numbering) => Writer::Sequence(png::Sequence::create(numbering)?),
+            Kind::Gif => Writer::Gif(Box::new(gif::Gif::create(path, size, frames_per_second)?)),
+            Kind::Video => Writer::Video(video::Video::create(
+                path,
+                size,
+                frames_per_second,
+                encoder,
+            )?),
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            size,
+            frames: 0,
+            writer,
+        })
+    }
+
+    /// Whether each frame is kept; otherwise only the last one given is, and the others need not be drawn.
+    pub fn wants_every_frame(&self) -> bool {
+        !matches!(self.writer, Writer::Picture(_))
+    }
+
+    /// The name that was asked for.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How many frames have been taken without an error.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Takes the next frame: sRGB, the first row on top. A GIF and a video ignore its alpha.
+    ///
+    /// # Errors
+    /// When the disk is full, or the encoder stops. The output takes no more frames then; drop it.
+    /// Of a sequence, the frames before stay.
+    ///
+    /// # Panics
+    /// When the frame is of another size than the output.
+    pub fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
+        assert_eq!(
+            image.dimensions(),
+            self.size,
+            "a frame of {} has another size",
+            self.path.display()
+        );
+        match &mut self.writer {
+            Writer::Picture(picture) => picture.frame(image)?,
+            Writer::Sequence(sequence) => sequence.frame(image)?,
+            Writer::Gif(gif) => gif.frame(image)?,
+            Writer::Video(video) => video.frame(image)?,
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Ends the output and gives the files their names. Without any frame there is no file.
+    ///
+    /// A run that is interrupted calls this too: what it has drawn so far is a whole file then.
+    ///
+    /// # Errors
+    /// When the disk is full, or the encoder fails; the unfinished file is removed.
+    pub fn finish(self) -> Result<Written, OutputError> {
+        let files = if self.frames == 0 {
+            Vec::new()
+        } else {
+            match self.writer {
+                Writer::Picture(picture) => vec![picture.finish()?],
+                Writer::Sequence(sequence) => sequence.finish(),
+                Writer::Gif(gif) => vec![gif.finish()?],
+                Writer::Video(video) => vec![video.finish()?],
+            }
+        };
+        Ok(Written {
+            files,
+            frames: self.frames,
+        })
+    }
+}
+
+/// What a finished output has written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The files, in the order of their frames; none if there was no frame.
+    pub files: Vec<PathBuf>,
+    /// How many frames were given.
+    pub frames: u64,
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sizes = self.files.iter().map(std::fs::metadata);
+        let bytes: u64 = sizes.map(|file| file.map_or(0, |file| file.len())).sum();
+        let megabytes = bytes as f64 / 1e6;
+        match self.files.as_slice() {
+            [] => write!(f, "no file, because there was no frame"),
+            [file] => match self.frames {
+                1 => write!(f, "{} ({megabytes:.1} MB)", file.display()),
+                _ if is_png(file) => write!(f, "{} ({megabytes:.1} MB)", file.display()),
+                frames => write!(f, "{} ({frames} frames, {megabytes:.1} MB)", file.display()),
+            },
+            [first, .., last] => write!(
+                f,
+                "{} ... {} ({} files, {megabytes:.1} MB)",
+                first.display(),
+                last.file_name().unwrap_or_default().display(),
+                self.files.len()
+            ),
+        }
+    }
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+}
+
+/// Why an output cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The name says nothing about the content.
+    #[error(
+        "{path}: cannot tell what to write; call it NAME.png (the last frame), NAME_%05d.png or \
+         FOLDER/ (every frame), NAME.gif or NAME.mp4",
+        path = .0.display()
+    )]
+    Name(PathBuf),
+    /// The file, or the folder for it, cannot be written.
+    #[error("cannot write {path}: {source}", path = path.display())]
+    File {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The format has no pictures of this size.
+    #[error(
+        "{path}: a picture of {width} x {height} pixels cannot be written; \
+         each side must be 1 to {largest}",
+        path = path.display()
+    )]
+    Size {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// In pixels.
+        width: u32,
+        /// In pixels.
+        height: u32,
+        /// The format's longest side, in pixels.
+        largest: u32,
+    },
+    /// No video has this speed.
+    #[error("{0} frames a second cannot be played; use a number above 0, up to 1000")]
+    FrameRate(f64),
+    /// The program that makes videos is not there.
+    #[error(
+        "cannot write {path}: videos need the program `{program}`, and it does not start ({source}); \
+         install the package ffmpeg (Debian, Ubuntu: apt-get install ffmpeg), \
+         or write {sequence} or {gif} instead",
+        path = path.display(), program = program.display(),
+        sequence = path.with_extension("").display().to_string() + "_%05d.png",
+        gif = path.with_extension("gif").display()
+    )]
+    NoEncoder {
+        /// The video that was to be written.
+        path: PathBuf,
+        /// The program that was tried.
+        program: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The program that makes videos has given up.
+    #[error(
+        "cannot write {path}: the video encoder stopped after {frames} frames ({status}){}",
+        if last_words.is_empty() { String::new() } else { format!(":\n{last_words}") },
+        path = path.display()
+    )]
+    Encoder {
+        /// The video that was to be written.
+        path: PathBuf,
+        /// How many frames it had taken.
+        frames: u64,
+        /// How it ended.
+        status: String,
+        /// The last lines that it said.
+        last_words: String,
+    },
+}
+
+impl OutputError {
+    /// For `map_err`: the file that an I/O error is about.
+    fn file(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File { path, source }
+    }
+}
+
+#[cfg(test)]
+mod failures;
+#[cfg(test)]
+mod tests;

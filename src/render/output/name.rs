@@ -1,0 +1,139 @@
+//! What a file's name asks for: the last frame, every frame, a GIF or a video.
+
+use std::path::{Path, PathBuf};
+
+/// What is written, as its name says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// `NAME.png`: the last frame.
+    Picture,
+    /// `NAME_%05d.png`, or a folder: every frame in a file of its own.
+    Sequence(Numbering),
+    /// `NAME.gif`.
+    Gif,
+    /// `NAME.mp4`.
+    Video,
+}
+
+/// How the files of a sequence are called: the frame's number between two fixed parts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Numbering {
+    folder: PathBuf,
+    before: String,
+    digits: usize,
+    after: String,
+}
+
+impl Numbering {
+    /// The file of frame `index`, the first of which is 0.
+    pub(super) fn path(&self, index: u64) -> PathBuf {
+        let Self {
+            before,
+            digits,
+            after,
+            ..
+        } = self;
+        self.folder.join(format!("{before}{index:0digits$}{after}"))
+    }
+}
+
+impl Kind {
+    /// The kind that `path` names, or nothing if it names none.
+    pub(super) fn of(path: &Path) -> Option<Self> {
+        let ends_as_folder = path.to_string_lossy().ends_with(std::path::is_separator);
+        if ends_as_folder || path.is_dir() {
+            return Some(Self::Sequence(Numbering {
+                folder: path.to_owned(),
+                before: "frame_".to_owned(),
+                digits: 5,
+                after: ".png".to_owned(),
+            }));
+        }
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "png" => Some(match numbering(path) {
+                Some(numbering) => Self::Sequence(numbering),
+                None => Self::Picture,
+            }),
+            "gif" => Some(Self::Gif),
+            "mp4" => Some(Self::Video),
+            _ => None,
+        }
+    }
+}
+
+/// The numbering that the file name's `%d` or `%05d` asks for; any other `%` is a letter like all others.
+fn numbering(path: &Path) -> Option<Numbering> {
+    let name = path.file_name()?.to_str()?;
+    name.match_indices('%').find_map(|(start, _)| {
+        let rest = &name[start + 1..];
+        let end = rest.find('d')?;
+        let width = &rest[..end];
+        let padded = width.starts_with('0') && width.len() == 2;
+        if !(width.is_empty() || padded && width.bytes().all(|byte| byte.is_ascii_digit())) {
+            return None;
+        }
+        Some(Numbering {
+            folder: path.parent()?.to_owned(),
+            before: name[..start].to_owned(),
+            digits: width.parse().unwrap_or(0),
+            after: rest[end + 1..].to_owned(),
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn third_file(path: &str) -> Option<PathBuf> {
+        match Kind::of(Path::new(path))? {
+            Kind::Sequence(numbering) => Some(numbering.path(2)),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn names_say_what_is_written() {
+        for (path, kind) in [
+            ("torus.png", Some(Kind::Picture)),
+            ("out/Torus.PNG", Some(Kind::Picture)),
+            ("out.d/50%.png", Some(Kind::Picture)),
+            ("%x_%5d_%0d_%123d.png", Some(Kind::Picture)),
+            ("%.png", Some(Kind::Picture)),
+            ("torus.gif", Some(Kind::Gif)),
+            ("torus_%05d.mp4", Some(Kind::Video)),
+            ("torus", None),
+            ("torus.avi", None),
+            (".png", None),
+            ("", None),
+        ] {
+            assert_eq!(Kind::of(Path::new(path)), kind, "{path:?}");
+        }
+    }
+
+    #[test]
+    fn sequences_are_numbered_as_their_names_ask() {
+        for (path, third) in [
+            ("frames/", "frames/frame_00002.png"),
+            ("a/torus_%05d.png", "a/torus_00002.png"),
+            ("%d.png", "2.png"),
+            ("100%_%03d.png", "100%_002.png"),
+            ("%02d_%02d.png", "02_%02d.png"),
+        ] {
+            assert_eq!(third_file(path), Some(PathBuf::from(third)), "{path:?}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(
+            third_file(folder.path().to_str().unwrap()),
+            Some(folder.path().join("frame_00002.png"))
+        );
+    }
+
+    #[test]
+    fn numbers_grow_beyond_their_digits() {
+        let Some(Kind::Sequence(numbering)) = Kind::of(Path::new("%02d.png")) else {
+            panic!("a sequence");
+        };
+        assert_eq!(numbering.path(12345), PathBuf::from("12345.png"));
+    }
+}

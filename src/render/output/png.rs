@@ -1,0 +1,89 @@
+//! Pictures as PNG: the last frame, or every frame in a file of its own.
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageError, RgbaImage};
+
+use super::OutputError;
+use super::name::Numbering;
+use crate::whole_file::WholeFile;
+
+/// One PNG: the last frame that it was given.
+#[derive(Debug)]
+pub(super) struct Picture {
+    file: WholeFile,
+}
+
+impl Picture {
+    pub(super) fn create(path: &Path) -> Result<Self, OutputError> {
+        let file = WholeFile::create(path).map_err(OutputError::file(path))?;
+        Ok(Self { file })
+    }
+
+    pub(super) fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
+        let written = self
+            .file
+            .restart()
+            .and_then(|()| write_png(&mut self.file, image));
+        written.map_err(OutputError::file(self.file.path()))
+    }
+
+    pub(super) fn finish(self) -> Result<PathBuf, OutputError> {
+        let path = self.file.path().to_owned();
+        self.file.finish().map_err(OutputError::file(&path))?;
+        Ok(path)
+    }
+}
+
+/// Numbered PNGs.
+#[derive(Debug)]
+pub(super) struct Sequence {
+    numbering: Numbering,
+    files: Vec<PathBuf>,
+}
+
+impl Sequence {
+    pub(super) fn create(numbering: Numbering) -> Result<Self, OutputError> {
+        // A file is begun and dropped, to know now whether the folder can be written.
+        let first = numbering.path(0);
+        WholeFile::create(&first).map_err(OutputError::file(&first))?;
+        Ok(Self {
+            numbering,
+            files: Vec::new(),
+        })
+    }
+
+    pub(super) fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
+        let mut picture = Picture::create(&self.numbering.path(self.files.len() as u64))?;
+        picture.frame(image)?;
+        self.files.push(picture.finish()?);
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Vec<PathBuf> {
+        self.files
+    }
+}
+
+/// Writes a PNG; one without transparency has no alpha channel.
+fn write_png(file: impl Write, image: &RgbaImage) -> io::Result<()> {
+    let mut file = BufWriter::new(file);
+    let (width, height) = image.dimensions();
+    let encoder = PngEncoder::new(&mut file);
+    let written = if image.pixels().all(|pixel| pixel.0[3] == 255) {
+        let rgb: Vec<u8> = image
+            .pixels()
+            .flat_map(|p| [p.0[0], p.0[1], p.0[2]])
+            .collect();
+        encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8)
+    } else {
+        encoder.write_image(image.as_raw(), width, height, ExtendedColorType::Rgba8)
+    };
+    written.map_err(|error| match error {
+        ImageError::IoError(error) => error,
+        other => io::Error::other(other),
+    })?;
+    file.flush()
+}

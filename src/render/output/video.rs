@@ -1,0 +1,228 @@
+//! Video: raw frames through a pipe to `ffmpeg`, which makes H.264 in an MP4 of them.
+
+use std::collections::VecDeque;
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use image::RgbaImage;
+
+use super::OutputError;
+use crate::whole_file::WholeFile;
+
+/// The longest side of an H.264 picture that the encoder takes.
+pub(super) const LARGEST_SIDE: u32 = 16384;
+
+/// How many lines of the encoder's complaints an error quotes.
+const LAST_WORDS: usize = 6;
+
+/// How long an encoder that takes no more frames has to end by itself.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A video that is being written.
+#[derive(Debug)]
+pub(super) struct Video {
+    encoder: Encoder,
+    file: WholeFile,
+    frames: u64,
+}
+
+impl Video {
+    pub(super) fn create(
+        path: &Path,
+        size: (u32, u32),
+        frames_per_second: f64,
+        program: &Path,
+    ) -> Result<Self, OutputError> {
+        let file = WholeFile::create(path).map_err(OutputError::file(path))?;
+        let mut command = Command::new(program);
+        command.args(input_arguments(size, frames_per_second));
+        command.args(output_arguments(size));
+        // Without the prefix, a colon in the path would be taken for a protocol.
+        let mut target = OsString::from("file:");
+        target.push(file.hidden_path());
+        command.arg(target);
+
+        let encoder = Encoder::start(command).map_err(|source| OutputError::NoEncoder {
+            path: path.to_owned(),
+            program: program.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            encoder,
+            file,
+            frames: 0,
+        })
+    }
+
+    pub(super) fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
+        if self.encoder.feed(image.as_raw()).is_err() {
+            let status = self.encoder.wait_at_most(PATIENCE);
+            return Err(self.failure(status));
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    pub(super) fn finish(mut self) -> Result<PathBuf, OutputError> {
+        let status = self.encoder.wait();
+        let size = std::fs::metadata(self.file.hidden_path()).map_or(0, |file| file.len());
+        if !status.is_some_and(|status| status.success()) || size == 0 {
+            return Err(self.failure(status));
+        }
+        let path = self.file.path().to_owned();
+        self.file.finish().map_err(OutputError::file(&path))?;
+        Ok(path)
+    }
+
+    fn failure(&mut self, status: Option<ExitStatus>) -> OutputError {
+        OutputError::Encoder {
+            path: self.file.path().to_owned(),
+            frames: self.frames,
+            status: match status {
+                Some(status) if status.success() => "it wrote nothing".to_owned(),
+                Some(status) => status.to_string(),
+                None => "it did not answer".to_owned(),
+            },
+            last_words: self.encoder.last_words(),
+        }
+    }
+}
+
+fn input_arguments((width, height): (u32, u32), frames_per_second: f64) -> Vec<String> {
+    let text = "-hide_banner -nostdin -loglevel error -y -f rawvideo -pixel_format rgba";
+    let mut arguments: Vec<String> = text.split(' ').map(str::to_owned).collect();
+    arguments.push("-video_size".to_owned());
+    arguments.push(format!("{width}x{height}"));
+    arguments.push("-framerate".to_owned());
+    arguments.push(frames_per_second.to_string());
+    arguments.push("-i".to_owned());
+    arguments.push("pipe:0".to_owned());
+    arguments
+}
+
+/// H.264 that every player and browser shows: 4:2:0, BT.709 and said so, playable while it loads.
+fn output_arguments((width, height): (u32, u32)) -> Vec<String> {
+    // 4:2:0 needs even sides: an odd one repeats its last pixel.
+    let (right, bottom) = (width % 2, height % 2);
+    let even = match (right, bottom) {
+        (0, 0) => String::new(),
+        _ => format!(
+            "pad=iw+{right}:ih+{bottom},fillborders=right={right}:bottom={bottom}:mode=smear,"
+        ),
+    };
+    let filter = format!(
+        "{even}scale=out_color_matrix=bt709:out_range=tv:flags=lanczos+accurate_rnd,format=yuv420p"
+    );
+    let text = "-an -c:v libx264 -preset fast -crf 18 \
+                -colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv \
+                -movflags +faststart -f mp4";
+    let mut arguments = vec!["-vf".to_owned(), filter];
+    arguments.extend(text.split_whitespace().map(str::to_owned));
+    arguments
+}
+
+/// The running encoder. Dropped before it has ended, it is ended.
+#[derive(Debug)]
+struct Encoder {
+    child: Child,
+    complaints: Option<JoinHandle<VecDeque<String>>>,
+}
+
+impl Encoder {
+    fn start(mut command: Command) -> std::io::Result<Self> {
+        command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        // In a process group of its own: Ctrl-C in the terminal is for this program,
+        // which then finishes the video, and must not reach the encoder as well.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command.spawn()?;
+        let stderr = child.stderr.take();
+        // Read all the time, or an encoder with much to say would wait for ever.
+        let complaints = std::thread::spawn(move || stderr.map(last_lines).unwrap_or_default());
+        Ok(Self {
+            child,
+            complaints: Some(complaints),
+        })
+    }
+
+    fn feed(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        match &mut self.child.stdin {
+            Some(pipe) => pipe.write_all(bytes),
+            None => Err(std::io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    /// No more frames: waits until the video is made.
+    fn wait(&mut self) -> Option<ExitStatus> {
+        // `wait` closes the pipe first, which is the end of the video.
+        self.child.wait().ok()
+    }
+
+    /// No more frames: how it ended within the time; if it did not, it is ended and there is no status.
+    fn wait_at_most(&mut self, patience: Duration) -> Option<ExitStatus> {
+        drop(self.child.stdin.take());
+        let mut status = None;
+        let ended = holds_within(patience, || {
+            status = self.child.try_wait().ok().flatten();
+            status.is_some()
+        });
+        if !ended {
+            self.end();
+        }
+        status
+    }
+
+    fn end(&mut self) {
+        // Both fail only when it has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    /// What it said last, once it has ended.
+    fn last_words(&mut self) -> String {
+        // A program that it has left behind may still hold its end of the pipe.
+        let lines = match self.complaints.take() {
+            Some(thread) if holds_within(PATIENCE, || thread.is_finished()) => thread.join().ok(),
+            _ => None,
+        };
+        Vec::from(lines.unwrap_or_default()).join("\n")
+    }
+}
+
+/// Whether the condition comes true in time.
+fn holds_within(patience: Duration, mut condition: impl FnMut() -> bool) -> bool {
+    let deadline = Instant::now() + patience;
+    loop {
+        if condition() {
+            return true;
+        }
+        if Instant::now() >= deadline {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+impl Drop for Encoder {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn last_lines(stderr: ChildStderr) -> VecDeque<String> {
+    let mut lines = VecDeque::new();
+    for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
+        if lines.len() == LAST_WORDS {
+            lines.pop_front();
+        }
+        lines.push_back(String::from_utf8_lossy(&line).trim_end().to_owned());
+    }
+    lines
+}

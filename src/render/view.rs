@@ -1,0 +1,217 @@
+//! What a picture shows: the camera, what is drawn, in which colours and how bright.
+
+use glam::{Vec2, Vec3};
+
+use super::camera::{Camera, MAX_PITCH};
+use super::colormap::linear_from_srgb;
+use super::exposure::Exposure;
+use crate::scene::Scene;
+use crate::scene::settings::{CameraSettings, ColorMap, Show};
+
+/// Everything that a picture of a simulation depends on, but the simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where the picture is taken from.
+    pub camera: Camera,
+    /// What is drawn.
+    pub show: Show,
+    /// Colours of the trail.
+    pub color_map: ColorMap,
+    /// How bright the trail is.
+    pub exposure: Exposure,
+    /// Diameter of a drawn particle, pixels.
+    pub particle_size: f32,
+    /// Behind the objects, in sRGB, 0 to 1.
+    pub background: Vec3,
+    /// The part of the atlas that is shown.
+    pub atlas: AtlasWindow,
+}
+
+/// Which part of the atlas a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtlasWindow {
+    /// What is in the middle of the picture, as a share of the atlas's side: `(0, 0)` is its first texel.
+    pub middle: Vec2,
+    /// 1 fits the whole atlas into the picture, more magnifies.
+    pub zoom: f32,
+    /// How strongly charts are told apart by a tint, 0 to 1.
+    pub chart_share: f32,
+}
+
+/// Zooms of the atlas that make sense.
+const ATLAS_ZOOM_RANGE: (f32, f32) = (0.5, 64.0);
+/// Room left round the whole atlas.
+const ATLAS_MARGIN: f32 = 1.04;
+
+impl View {
+    /// The view that a scene's file asks for, in a picture of `size` pixels.
+    #[must_use]
+    pub fn of(scene: &Scene, size: Vec2) -> Self {
+        let picture = &scene.settings.picture;
+        Self {
+            camera: Camera::from_settings(&scene.settings.camera, scene.center, scene.radius, size),
+            show: picture.show,
+            color_map: picture.color_map,
+            exposure: match picture.brightest {
+                brightest if brightest > 0.0 => Exposure::Fixed(brightest),
+                _ => Exposure::default(),
+            },
+            particle_size: picture.particle_size,
+            background: Vec3::from_array(picture.background),
+            atlas: AtlasWindow::default(),
+        }
+    }
+
+    /// The background as light.
+    #[must_use]
+    pub fn background_light(&self) -> Vec3 {
+        Vec3::from_array(self.background.to_array().map(linear_from_srgb))
+    }
+}
+
+impl Camera {
+    /// The camera that a scene's file describes; `center` and `radius` are the scene's. A distance of 0 is as near
+    /// as a picture of `size` pixels allows.
+    #[must_use]
+    pub fn from_settings(settings: &CameraSettings, center: Vec3, radius: f32, size: Vec2) -> Self {
+        let target = center + radius * Vec3::from_array(settings.target);
+        let mut camera = Self {
+            target,
+            distance: radius * settings.distance,
+            yaw: settings.azimuth.to_radians(),
+            pitch: settings.elevation.to_radians().clamp(-MAX_PITCH, MAX_PITCH),
+            vertical_fov: settings.field_of_view.to_radians(),
+            scene_radius: radius,
+        };
+        if settings.distance <= 0.0 {
+            camera.fit(target, radius, size);
+        }
+        camera
+    }
+
+    /// What a scene's file says about this camera.
+    #[must_use]
+    pub fn to_settings(&self, center: Vec3) -> CameraSettings {
+        CameraSettings {
+            azimuth: self.yaw.to_degrees(),
+            elevation: self.pitch.to_degrees(),
+            distance: self.distance / self.scene_radius,
+            target: ((self.target - center) / self.scene_radius).to_array(),
+            field_of_view: self.vertical_fov.to_degrees(),
+        }
+    }
+}
+
+impl Default for AtlasWindow {
+    fn default() -> Self {
+        Self {
+            middle: Vec2::splat(0.5),
+            zoom: 1.0,
+            chart_share: 0.0,
+        }
+    }
+}
+
+impl AtlasWindow {
+    /// Texels of an atlas of `atlas_size` that one pixel of a picture of `size` pixels covers.
+    #[must_use]
+    pub fn texels_per_pixel(&self, atlas_size: u32, size: Vec2) -> f32 {
+        ATLAS_MARGIN * atlas_size as f32 / (self.zoom * size.min_element().max(1.0))
+    }
+
+    /// The texel position at the picture's top left corner.
+    #[must_use]
+    pub fn origin(&self, atlas_size: u32, size: Vec2) -> Vec2 {
+        self.middle * atlas_size as f32 - 0.5 * size * self.texels_per_pixel(atlas_size, size)
+    }
+
+    /// Moves the atlas with the hand; `drag` in pixels.
+    pub fn pan(&mut self, drag: Vec2, size: Vec2) {
+        self.middle -= drag * self.texels_per_pixel(1, size);
+        self.middle = self.middle.clamp(Vec2::ZERO, Vec2::ONE);
+    }
+
+    /// Multiplies the zoom by `factor`; the texel under the pointer stays under it.
+    pub fn zoom(&mut self, factor: f32, pixel: Vec2, size: Vec2) {
+        let from_middle = pixel - 0.5 * size;
+        let under_pointer = self.middle + from_middle * self.texels_per_pixel(1, size);
+        let (least, most) = ATLAS_ZOOM_RANGE;
+        self.zoom = (self.zoom * factor).clamp(least, most);
+        self.middle = under_pointer - from_middle * self.texels_per_pixel(1, size);
+        self.middle = self.middle.clamp(Vec2::ZERO, Vec2::ONE);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::settings::Settings;
+
+    #[test]
+    fn settings_become_a_camera_and_return() {
+        let settings = CameraSettings {
+            azimuth: 120.0,
+            elevation: -20.0,
+            distance: 4.0,
+            target: [0.5, 0.0, -0.25],
+            field_of_view: 30.0,
+        };
+        let center = Vec3::new(1.0, 2.0, 3.0);
+        let camera = Camera::from_settings(&settings, center, 10.0, Vec2::ONE);
+        assert_eq!(camera.target, Vec3::new(6.0, 2.0, 0.5));
+        assert_eq!(camera.distance, 40.0);
+        assert!(camera.eye().x > camera.target.x && camera.eye().y < camera.target.y);
+        let returned = camera.to_settings(center);
+        for (a, b) in [
+            (returned.azimuth, 120.0),
+            (returned.elevation, -20.0),
+            (returned.distance, 4.0),
+            (returned.target[2], -0.25),
+            (returned.field_of_view, 30.0),
+        ] {
+            assert!((a - b).abs() < 1e-4, "{returned:?}");
+        }
+    }
+
+    #[test]
+    fn without_a_distance_the_scene_fills_the_picture() {
+        let settings = Settings::default().camera;
+        let size = Vec2::new(300.0, 200.0);
+        let camera = Camera::from_settings(&settings, Vec3::X, 2.0, size);
+        assert_eq!(camera, {
+            let mut fitted = camera;
+            fitted.fit(Vec3::X, 2.0, size);
+            fitted
+        });
+        assert!(camera.distance > 4.0 && camera.distance < 10.0);
+    }
+
+    #[test]
+    fn a_camera_straight_above_keeps_an_upright() {
+        let settings = CameraSettings {
+            elevation: 90.0,
+            ..Settings::default().camera
+        };
+        let camera = Camera::from_settings(&settings, Vec3::ZERO, 1.0, Vec2::splat(100.0));
+        assert!(camera.clip_from_world(Vec2::splat(100.0)).is_finite());
+        assert!(camera.up().is_normalized());
+    }
+
+    #[test]
+    fn the_whole_atlas_is_in_the_picture_and_zooms_about_the_pointer() {
+        let size = Vec2::new(800.0, 500.0);
+        let mut window = AtlasWindow::default();
+        let texel_at = |window: &AtlasWindow, pixel: Vec2| {
+            window.origin(1024, size) + pixel * window.texels_per_pixel(1024, size)
+        };
+        assert!(texel_at(&window, Vec2::ZERO).max_element() < 0.0);
+        assert!(texel_at(&window, size).min_element() > 1024.0);
+        assert!(texel_at(&window, 0.5 * size).distance(Vec2::splat(512.0)) < 1e-3);
+        let pointer = Vec2::new(300.0, 100.0);
+        let texel = texel_at(&window, pointer);
+        window.zoom(5.0, pointer, size);
+        assert!(texel_at(&window, pointer).distance(texel) < 0.01);
+        window.pan(Vec2::new(-40.0, 30.0), size);
+        assert!(texel_at(&window, pointer + Vec2::new(-40.0, 30.0)).distance(texel) < 0.01);
+    }
+}

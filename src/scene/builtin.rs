@@ -1,0 +1,55 @@
+//! The scenes and presets that come with the program, as the TOML texts in `assets/`.
+
+/// A scene or preset that comes with the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Builtin {
+    /// What `SCENE` or `--preset` calls it.
+    pub name: &'static str,
+    /// Its TOML text, which begins with a comment that says what it is.
+    pub text: &'static str,
+}
+
+impl Builtin {
+    /// What it is, in a sentence: the comment at its beginning.
+    #[must_use]
+    pub fn summary(&self) -> &'static str {
+        self.text
+            .lines()
+            .next()
+            .unwrap_or("")
+            .trim_start_matches('#')
+            .trim()
+    }
+}
+
+macro_rules! texts {
+    ($folder:literal: $($name:literal),+ $(,)?) => {
+        &[$(Builtin {
+            name: $name,
+            text: include_str!(concat!("../../assets/", $folder, "/", $name, ".toml")),
+        }),+]
+    };
+}
+
+/// The scene that opens when none is named.
+pub const DEFAULT_SCENE: &str = "torus";
+
+/// Every built-in scene. `cube` and `torus` are the reference cases for comparisons.
+pub static SCENES: &[Builtin] =
+    texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid");
+
+/// Every built-in preset: looks, that is, values for `[physarum]` and `[trail]`.
+pub static PRESETS: &[Builtin] =
+    texts!("presets": "network", "cells", "rings", "felt", "sparse", "shy");
+
+/// The built-in scene with this name.
+#[must_use]
+pub fn scene(name: &str) -> Option<&'static Builtin> {
+    SCENES.iter().find(|scene| scene.name == name)
+}
+
+/// The preset with this name.
+#[must_use]
+pub fn preset(name: &str) -> Option<&'static Builtin> {
+    PRESETS.iter().find(|preset| preset.name == name)
+}

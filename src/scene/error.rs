@@ -1,0 +1,117 @@
+//! What can be wrong with a scene, said so that its owner can mend it.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::file::Problem;
+use super::suggest::nearest;
+use super::{builtin, parameters};
+use crate::mesh::MeshError;
+
+/// Why there is no scene.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// No built-in scene has this name, and no file either.
+    #[error(
+        "there is no scene `{name}`{suggestion}: the built-in ones are {known}; a scene can also be a .toml file or a model (.obj, .glb, .gltf)"
+    )]
+    UnknownScene {
+        /// What was asked for.
+        name: String,
+        /// `, did you mean ...?`, or nothing.
+        suggestion: String,
+        /// All names.
+        known: String,
+    },
+    /// No preset has this name.
+    #[error("there is no preset `{name}`{suggestion}: the presets are {known}")]
+    UnknownPreset {
+        /// What was asked for.
+        name: String,
+        /// `, did you mean ...?`, or nothing.
+        suggestion: String,
+        /// All names.
+        known: String,
+    },
+    /// The scene file could not be read.
+    #[error("cannot read the scene {path}: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Keys or values are wrong; all of them are listed.
+    #[error("{}", listed(scene, problems))]
+    Problems {
+        /// The scene that was asked for.
+        scene: PathBuf,
+        /// Everything that is wrong.
+        problems: Vec<Problem>,
+    },
+    /// An object's mesh cannot be used.
+    #[error("object `{object}`: {source}")]
+    Object {
+        /// The object's name, or its place in the file.
+        object: String,
+        /// What is wrong with its mesh.
+        source: MeshError,
+    },
+    /// The objects are too small or too large to measure lengths by.
+    #[error(
+        "the scene radius comes to {radius:e} world units, which lengths cannot be multiplied by: set `radius`, or scale the objects"
+    )]
+    Radius {
+        /// What was measured or set.
+        radius: f32,
+    },
+    /// A model's path is not Unicode, which scene files are written in.
+    #[error("{path}: the path is not Unicode, and scene files are: rename it", path = path.display())]
+    NotUnicode {
+        /// The path.
+        path: PathBuf,
+    },
+}
+
+impl SceneError {
+    pub(super) fn unknown_scene(scene: &Path) -> Self {
+        let name = scene.to_string_lossy().into_owned();
+        let names: Vec<_> = builtin::SCENES.iter().map(|scene| scene.name).collect();
+        let (suggestion, known) = suggest(&name, &names);
+        Self::UnknownScene {
+            name,
+            suggestion,
+            known,
+        }
+    }
+
+    pub(super) fn unknown_preset(name: &str) -> Self {
+        let names: Vec<_> = builtin::PRESETS.iter().map(|preset| preset.name).collect();
+        let (suggestion, known) = suggest(name, &names);
+        Self::UnknownPreset {
+            name: name.to_owned(),
+            suggestion,
+            known,
+        }
+    }
+}
+
+fn suggest(name: &str, names: &[&str]) -> (String, String) {
+    let suggestion =
+        nearest(name, names.iter().copied()).map(|near| format!(", did you mean `{near}`?"));
+    (suggestion.unwrap_or_default(), parameters::all_of(names))
+}
+
+fn listed(scene: &Path, problems: &[Problem]) -> String {
+    let scene = scene.display();
+    match problems {
+        [only] => format!("{scene}: {only}"),
+        many => {
+            let mut text = format!("{scene}: {} things are wrong:", many.len());
+            for problem in many {
+                let _ = write!(text, "\n  {problem}");
+            }
+            text
+        }
+    }
+}

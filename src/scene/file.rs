@@ -1,0 +1,452 @@
+//! Scene files in and out, and the changes of the command line, all by way of the parameter table: what is unknown,
+//! of the wrong type or out of range is gathered, so that one error lists everything there is to mend.
+
+use std::fmt;
+
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+
+use super::parameters::{
+    Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside, out_of_range,
+};
+use super::settings::{ObjectSettings, Settings};
+use super::suggest::{first_of, is_section, nearest, nearest_key};
+
+/// One thing that is wrong with a scene file, a preset or a `--set`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where it stands: `line 7`, `--set trail.decay=2`, `preset rings`; empty when nowhere in particular.
+    pub place: String,
+    /// What is wrong and what would be right.
+    pub message: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.place.is_empty() {
+            f.write_str(&self.message)
+        } else {
+            write!(f, "{}: {}", self.place, self.message)
+        }
+    }
+}
+
+impl From<OutOfRange> for Problem {
+    fn from(out: OutOfRange) -> Self {
+        let OutOfRange {
+            key,
+            value,
+            allowed,
+        } = out;
+        Self {
+            place: String::new(),
+            message: format!("{key} = {value} is out of range: {allowed}"),
+        }
+    }
+}
+
+/// Reads scene text into settings, step by step, and gathers everything wrong on the way.
+#[derive(Debug)]
+pub struct Reader {
+    /// The settings so far; whatever was wrong kept its value from before.
+    pub settings: Settings,
+    /// What was wrong so far.
+    pub problems: Vec<Problem>,
+    place: Place,
+}
+
+#[derive(Debug)]
+enum Place {
+    /// Text with lines; spans are offsets into it.
+    Text {
+        prefix: String,
+        line_ends: Vec<usize>,
+    },
+    /// Something on the command line, as it was typed.
+    Argument(String),
+}
+
+impl Reader {
+    /// Begins with `settings`, which what is read changes.
+    #[must_use]
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            problems: Vec::new(),
+            place: Place::Argument(String::new()),
+        }
+    }
+
+    /// Reads TOML text. `prefix` goes before the line numbers of problems; empty for the scene file itself.
+    pub fn text(&mut self, prefix: &str, text: &str) {
+        self.place = Place::Text {
+            prefix: prefix.to_owned(),
+            line_ends: text.match_indices('\n').map(|(i, _)| i).collect(),
+        };
+        match DeTable::parse(text) {
+            Ok(table) => self.table("", table.get_ref()),
+            Err(error) => {
+                let at = error.span().map_or(0, |span| span.start);
+                self.problem(at, format!("not valid TOML: {}", one_line(error.message())));
+            }
+        }
+    }
+
+    /// Takes one `KEY=VALUE`. The value is read as TOML; what is not TOML is taken as a bare word.
+    pub fn assignment(&mut self, assignment: &str) {
+        self.place = Place::Argument(format!("--set {assignment}"));
+        let Some((key, raw)) = assignment.split_once('=') else {
+            self.problem(
+                0,
+                "KEY=VALUE is expected, such as trail.decay=0.9".to_owned(),
+            );
+            return;
+        };
+        let (key, raw) = (key.trim(), raw.trim());
+        let value = DeValue::parse(raw).unwrap_or_else(|_| {
+            Spanned::new(0..0, DeValue::String(std::borrow::Cow::Borrowed(raw)))
+        });
+        self.value(key, &value, 0);
+    }
+
+    /// Sets the seed, as `--seed` does.
+    pub fn seed(&mut self, seed: u64) {
+        self.place = Place::Argument(format!("--seed {seed}"));
+        let raw = seed.to_string();
+        if let Ok(value) = DeValue::parse(&raw) {
+            self.value("seed", &value, 0);
+        }
+    }
+
+    /// The settings, if nothing was wrong with them.
+    ///
+    /// # Errors
+    /// Everything that was wrong, and everything else that is out of range.
+    pub fn finish(mut self) -> Result<Settings, Vec<Problem>> {
+        self.problems
+            .extend(out_of_range(&self.settings).into_iter().map(Problem::from));
+        if self.settings.objects.is_empty() {
+            let message = "the scene has no objects: add an [[object]] with a mesh".to_owned();
+            self.problems.push(Problem {
+                place: String::new(),
+                message,
+            });
+        }
+        if self.problems.is_empty() {
+            Ok(self.settings)
+        } else {
+            Err(self.problems)
+        }
+    }
+
+    fn problem(&mut self, at: usize, message: String) {
+        let place = match &self.place {
+            Place::Text { prefix, line_ends } => {
+                let line = line_ends.partition_point(|&end| end < at) + 1;
+                let space = if prefix.is_empty() { "" } else { " " };
+                format!("{prefix}{space}line {line}")
+            }
+            Place::Argument(typed) => typed.clone(),
+        };
+        self.problems.push(Problem { place, message });
+    }
+
+    fn table(&mut self, section: &str, table: &DeTable<'_>) {
+        // The map is sorted by key; people read from the top.
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, value) in entries {
+            let dotted = if section.is_empty() {
+                key.get_ref().to_string()
+            } else {
+                format!("{section}.{}", key.get_ref())
+            };
+            self.value(&dotted, value, key.span().start);
+        }
+    }
+
+    /// Takes the value of one dotted key that stands at offset `at`.
+    fn value(&mut self, key: &str, value: &Spanned<DeValue<'_>>, at: usize) {
+        if key == "object" {
+            return self.objects(value, at);
+        }
+        if let Some(rest) = key.strip_prefix("object.") {
+            return self.object_key(key, rest, value, at);
+        }
+        if let Some(message) = set(PARAMETERS, &mut self.settings, key, key, value.get_ref()) {
+            return match message {
+                Refusal::Wrong(message) => self.problem(at, message),
+                Refusal::Unknown => match value.get_ref() {
+                    DeValue::Table(table) if is_section(key) => self.table(key, table),
+                    DeValue::Table(_) => self.unknown_section(key, at),
+                    _ => self.unknown(key, at),
+                },
+            };
+        }
+    }
+
+    fn unknown(&mut self, key: &str, at: usize) {
+        let message = if is_section(key) {
+            format!(
+                "{key} is a section: keys such as {} stand in it",
+                first_of(key)
+            )
+        } else if let Some(nearest) = nearest_key(key) {
+            format!("{key}: no such key; did you mean {nearest}?")
+        } else {
+            format!("{key}: no such key; `myxo scenes --keys` lists all of them")
+        };
+        self.problem(at, message);
+    }
+
+    fn unknown_section(&mut self, key: &str, at: usize) {
+        let sections = PARAMETERS
+            .iter()
+            .map(Parameter::section)
+            .filter(|section| !section.is_empty());
+        let message = match nearest(key, sections.chain(["object"])) {
+            Some(nearest) => format!("[{key}]: no such section; did you mean [{nearest}]?"),
+            None => format!("[{key}]: no such section; `myxo scenes --keys` lists all keys"),
+        };
+        self.problem(at, message);
+    }
+
+    fn objects(&mut self, value: &Spanned<DeValue<'_>>, at: usize) {
+        let tables: Option<Vec<&DeTable<'_>>> = match value.get_ref() {
+            DeValue::Array(array) => array.iter().map(|item| item.get_ref().as_table()).collect(),
+            _ => None,
+        };
+        let Some(tables) = tables else {
+            return self.problem(
+                at,
+                "object: [[object]] is expected, once for each object".to_owned(),
+            );
+        };
+        self.settings.objects = vec![ObjectSettings::default(); tables.len()];
+        for (i, table) in tables.into_iter().enumerate() {
+            self.table(&format!("object.{i}"), table);
+        }
+    }
+
+    fn object_key(&mut self, key: &str, rest: &str, value: &Spanned<DeValue<'_>>, at: usize) {
+        let (index, field) = rest.split_once('.').unwrap_or((rest, ""));
+        let count = self.settings.objects.len();
+        let Some(object) = index
+            .parse()
+            .ok()
+            .and_then(|i: usize| self.settings.objects.get_mut(i))
+        else {
+            let message = match count {
+                1 => format!("{key}: the scene has one object, object.0"),
+                _ => format!(
+                    "{key}: the scene has {count} objects, object.0 to object.{}",
+                    count - 1
+                ),
+            };
+            return self.problem(at, message);
+        };
+        let value = value.get_ref();
+        let outcome = match (field, value) {
+            ("", DeValue::Table(table)) => return self.table(key, table),
+            ("name", DeValue::String(text)) => {
+                object.name = text.to_string();
+                None
+            }
+            ("mesh", DeValue::String(text)) => {
+                object.mesh = match self.place {
+                    Place::Text { .. } => text.to_string(),
+                    Place::Argument(_) => from_here(text),
+                };
+                None
+            }
+            ("name" | "mesh", other) => Some(wrong_type(key, "a text", other)),
+            _ => set(OBJECT_PARAMETERS, object, field, key, value),
+        };
+        match outcome {
+            None => {}
+            Some(Refusal::Wrong(message)) => self.problem(at, message),
+            Some(Refusal::Unknown) => self.unknown(key, at),
+        }
+    }
+}
+
+/// A path typed on the command line is relative to the folder that it was typed in, not to the scene file's.
+fn from_here(mesh: &str) -> String {
+    if mesh.starts_with("builtin:") {
+        return mesh.to_owned();
+    }
+    std::path::absolute(mesh)
+        .ok()
+        .and_then(|path| path.into_os_string().into_string().ok())
+        .unwrap_or(mesh.to_owned())
+}
+
+enum Refusal {
+    Unknown,
+    Wrong(String),
+}
+
+fn wrong_type(key: &str, expected: &str, found: &DeValue<'_>) -> Refusal {
+    Refusal::Wrong(format!(
+        "{key}: {expected} is expected, not {}",
+        describe(found)
+    ))
+}
+
+/// Sets one parameter of `target`. `key` is looked up, or with a component's index behind it; `full` is for messages.
+fn set<T>(
+    table: &[Parameter<T>],
+    target: &mut T,
+    key: &str,
+    full: &str,
+    value: &DeValue<'_>,
+) -> Option<Refusal> {
+    let Some(parameter) = table.iter().find(|parameter| parameter.key == key) else {
+        let component = key
+            .rsplit_once('.')
+            .and_then(|(vector, i)| Some((vector, i.parse::<usize>().ok()?)));
+        let Some((vector, i)) = component else {
+            return Some(Refusal::Unknown);
+        };
+        let Some(parameter) = table.iter().find(|parameter| parameter.key == vector) else {
+            return Some(Refusal::Unknown);
+        };
+        let Kind::Vector { range, get, set } = &parameter.kind else {
+            return Some(Refusal::Unknown);
+        };
+        let mut components = get(target);
+        let Some(component) = components.get_mut(i) else {
+            return Some(Refusal::Unknown);
+        };
+        let Some(number) = number(value) else {
+            return Some(wrong_type(full, "a number", value));
+        };
+        if !inside(number, *range) {
+            return Some(out(full, value, parameter));
+        }
+        *component = number as f32;
+        set(target, components);
+        return None;
+    };
+    match &parameter.kind {
+        Kind::Number(number_kind) => {
+            let expected = if number_kind.integer {
+                "a whole number"
+            } else {
+                "a number"
+            };
+            match number(value) {
+                Some(x) if number_kind.integer && x.is_finite() && x.fract() != 0.0 => {
+                    return Some(wrong_type(full, expected, value));
+                }
+                Some(x) if number_kind.allows(x) => (number_kind.set)(target, x),
+                Some(_) => return Some(out(full, value, parameter)),
+                None => return Some(wrong_type(full, expected, value)),
+            }
+        }
+        Kind::Choice { words, set, .. } => match value {
+            DeValue::String(word) => match words.iter().position(|candidate| candidate == word) {
+                Some(i) => set(target, i),
+                None => {
+                    let nearest = nearest(word, words.iter().copied())
+                        .map_or(String::new(), |nearest| {
+                            format!("; did you mean {nearest}?")
+                        });
+                    return Some(Refusal::Wrong(format!(
+                        "{full} = \"{word}\": it can be {}{nearest}",
+                        any_of(words)
+                    )));
+                }
+            },
+            other => {
+                return Some(wrong_type(
+                    full,
+                    &format!("a word ({})", any_of(words)),
+                    other,
+                ));
+            }
+        },
+        Kind::Vector { range, set, .. } => {
+            let components = match value {
+                DeValue::Array(array) => three(array),
+                _ => None,
+            };
+            let Some(components) = components else {
+                return Some(wrong_type(full, "a list of three numbers", value));
+            };
+            if !components.iter().all(|&c| inside(c, *range)) {
+                return Some(out(full, value, parameter));
+            }
+            set(target, components.map(|c| c as f32));
+        }
+    }
+    None
+}
+
+fn out<T>(key: &str, value: &DeValue<'_>, parameter: &Parameter<T>) -> Refusal {
+    let value = plain(value);
+    Refusal::Wrong(
+        Problem::from(OutOfRange {
+            key: key.to_owned(),
+            value,
+            allowed: parameter.allowed(),
+        })
+        .message,
+    )
+}
+
+fn three(array: &DeArray<'_>) -> Option<[f64; 3]> {
+    let numbers: Option<Vec<f64>> = array.iter().map(|item| number(item.get_ref())).collect();
+    numbers?.try_into().ok()
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        // More digits than an i64 holds are out of every range, as what they come to in floats.
+        DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
+            Ok(whole) => Some(whole as f64),
+            Err(_) => integer.as_str().parse().ok().or(Some(f64::INFINITY)),
+        },
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+fn plain(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::Integer(integer) => integer.to_string(),
+        DeValue::Float(float) => float.as_str().to_owned(),
+        DeValue::Array(array) => {
+            let items: Vec<_> = array.iter().map(|item| plain(item.get_ref())).collect();
+            format!("[{}]", items.join(", "))
+        }
+        other => describe(other),
+    }
+}
+
+fn describe(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) if text.chars().count() > 40 => "a text".to_owned(),
+        DeValue::String(text) => format!("the text \"{text}\""),
+        DeValue::Integer(_) | DeValue::Float(_) => plain(value),
+        DeValue::Boolean(on) => on.to_string(),
+        DeValue::Datetime(_) => "a date".to_owned(),
+        DeValue::Array(array) => format!("a list of {}", array.len()),
+        DeValue::Table(_) => "a table".to_owned(),
+    }
+}
+
+fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+impl Settings {
+    /// The whole scene file, every key written out.
+    ///
+    /// # Panics
+    /// Never: settings are plain numbers, words and lists, which TOML can hold.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("settings are plain numbers, words and lists")
+    }
+}

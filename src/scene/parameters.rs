@@ -1,0 +1,286 @@
+//! The table of everything that can be changed about a scene: what it is called, what it may be, and whether a
+//! change waits for a restart. Validation, the panel, `--set` and the manual all read this table and no other.
+
+mod table;
+
+use super::settings::Settings;
+
+pub use table::{OBJECT_PARAMETERS, PARAMETERS};
+
+/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) for the keys of
+/// one `[[object]]`.
+#[derive(Debug)]
+pub struct Parameter<T: 'static = Settings> {
+    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front.
+    pub key: &'static str,
+    /// As people call it.
+    pub name: &'static str,
+    /// Unit of the value, empty where it has none.
+    pub unit: &'static str,
+    /// One or two sentences: what it does, and what its special values mean.
+    pub help: &'static str,
+    /// When a change takes effect.
+    pub effect: Effect,
+    /// The value itself.
+    pub kind: Kind<T>,
+}
+
+/// When a changed parameter takes effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// With the next step or picture.
+    Live,
+    /// Restarts the simulation from step 0.
+    Restart,
+    /// Live up to the atlas's gutter in texels; beyond it, a wider gutter is made and the simulation restarts.
+    RestartBeyondGutter,
+}
+
+/// What a parameter holds, what it may be, and how to reach it.
+#[derive(Debug)]
+pub enum Kind<T: 'static> {
+    /// A number.
+    Number(Number<T>),
+    /// One word of a list.
+    Choice {
+        /// The words, in the order of the indices.
+        words: &'static [&'static str],
+        /// The index of the word that is set.
+        get: fn(&T) -> usize,
+        /// Sets the word by its index, which must be below `words.len()`.
+        set: fn(&mut T, usize),
+    },
+    /// Three numbers with one range.
+    Vector {
+        /// The range that each component must lie in, ends included.
+        range: (f64, f64),
+        /// The components.
+        get: fn(&T) -> [f32; 3],
+        /// Sets the components.
+        set: fn(&mut T, [f32; 3]),
+    },
+}
+
+/// A number, its range and its slider.
+#[derive(Debug)]
+pub struct Number<T: 'static> {
+    /// What is allowed, ends included.
+    pub range: (f64, f64),
+    /// What a slider offers: the interesting part of `range`.
+    pub slider: (f64, f64),
+    /// How a slider spreads it.
+    pub scale: Scale,
+    /// Only whole numbers.
+    pub integer: bool,
+    /// Reads the value.
+    pub get: fn(&T) -> f64,
+    /// Writes the value; whole numbers are rounded.
+    pub set: fn(&mut T, f64),
+}
+
+impl<T> Number<T> {
+    /// May the parameter have this value?
+    #[must_use]
+    pub fn allows(&self, value: f64) -> bool {
+        if self.integer {
+            value.fract() == 0.0 && value >= self.range.0 && value <= self.range.1
+        } else {
+            inside(value, self.range)
+        }
+    }
+}
+
+/// Does the value lie in the range, ends included? Compared as f32, which is what a file's 0.1 becomes. NaN lies in
+/// no range.
+pub(super) fn inside(value: f64, (low, high): (f64, f64)) -> bool {
+    value as f32 >= low as f32 && value as f32 <= high as f32
+}
+
+/// How a slider spreads its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By factors; a slider that begins at 0 keeps its left end for 0.
+    Logarithmic,
+}
+
+/// A value that its parameter does not allow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutOfRange {
+    /// Dotted key, with `object.N.` where it belongs to an object.
+    pub key: String,
+    /// The value as people write it.
+    pub value: String,
+    /// What would be allowed, with the unit.
+    pub allowed: String,
+}
+
+impl<T> Parameter<T> {
+    /// The section that the key stands in, `trail` for `trail.decay`; empty for top-level keys.
+    #[must_use]
+    pub fn section(&self) -> &'static str {
+        self.key.rsplit_once('.').map_or("", |(section, _)| section)
+    }
+
+    /// Does a change from `old` to `new` restart a simulation whose atlas has a gutter of `gutter` texels?
+    #[must_use]
+    pub fn restarts(&self, old: &T, new: &T, gutter: u32) -> bool {
+        match self.effect {
+            Effect::Live => false,
+            Effect::Restart => self.differs(old, new),
+            Effect::RestartBeyondGutter => match &self.kind {
+                Kind::Number(number) => (number.get)(new) > f64::from(gutter),
+                _ => self.differs(old, new),
+            },
+        }
+    }
+
+    /// Is the value different in the two?
+    #[must_use]
+    pub fn differs(&self, a: &T, b: &T) -> bool {
+        match &self.kind {
+            Kind::Number(number) => (number.get)(a) != (number.get)(b),
+            Kind::Choice { get, .. } => get(a) != get(b),
+            Kind::Vector { get, .. } => get(a) != get(b),
+        }
+    }
+
+    /// Gives `to` the value that `from` has.
+    pub fn copy(&self, from: &T, to: &mut T) {
+        match &self.kind {
+            Kind::Number(number) => (number.set)(to, (number.get)(from)),
+            Kind::Choice { get, set, .. } => set(to, get(from)),
+            Kind::Vector { get, set, .. } => set(to, get(from)),
+        }
+    }
+
+    /// What is allowed, as people say it: `0 to 1`, `reflect or stop`.
+    #[must_use]
+    pub fn allowed(&self) -> String {
+        let unit = if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {}", self.unit)
+        };
+        match &self.kind {
+            Kind::Number(number) => {
+                let whole = if number.integer { "whole numbers " } else { "" };
+                let (low, high) = number.range;
+                format!("{whole}{} to {}{unit}", grouped(low), grouped(high))
+            }
+            Kind::Choice { words, .. } => any_of(words),
+            Kind::Vector {
+                range: (low, high), ..
+            } => {
+                format!(
+                    "three numbers from {} to {}{unit}",
+                    grouped(*low),
+                    grouped(*high)
+                )
+            }
+        }
+    }
+
+    /// The value that `settings` hold, as the scene file writes it.
+    #[must_use]
+    pub fn value(&self, settings: &T) -> String {
+        match &self.kind {
+            Kind::Number(number) => {
+                let value = (number.get)(settings);
+                if number.integer {
+                    format!("{value}")
+                } else {
+                    format!("{}", value as f32)
+                }
+            }
+            Kind::Choice { words, get, .. } => words[get(settings)].to_owned(),
+            Kind::Vector { get, .. } => {
+                let [x, y, z] = get(settings);
+                format!("[{x}, {y}, {z}]")
+            }
+        }
+    }
+
+    fn check(&self, prefix: &str, settings: &T, problems: &mut Vec<OutOfRange>) {
+        let fits = match &self.kind {
+            Kind::Number(number) => number.allows((number.get)(settings)),
+            Kind::Choice { .. } => true,
+            Kind::Vector { range, get, .. } => {
+                get(settings).iter().all(|&c| inside(f64::from(c), *range))
+            }
+        };
+        if !fits {
+            problems.push(OutOfRange {
+                key: format!("{prefix}{}", self.key),
+                value: self.value(settings),
+                allowed: self.allowed(),
+            });
+        }
+    }
+}
+
+/// Everything in `settings` that its parameter does not allow, in the order of the table.
+#[must_use]
+pub fn out_of_range(settings: &Settings) -> Vec<OutOfRange> {
+    let mut problems = Vec::new();
+    for parameter in PARAMETERS {
+        parameter.check("", settings, &mut problems);
+    }
+    for (i, object) in settings.objects.iter().enumerate() {
+        for parameter in OBJECT_PARAMETERS {
+            parameter.check(&format!("object.{i}."), object, &mut problems);
+        }
+    }
+    problems
+}
+
+/// The parameter with this key.
+#[must_use]
+pub fn find(key: &str) -> Option<&'static Parameter> {
+    PARAMETERS.iter().find(|parameter| parameter.key == key)
+}
+
+/// The parameters whose change from `old` to `new` restarts a simulation with a gutter of `gutter` texels. Objects
+/// that were added, removed, reshaped or renamed are not in the list; compare `objects` for that.
+#[must_use]
+pub fn restarting(old: &Settings, new: &Settings, gutter: u32) -> Vec<&'static Parameter> {
+    PARAMETERS
+        .iter()
+        .filter(|parameter| parameter.restarts(old, new, gutter))
+        .collect()
+}
+
+/// `a, b or c`.
+pub(super) fn any_of(words: &[&str]) -> String {
+    joined(words, "or")
+}
+
+/// `a, b and c`.
+pub(super) fn all_of(words: &[&str]) -> String {
+    joined(words, "and")
+}
+
+fn joined(words: &[&str], conjunction: &str) -> String {
+    match words {
+        [] => String::new(),
+        [only] => (*only).to_owned(),
+        [rest @ .., last] => format!("{} {conjunction} {last}", rest.join(", ")),
+    }
+}
+
+/// A number as people write it, with commas from 10,000 on.
+fn grouped(value: f64) -> String {
+    if value.fract() != 0.0 || value.abs() < 10_000.0 {
+        return format!("{value}");
+    }
+    let digits = format!("{:.0}", value.abs());
+    let mut text = String::from(if value < 0.0 { "-" } else { "" });
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}

@@ -1,0 +1,379 @@
+//! The scene file as plain structs: every key with its default, nothing loaded and nothing checked.
+//! [`super::file`] reads and writes them.
+//!
+//! Conventions, stated once: lengths are in scene radii unless a key says world units, angles are in degrees,
+//! the scene's up axis is +Y. What a key may hold is said by [`super::parameters`], not here.
+
+use glam::{Affine3A, EulerRot, Quat, Vec3};
+use serde::Serialize;
+
+/// A whole scene file. `Settings::default()` is a valid scene: one torus.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Everything random depends on it; 0 to 4,294,967,295.
+    pub seed: u64,
+    /// The scene radius in world units, by which all lengths are multiplied; 0 measures it from the objects.
+    pub radius: f32,
+    /// How many particles there are and where they begin.
+    pub particles: ParticleSettings,
+    /// How particles sense, turn and walk.
+    pub physarum: PhysarumSettings,
+    /// How simulated time passes.
+    pub time: TimeSettings,
+    /// What happens to the trail between steps.
+    pub trail: TrailSettings,
+    /// The texture that holds every triangle.
+    pub atlas: AtlasSettings,
+    /// Where pictures are taken from.
+    pub camera: CameraSettings,
+    /// What pictures look like.
+    pub picture: PictureSettings,
+    /// The objects, at least one.
+    #[serde(rename = "object")]
+    pub objects: Vec<ObjectSettings>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            seed: 7,
+            radius: 0.0,
+            particles: ParticleSettings::default(),
+            physarum: PhysarumSettings::default(),
+            time: TimeSettings::default(),
+            trail: TrailSettings::default(),
+            atlas: AtlasSettings::default(),
+            camera: CameraSettings::default(),
+            picture: PictureSettings::default(),
+            objects: vec![ObjectSettings::default()],
+        }
+    }
+}
+
+/// `[particles]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParticleSettings {
+    /// How many particles walk on all objects together.
+    pub count: u32,
+    /// Where they begin.
+    pub start: Start,
+    /// For `point` and `ring`: the surface point nearest to this place, in scene radii from the scene's centre.
+    pub start_at: [f32; 3],
+    /// For `ring`: how far along the surface from that point particles begin, in scene radii.
+    pub start_radius: f32,
+}
+
+impl Default for ParticleSettings {
+    fn default() -> Self {
+        Self {
+            count: 500_000,
+            start: Start::Uniform,
+            start_at: [0.0, 1.0, 0.0],
+            start_radius: 0.25,
+        }
+    }
+}
+
+/// `[physarum]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PhysarumSettings {
+    /// Length walked in a step, in scene radii.
+    pub speed: f32,
+    /// How far a particle turns in a step, in degrees.
+    pub rotation_angle: f32,
+    /// Between the middle sensor and the outer ones, in degrees.
+    pub sensor_angle: f32,
+    /// How far ahead sensors read, in scene radii.
+    pub sensor_offset: f32,
+    /// Standard deviation of the Gaussian noise added to each sensor, in trail units.
+    pub sensor_noise: f32,
+    /// Trail that one particle leaves in a step, where texels have the mean size.
+    pub deposit: f32,
+    /// What happens at the open border of a surface.
+    pub border: Border,
+    /// Edges that one walk may cross in a step; the rest is walked in the next.
+    pub edge_crossing_attempts: u32,
+    /// How sensors find their texel.
+    pub sensing: Sensing,
+    /// Trail that particles like best; 0 for the more the better.
+    pub favourite_density: f32,
+    /// Trail units added to a sensor per scene radius of height; positive climbs.
+    pub gravity_weight: f32,
+    /// Trail units taken from a sensor per particle counted at its texel in the last step.
+    pub decrowding_weight: f32,
+}
+
+impl Default for PhysarumSettings {
+    fn default() -> Self {
+        Self {
+            speed: 0.004,
+            rotation_angle: 25.0,
+            sensor_angle: 30.0,
+            sensor_offset: 0.03,
+            sensor_noise: 0.0,
+            deposit: 1.0,
+            border: Border::Reflect,
+            edge_crossing_attempts: 10,
+            sensing: Sensing::Auto,
+            favourite_density: 0.0,
+            gravity_weight: 0.0,
+            decrowding_weight: 0.0,
+        }
+    }
+}
+
+/// `[time]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TimeSettings {
+    /// Seconds of scene time in a step.
+    pub dt: f32,
+    /// The most steps a second in the window; 0 for no cap.
+    pub steps_per_second: f32,
+}
+
+impl Default for TimeSettings {
+    fn default() -> Self {
+        Self {
+            dt: 0.016_666_667,
+            steps_per_second: 0.0,
+        }
+    }
+}
+
+/// `[trail]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrailSettings {
+    /// How much of a texel is replaced by the mean of its neighbourhood in a step, 0 to 1.
+    pub diffusion: f32,
+    /// Reach of that neighbourhood, in texels.
+    pub diffusion_distance: u32,
+    /// What remains of the trail after a step, deposits included, 0 to 1.
+    pub decay: f32,
+}
+
+impl Default for TrailSettings {
+    fn default() -> Self {
+        Self {
+            diffusion: 0.5,
+            diffusion_distance: 1,
+            decay: 0.95,
+        }
+    }
+}
+
+/// `[atlas]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AtlasSettings {
+    /// How triangles are laid out.
+    pub method: AtlasMethod,
+    /// Side of the square texture, in texels.
+    pub size: u32,
+    /// For `grid`: side of a cell in texels; 0 for as large as fits.
+    pub cell_size: u32,
+}
+
+impl Default for AtlasSettings {
+    fn default() -> Self {
+        Self {
+            method: AtlasMethod::Grid,
+            size: 1024,
+            cell_size: 0,
+        }
+    }
+}
+
+/// `[camera]`: an orbit about a target.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CameraSettings {
+    /// Degrees about the up axis; 0 looks along -Z, positive goes round to the right.
+    pub azimuth: f32,
+    /// Degrees above the horizon.
+    pub elevation: f32,
+    /// From the target, in scene radii; 0 for as far as shows every object whole.
+    pub distance: f32,
+    /// What the camera looks at, in scene radii from the scene's centre.
+    pub target: [f32; 3],
+    /// Vertical field of view, in degrees.
+    pub field_of_view: f32,
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self {
+            azimuth: 35.0,
+            elevation: 25.0,
+            distance: 0.0,
+            target: [0.0; 3],
+            field_of_view: 40.0,
+        }
+    }
+}
+
+/// `[picture]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PictureSettings {
+    /// Trail value that gets the brightest colour; 0 takes it from the picture's own range.
+    pub brightest: f32,
+    /// What is drawn.
+    pub show: Show,
+    /// Colours of the trail.
+    pub color_map: ColorMap,
+    /// Diameter of a drawn particle, in pixels.
+    pub particle_size: f32,
+    /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
+    pub background: [f32; 3],
+}
+
+impl Default for PictureSettings {
+    fn default() -> Self {
+        Self {
+            brightest: 0.0,
+            show: Show::Surface,
+            color_map: ColorMap::Myxo,
+            particle_size: 1.5,
+            background: [0.055, 0.06, 0.075],
+        }
+    }
+}
+
+/// `[[object]]`: a mesh and where it stands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ObjectSettings {
+    /// What the object is called; empty takes the mesh's name.
+    pub name: String,
+    /// `builtin:NAME`, or a path relative to the scene file.
+    pub mesh: String,
+    /// World units.
+    pub position: [f32; 3],
+    /// Degrees about X, then Y, then Z, each about the world's axis.
+    pub rotation: [f32; 3],
+    /// Multiplies the mesh's coordinates; positive.
+    pub scale: f32,
+}
+
+impl Default for ObjectSettings {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            mesh: "builtin:torus".to_owned(),
+            position: [0.0; 3],
+            rotation: [0.0; 3],
+            scale: 1.0,
+        }
+    }
+}
+
+impl ObjectSettings {
+    /// The rigid pose: takes scaled object coordinates to world coordinates. The scale is not in it.
+    #[must_use]
+    pub fn world_from_object(&self) -> Affine3A {
+        let [x, y, z] = self.rotation.map(f32::to_radians);
+        // ZYX applied right to left: the X rotation comes first.
+        let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
+        Affine3A::from_rotation_translation(rotation, Vec3::from_array(self.position))
+    }
+}
+
+/// Declares an enum whose variants are words of the scene file, in one place.
+macro_rules! choice {
+    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+        pub enum $name {
+            $($(#[$variant_doc])* #[serde(rename = $word)] $variant,)+
+        }
+
+        impl $name {
+            /// Every variant, in the order of [`Self::WORDS`].
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            /// The words that scene files use.
+            pub const WORDS: &'static [&'static str] = &[$($word),+];
+
+            /// The word that scene files use.
+            #[must_use]
+            pub fn word(self) -> &'static str {
+                Self::WORDS[self as usize]
+            }
+        }
+    };
+}
+
+choice! {
+    /// Where particles begin.
+    Start {
+        /// Everywhere, equally many for equal area.
+        #[default]
+        Uniform = "uniform",
+        /// All at one point, heading everywhere.
+        Point = "point",
+        /// On a circle round a point, heading inwards.
+        Ring = "ring",
+    }
+}
+
+choice! {
+    /// What happens to a walk at an open border.
+    Border {
+        /// The heading is mirrored and the walk goes on.
+        #[default]
+        Reflect = "reflect",
+        /// The walk ends at the border.
+        Stop = "stop",
+    }
+}
+
+choice! {
+    /// How sensors find the texel they read.
+    Sensing {
+        /// Straight in the chart where that is exact enough, else by walking.
+        #[default]
+        Auto = "auto",
+        /// Always by walking on the surface.
+        Walk = "walk",
+    }
+}
+
+choice! {
+    /// How triangles are laid out in the atlas.
+    AtlasMethod {
+        /// Each triangle in a cell of a regular grid, two to a cell.
+        #[default]
+        Grid = "grid",
+    }
+}
+
+choice! {
+    /// What pictures show.
+    Show {
+        /// The lit surface in the trail's colours.
+        #[default]
+        Surface = "surface",
+        /// The same, with every particle as a point over it.
+        Particles = "particles",
+        /// The atlas, unwrapped.
+        Atlas = "atlas",
+    }
+}
+
+choice! {
+    /// Colours of the trail, from none to much.
+    ColorMap {
+        /// The program's own: dark earth to slime yellow.
+        #[default]
+        Myxo = "myxo",
+        /// Blue to yellow by way of green, evenly.
+        Viridis = "viridis",
+        /// Black to white by way of purple and orange.
+        Magma = "magma",
+        /// Black to pale yellow by way of red.
+        Inferno = "inferno",
+        /// Blue to yellow by way of magenta.
+        Plasma = "plasma",
+        /// Dark blue to white.
+        Ice = "ice",
+        /// Dark to light green.
+        Moss = "moss",
+        /// Black to white.
+        Grayscale = "grayscale",
+    }
+}

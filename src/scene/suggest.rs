@@ -1,0 +1,64 @@
+//! What was probably meant by a mistyped name.
+
+use super::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+
+/// The key that was probably meant: the same word in another section, or nearly the same key, or nearly the same word.
+pub(super) fn nearest_key(unknown: &str) -> Option<String> {
+    let prefix = match unknown
+        .strip_prefix("object.")
+        .and_then(|rest| rest.split_once('.'))
+    {
+        Some((index, _)) => format!("object.{index}."),
+        None => "object.0.".to_owned(),
+    };
+    let objects = OBJECT_PARAMETERS.iter().map(|parameter| parameter.key);
+    let mut keys: Vec<String> = ["name", "mesh"]
+        .into_iter()
+        .chain(objects)
+        .map(|key| format!("{prefix}{key}"))
+        .collect();
+    let scene = PARAMETERS.iter().map(|parameter| parameter.key.to_owned());
+    // A mistyped key of an object is more likely an object's.
+    if unknown.starts_with("object.") {
+        keys.extend(scene);
+    } else {
+        keys.splice(0..0, scene);
+    }
+    let leaf = |key: &str| {
+        key.rsplit_once('.')
+            .map_or(key, |(_, leaf)| leaf)
+            .to_owned()
+    };
+    let with_leaf = |wanted: &str| keys.iter().find(|key| leaf(key) == wanted).cloned();
+    with_leaf(&leaf(unknown))
+        .or_else(|| nearest(unknown, keys.iter().map(String::as_str)).map(str::to_owned))
+        .or_else(|| {
+            let leaves: Vec<String> = keys.iter().map(|key| leaf(key)).collect();
+            with_leaf(nearest(&leaf(unknown), leaves.iter().map(String::as_str))?)
+        })
+}
+
+/// The candidate nearest to a mistyped word, if one is near enough to have been meant.
+pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = (word.chars().count() / 3).clamp(1, 4);
+    candidates
+        .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
+        .filter(|&(distance, _)| distance <= limit)
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Is it a section of the scene file, such as `trail`?
+pub(super) fn is_section(key: &str) -> bool {
+    PARAMETERS
+        .iter()
+        .any(|parameter| parameter.section() == key)
+}
+
+/// The first key of a section, as an example.
+pub(super) fn first_of(section: &str) -> &'static str {
+    PARAMETERS
+        .iter()
+        .find(|parameter| parameter.section() == section)
+        .map_or("", |parameter| parameter.key)
+}

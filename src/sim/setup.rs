@@ -1,0 +1,109 @@
+//! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
+//! The GPU simulation and the CPU twins begin from the same setup.
+
+use glam::Vec3;
+
+use super::params::seed_word;
+use super::start::{self, StartPlace};
+use super::types::{Motion, Particle, Pose, Vertex};
+use crate::error::Result;
+use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
+use crate::mesh::surface::Surface;
+use crate::scene::Scene;
+use crate::scene::settings::{self, Start};
+
+/// The state of a scene at step 0, on the host.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// All objects, pooled.
+    pub surface: Surface,
+    /// Where every triangle lies in the trail's texture.
+    pub atlas: Atlas,
+    /// Particles at their start; the slot is the id.
+    pub particles: Vec<Particle>,
+    /// Their headings.
+    pub motions: Vec<Motion>,
+    /// Three vertex indices a triangle.
+    pub corners: Vec<u32>,
+    /// Object space.
+    pub vertices: Vec<Vertex>,
+    /// World from object, one an object.
+    pub poses: Vec<Pose>,
+    /// Scene radius, world units: what lengths in settings are multiplied by.
+    pub radius: f32,
+}
+
+impl Setup {
+    /// Lays out the atlas and starts the particles.
+    ///
+    /// # Errors
+    /// When the texture has no room for the triangles; the message names a size that has.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let settings = &scene.settings;
+        let atlas = Atlas::build(
+            &scene.surface,
+            &AtlasOptions {
+                method: match settings.atlas.method {
+                    settings::AtlasMethod::Grid => AtlasMethod::Grid,
+                },
+                size: settings.atlas.size,
+                cell_size: settings.atlas.cell_size,
+                gutter: settings.trail.diffusion_distance.max(1),
+            },
+        )?;
+        let (particles, motions) = start::start(
+            &scene.surface,
+            start_place(scene),
+            settings.particles.count,
+            seed_word(settings.seed),
+        );
+        Ok(Self {
+            corners: scene.surface.corners.as_flattened().to_vec(),
+            vertices: vertices(&scene.surface),
+            poses: scene
+                .world_from_object()
+                .into_iter()
+                .map(Pose::from)
+                .collect(),
+            surface: scene.surface.clone(),
+            radius: scene.radius,
+            atlas,
+            particles,
+            motions,
+        })
+    }
+}
+
+/// Where the settings let particles begin; the point is the one nearest to the place named, over all objects.
+fn start_place(scene: &Scene) -> StartPlace {
+    let particles = &scene.settings.particles;
+    let centre = || {
+        let place = scene.center + scene.radius * Vec3::from_array(particles.start_at);
+        let in_objects: Vec<Vec3> = scene
+            .world_from_object()
+            .iter()
+            .map(|world_from_object| world_from_object.inverse().transform_point3(place))
+            .collect();
+        start::nearest_point(&scene.surface, &in_objects)
+    };
+    match particles.start {
+        Start::Uniform => StartPlace::Everywhere,
+        Start::Point => StartPlace::Point(centre()),
+        Start::Ring => StartPlace::Ring {
+            centre: centre(),
+            radius: f64::from(particles.start_radius * scene.radius),
+        },
+    }
+}
+
+fn vertices(surface: &Surface) -> Vec<Vertex> {
+    let mut vertices = Vec::with_capacity(surface.positions.len());
+    for (object, range) in surface.objects.iter().enumerate() {
+        let positions = &surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
+        vertices.extend(positions.iter().map(|&position| Vertex {
+            position,
+            object: object as u32,
+        }));
+    }
+    vertices
+}

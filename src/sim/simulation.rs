@@ -1,0 +1,151 @@
+//! A running simulation on the GPU.
+
+use std::sync::Arc;
+
+use super::params::{StepConstants, StepParams};
+use super::setup::Setup;
+use super::snapshot::Snapshot;
+use super::state::{Kernels, State};
+use super::step;
+use super::types::{Particle, Pose};
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context, Recorder};
+use crate::scene::Scene;
+use crate::scene::parameters::restarting;
+use crate::scene::settings::Settings;
+
+/// A scene that grows, step by step.
+pub struct Simulation {
+    ctx: Arc<Context>,
+    setup: Setup,
+    settings: Settings,
+    constants: StepConstants,
+    kernels: Kernels,
+    state: State,
+    step: u64,
+}
+
+impl Simulation {
+    /// Sets a scene up at step 0.
+    ///
+    /// # Errors
+    /// When the atlas has no room for the triangles, or a buffer is larger than the device allows.
+    pub fn new(ctx: &Arc<Context>, scene: &Scene) -> Result<Self> {
+        let setup = Setup::new(scene)?;
+        let constants = StepConstants::new(&scene.settings);
+        Ok(Self {
+            kernels: Kernels::new(ctx, &constants)?,
+            state: State::new(ctx, &setup)?,
+            ctx: ctx.clone(),
+            setup,
+            settings: scene.settings.clone(),
+            constants,
+            step: 0,
+        })
+    }
+
+    /// Records the next step. It happens when the recording is submitted.
+    pub fn record_step(&mut self, rec: &mut Recorder) {
+        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        step::record(rec, &self.kernels, &mut self.state, &params);
+        self.step += 1;
+    }
+
+    /// Takes over changed settings from the next step on.
+    ///
+    /// # Errors
+    /// When a changed setting needs a restart (the message names it): make a new simulation then.
+    pub fn apply(&mut self, settings: &Settings) -> Result<()> {
+        let restarting = restarting(&self.settings, settings, self.setup.atlas.gutter);
+        if !restarting.is_empty() {
+            let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();
+            return Err(Error::Invalid(format!(
+                "{} cannot change while the simulation runs: restart it",
+                keys.join(", ")
+            )));
+        }
+        let constants = StepConstants::new(settings);
+        if constants != self.constants {
+            self.kernels = Kernels::new(&self.ctx, &constants)?;
+            self.constants = constants;
+        }
+        self.settings = settings.clone();
+        Ok(())
+    }
+
+    /// Steps recorded so far.
+    #[must_use]
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// The settings that the next step will use.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The surface, the atlas and the start.
+    #[must_use]
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The trail after the last step recorded, one value a texel, gutters filled.
+    #[must_use]
+    pub fn trail(&self) -> &Buffer<f32> {
+        &self.state.trail.front
+    }
+
+    /// The particles after the last step recorded.
+    #[must_use]
+    pub fn particles(&self) -> &Buffer<Particle> {
+        &self.state.particles
+    }
+
+    /// World from object, one an object.
+    #[must_use]
+    pub fn poses(&self) -> &Buffer<Pose> {
+        &self.state.poses
+    }
+
+    /// Everything, copied to the host. All recorded steps must have been submitted; waits for them.
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn snapshot(&self) -> Result<Snapshot> {
+        Ok(Snapshot {
+            step: self.step,
+            particles: self.ctx.download(&self.state.particles)?,
+            motions: self.ctx.download(&self.state.motions)?,
+            trail: self.ctx.download(&self.state.trail.front)?,
+            // The counts of the last step are at the back, for decrowding.
+            deposits: self.ctx.download(&self.state.deposits.back)?,
+        })
+    }
+
+    /// Goes on from a snapshot of the same scene.
+    ///
+    /// # Errors
+    /// When it has another number of particles or texels.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
+        let here = (self.setup.particles.len(), self.setup.atlas.density.len());
+        let there = (snapshot.particles.len(), snapshot.trail.len());
+        if here != there {
+            return Err(Error::Invalid(format!(
+                "the checkpoint has {} particles and {} texels, the scene {} and {}: \
+                 resume with the scene and the settings that it was written with",
+                there.0, there.1, here.0, here.1
+            )));
+        }
+        self.ctx
+            .upload(&self.state.particles, &snapshot.particles)?;
+        self.ctx.upload(&self.state.motions, &snapshot.motions)?;
+        self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
+        self.ctx
+            .upload(&self.state.deposits.back, &snapshot.deposits)?;
+        self.ctx.fill(&self.state.deposits.front, 0)?;
+        self.step = snapshot.step;
+        Ok(())
+    }
+}

@@ -1,0 +1,219 @@
+//! The whole state of a simulation on the host: what is hashed, checked, written to checkpoints and exported.
+
+use rayon::prelude::*;
+
+use super::setup::Setup;
+use super::types::{Motion, Particle};
+
+/// The state after some step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Steps done.
+    pub step: u64,
+    /// Where particles are.
+    pub particles: Vec<Particle>,
+    /// Where they are going.
+    pub motions: Vec<Motion>,
+    /// The trail, one a texel, gutters filled.
+    pub trail: Vec<f32>,
+    /// The last step's deposits, one a texel.
+    pub deposits: Vec<u32>,
+}
+
+/// How the ids of a population differ from one of each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Ids that nobody carries.
+    pub lost: u64,
+    /// Particles whose id another one carries too.
+    pub doubled: u64,
+}
+
+impl Snapshot {
+    /// A hash of everything that particles carry and of the trail's bits. The order of particles does not enter, so
+    /// two runs that put them in different slots compare equal.
+    #[must_use]
+    pub fn hash(&self) -> u64 {
+        let particles = self
+            .particles
+            .par_iter()
+            .zip(&self.motions)
+            .map(|(particle, motion)| {
+                let words: [u32; 8] = bytemuck::cast([
+                    bytemuck::cast::<_, [u32; 4]>(*particle),
+                    bytemuck::cast(*motion),
+                ]);
+                hash_words(&words)
+            });
+        let trail = self
+            .trail
+            .par_iter()
+            .enumerate()
+            .map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
+        particles
+            .chain(trail)
+            .reduce(|| self.step, u64::wrapping_add)
+    }
+
+    /// Are all ids there, once each?
+    #[must_use]
+    pub fn census(&self) -> Census {
+        let mut seen = vec![false; self.particles.len()];
+        let mut census = Census::default();
+        for particle in &self.particles {
+            match seen.get_mut(particle.id as usize) {
+                Some(seen) if !*seen => *seen = true,
+                _ => census.doubled += 1,
+            }
+        }
+        census.lost = seen.iter().filter(|seen| !**seen).count() as u64;
+        census
+    }
+
+    /// The sum of trail value times surface area over the texels that a triangle owns.
+    #[must_use]
+    pub fn trail_mass(&self, setup: &Setup) -> f64 {
+        self.trail
+            .iter()
+            .zip(&setup.atlas.area)
+            .map(|(&value, &area)| f64::from(value) * f64::from(area))
+            .sum()
+    }
+
+    /// Checks everything that must hold after every step.
+    ///
+    /// # Errors
+    /// Names the first particle or texel that breaks a rule, and the rule.
+    pub fn validate(&self, setup: &Setup) -> Result<(), String> {
+        let count = setup.particles.len();
+        if self.particles.len() != count || self.motions.len() != count {
+            return Err(format!(
+                "there are {} particles, not {count}",
+                self.particles.len()
+            ));
+        }
+        let census = self.census();
+        if census != Census::default() {
+            return Err(format!(
+                "{} particles are lost and {} doubled",
+                census.lost, census.doubled
+            ));
+        }
+        for (particle, motion) in self.particles.iter().zip(&self.motions) {
+            let Particle { triangle, u, v, id } = *particle;
+            if triangle as usize >= setup.surface.triangles.len() {
+                return Err(format!(
+                    "particle {id} is on triangle {triangle}, which does not exist"
+                ));
+            }
+            if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
+                return Err(format!(
+                    "particle {id} is outside its triangle {triangle}: u = {u}, v = {v}"
+                ));
+            }
+            let length = motion.heading_p.hypot(motion.heading_h);
+            if (length - 1.0).abs() >= 1e-5 {
+                return Err(format!("the heading of particle {id} has length {length}"));
+            }
+            if !(motion.pending >= 0.0 && motion.pending.is_finite()) {
+                return Err(format!("particle {id} has {} pending", motion.pending));
+            }
+        }
+        let mut deposited = 0;
+        for (texel, (&value, &deposits)) in self.trail.iter().zip(&self.deposits).enumerate() {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(format!("the trail is {value} at texel {texel}"));
+            }
+            if setup.atlas.density[texel] > 0.0 {
+                deposited += u64::from(deposits);
+            }
+        }
+        let expected = if self.step == 0 { 0 } else { count as u64 };
+        if deposited != expected {
+            return Err(format!(
+                "{deposited} deposits on owned texels in the last step, not {expected}"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Mixes words to 64 bits, a multiplication and a shift each (the finalizer of MurmurHash3, Appleby 2011).
+fn hash_words(words: &[u32]) -> u64 {
+    words.iter().fold(0x9e37_79b9_7f4a_7c15, |hash, &word| {
+        let mut h = (hash ^ u64::from(word)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        h ^= h >> 33;
+        h = h.wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+        h ^ (h >> 33)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot() -> Snapshot {
+        let particles: Vec<Particle> = (0..100)
+            .map(|id| Particle {
+                triangle: id % 7,
+                u: 0.25,
+                v: 0.5,
+                id,
+            })
+            .collect();
+        let motions = particles
+            .iter()
+            .map(|p| Motion {
+                heading_p: 1.0,
+                heading_h: 0.0,
+                pending: p.id as f32,
+                flags: 0,
+            })
+            .collect();
+        Snapshot {
+            step: 3,
+            particles,
+            motions,
+            trail: vec![0.5, 0.25, 0.0, 1.0],
+            deposits: vec![0; 4],
+        }
+    }
+
+    #[test]
+    fn hash_ignores_slots_and_sees_everything_else() {
+        let state = snapshot();
+        let mut moved = state.clone();
+        moved.particles.swap(3, 90);
+        moved.motions.swap(3, 90);
+        assert_eq!(moved.hash(), state.hash());
+
+        let mut changed = state.clone();
+        changed.motions.swap(3, 90);
+        assert_ne!(changed.hash(), state.hash(), "headings belong to particles");
+        let mut changed = state.clone();
+        changed.trail.swap(0, 1);
+        assert_ne!(
+            changed.hash(),
+            state.hash(),
+            "trail values belong to texels"
+        );
+        let mut changed = state.clone();
+        changed.particles[5].u = f32::from_bits(changed.particles[5].u.to_bits() + 1);
+        assert_ne!(changed.hash(), state.hash(), "the last bit counts");
+    }
+
+    #[test]
+    fn census_counts_lost_and_doubled() {
+        let mut state = snapshot();
+        assert_eq!(state.census(), Census::default());
+        state.particles[10].id = 11;
+        state.particles[20].id = 100;
+        assert_eq!(
+            state.census(),
+            Census {
+                lost: 2,
+                doubled: 2
+            }
+        );
+    }
+}

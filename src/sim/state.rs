@@ -1,0 +1,103 @@
+//! Every buffer of the simulation, and its kernels. Kernels own nothing; buffers know nothing of kernels.
+
+use std::sync::Arc;
+
+use bytemuck::Pod;
+
+use super::kernels::{Advance, Diffuse, ExchangeSeams};
+use super::params::StepConstants;
+use super::setup::Setup;
+use super::types::{AtlasMap, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline};
+
+/// The pipelines of a step, with the optional terms of the present settings compiled in.
+pub struct Kernels {
+    /// Moves particles.
+    pub advance: Pipeline<Advance>,
+    /// Spreads and decays the trail.
+    pub diffuse: Pipeline<Diffuse>,
+    /// Fills gutters.
+    pub exchange_seams: Pipeline<ExchangeSeams>,
+}
+
+impl Kernels {
+    /// Compiles the kernels of a step.
+    pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
+        Ok(Self {
+            advance: Pipeline::new(ctx, &constants.advance)?,
+            diffuse: Pipeline::new(ctx, &constants.diffuse)?,
+            exchange_seams: Pipeline::new(ctx, &())?,
+        })
+    }
+}
+
+/// Two buffers that change roles each step.
+pub struct PingPong<T> {
+    /// What is read now.
+    pub front: Buffer<T>,
+    /// What is written for the next step, or was read in the last one.
+    pub back: Buffer<T>,
+}
+
+impl<T: Pod> PingPong<T> {
+    fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
+        Ok(Self {
+            front: Buffer::zeroed(ctx, &format!("{name}.front"), len)?,
+            back: Buffer::zeroed(ctx, &format!("{name}.back"), len)?,
+        })
+    }
+
+    /// Front becomes back.
+    pub fn swap(&mut self) {
+        std::mem::swap(&mut self.front, &mut self.back);
+    }
+}
+
+/// Every buffer of the simulation.
+pub struct State {
+    /// One a particle: where it is.
+    pub particles: Buffer<Particle>,
+    /// One a particle: where it is going.
+    pub motions: Buffer<Motion>,
+    /// One a texel. The front has filled gutters.
+    pub trail: PingPong<f32>,
+    /// One a texel. Front: counted in this step, zero before it; back: last step's counts.
+    pub deposits: PingPong<u32>,
+    /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
+    pub density: Buffer<f32>,
+    /// One a gutter texel that is read.
+    pub seams: Buffer<Seam>,
+    /// One a triangle: its shape.
+    pub triangles: Buffer<Triangle>,
+    /// Three a triangle: its crossings.
+    pub halfedges: Buffer<HalfEdge>,
+    /// One a triangle: its place in the atlas.
+    pub atlas_maps: Buffer<AtlasMap>,
+    /// Three vertex indices a triangle.
+    pub corners: Buffer<u32>,
+    /// Object space.
+    pub vertices: Buffer<Vertex>,
+    /// One an object: world from object.
+    pub poses: Buffer<Pose>,
+}
+
+impl State {
+    /// Takes the memory and uploads the setup: particles at their start, an empty trail.
+    pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
+        let texels = setup.atlas.density.len();
+        Ok(Self {
+            particles: Buffer::from_slice(ctx, "particles", &setup.particles)?,
+            motions: Buffer::from_slice(ctx, "motions", &setup.motions)?,
+            trail: PingPong::new(ctx, "trail", texels)?,
+            deposits: PingPong::new(ctx, "deposits", texels)?,
+            density: Buffer::from_slice(ctx, "density", &setup.atlas.density)?,
+            seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
+            triangles: Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,
+            halfedges: Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
+            atlas_maps: Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?,
+            corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
+            vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
+            poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+        })
+    }
+}

@@ -1,0 +1,70 @@
+//! One simulation step: every dispatch and every barrier, in order, and nothing else.
+
+use super::kernels::{AdvanceArgs, DiffuseArgs, ExchangeSeamsArgs};
+use super::params::StepParams;
+use super::state::{Kernels, State};
+use crate::gpu::{Access::Kernel, Recorder, Threads};
+
+/// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
+/// written and not yet made visible.
+pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
+    rec.dispatch(
+        &k.advance,
+        Threads(params.advance.particle_count),
+        AdvanceArgs {
+            particles: &s.particles,
+            motions: &s.motions,
+            triangles: &s.triangles,
+            halfedges: &s.halfedges,
+            atlas_maps: &s.atlas_maps,
+            trail: &s.trail.front,
+            previous_deposits: &s.deposits.back,
+            deposits: &s.deposits.front,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses,
+        },
+        params.advance,
+    );
+    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.deposits.front,
+            &s.deposits.back,
+            &s.particles,
+            &s.motions,
+        ],
+    );
+
+    rec.dispatch(
+        &k.diffuse,
+        Threads(params.diffuse.quad_count),
+        DiffuseArgs {
+            trail: &s.trail.front.cast(),
+            deposits: &s.deposits.front.cast(),
+            density: &s.density.cast(),
+            next_trail: &s.trail.back.cast(),
+            previous_deposits: &s.deposits.back.cast(),
+        },
+        params.diffuse,
+    );
+    // The gutter is filled from texels that diffuse wrote; the next step counts deposits from zero.
+    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.deposits.back]);
+
+    rec.dispatch(
+        &k.exchange_seams,
+        Threads(params.exchange_seams.seam_count),
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &s.trail.back,
+        },
+        params.exchange_seams,
+    );
+    // The next step senses the new trail, and writes its own over the old one.
+    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.trail.front]);
+
+    s.trail.swap();
+    s.deposits.swap();
+}

@@ -1,0 +1,220 @@
+//! Twin of `shaders/advance.comp`.
+
+use super::trail::{atlas_position, texel_at, trail_at};
+use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
+use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
+use crate::rng::{Purpose, random, unit};
+use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
+use crate::sim::types::{Motion, Particle, Pose, Vertex, Walker};
+
+/// What `advance` reads.
+pub struct AdvanceInputs<'a> {
+    /// Tangent-frame shapes.
+    pub triangles: &'a [Triangle],
+    /// Crossings.
+    pub halfedges: &'a [HalfEdge],
+    /// Triangle to atlas.
+    pub atlas_maps: &'a [AtlasMap],
+    /// Trail with filled gutters.
+    pub trail: &'a [f32],
+    /// Last step's deposits.
+    pub previous_deposits: &'a [u32],
+    /// Three vertex indices a triangle.
+    pub corners: &'a [u32],
+    /// Object-space vertices.
+    pub vertices: &'a [Vertex],
+    /// World from object.
+    pub poses: &'a [Pose],
+}
+
+/// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
+/// where it is tiny, another device's rounding may turn the particle another way.
+pub fn advance(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    particles: &mut [Particle],
+    motions: &mut [Motion],
+    deposits: &mut [u32],
+) -> Vec<f32> {
+    let mut gaps = Vec::with_capacity(particles.len());
+    for i in 0..params.particle_count as usize {
+        let particle = particles[i];
+        let motion = motions[i];
+
+        let mut heading = [motion.heading_p, motion.heading_h];
+        let mut w = Walker::at(
+            particle.triangle,
+            particle.u,
+            particle.v,
+            heading,
+            motion.pending,
+        );
+        let mut pending = 0.0;
+        if motion.pending > 0.0 {
+            walk(
+                inputs.triangles,
+                inputs.halfedges,
+                &mut w,
+                params.attempts,
+                constants.border_reflects,
+            );
+            pending = if w.status == WALK_OUT_OF_ATTEMPTS {
+                w.remaining
+            } else {
+                0.0
+            };
+            heading = w.heading();
+        }
+
+        w.entered_by = NONE;
+        let mut value = [
+            sense(
+                constants,
+                params,
+                inputs,
+                w,
+                rotated(heading, params.sensor_cos, params.sensor_sin),
+            ),
+            sense(constants, params, inputs, w, heading),
+            sense(
+                constants,
+                params,
+                inputs,
+                w,
+                rotated(heading, params.sensor_cos, -params.sensor_sin),
+            ),
+        ];
+        if constants.sensor_noise {
+            let noise = normals(random(
+                params.seed,
+                particle.id,
+                params.time_step,
+                Purpose::SensorNoise,
+            ));
+            for k in 0..3 {
+                value[k] += params.sensor_noise * noise[k];
+            }
+        }
+        let [left, middle, right] = value;
+        if middle < left || middle < right {
+            let (cos, sin) = if left > right {
+                (params.rotation_cos, params.rotation_sin)
+            } else if left < right {
+                (params.rotation_cos, -params.rotation_sin)
+            } else {
+                (1.0, 0.0)
+            };
+            heading = rotated(heading, cos, sin);
+        }
+        gaps.push(
+            (left - middle)
+                .abs()
+                .min((right - middle).abs())
+                .min((left - right).abs()),
+        );
+
+        w.heading_p = heading[0];
+        w.heading_h = heading[1];
+        w.remaining = params.speed;
+        walk(
+            inputs.triangles,
+            inputs.halfedges,
+            &mut w,
+            params.attempts,
+            constants.border_reflects,
+        );
+        pending += if w.status == WALK_OUT_OF_ATTEMPTS {
+            w.remaining
+        } else {
+            0.0
+        };
+
+        let [u, v] = w.uv();
+        let heading = w.heading();
+        particles[i] = Particle {
+            triangle: w.triangle,
+            u,
+            v,
+            id: particle.id,
+        };
+        motions[i] = Motion {
+            heading_p: heading[0],
+            heading_h: heading[1],
+            pending: pending.min(params.speed),
+            flags: motion.flags,
+        };
+        deposits[texel_at(
+            atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v),
+            params.pitch,
+        ) as usize] += 1;
+    }
+    gaps
+}
+
+/// What a sensor reads at the end of its walk.
+fn sense(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    start: Walker,
+    heading: [f32; 2],
+) -> f32 {
+    let mut w = start;
+    w.heading_p = heading[0];
+    w.heading_h = heading[1];
+    w.remaining = params.sensor_offset;
+    walk(
+        inputs.triangles,
+        inputs.halfedges,
+        &mut w,
+        params.attempts,
+        constants.border_reflects,
+    );
+    let [u, v] = w.uv();
+    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    let mut value = trail_at(inputs.trail, position, params.pitch);
+    if constants.favourite_density {
+        value = -(value - params.favourite_density).abs();
+    }
+    if constants.gravity {
+        value += params.gravity_weight * height_at(inputs, w.triangle, u, v);
+    }
+    if constants.decrowding {
+        value -= params.decrowding_weight
+            * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
+    }
+    value
+}
+
+/// Height of a point along the scene's up axis, world units.
+fn height_at(inputs: &AdvanceInputs, triangle: u32, u: f32, v: f32) -> f32 {
+    let row = inputs.poses[inputs.triangles[triangle as usize].object as usize].y;
+    let height_of = |corner: u32| {
+        let vertex = inputs.corners[(3 * triangle + corner) as usize];
+        row.dot(inputs.vertices[vertex as usize].position.extend(1.0))
+    };
+    let [a, b, c] = [height_of(0), height_of(1), height_of(2)];
+    (a + u * (b - a)) + v * (c - a)
+}
+
+/// Three independent normal numbers (Box and Muller 1958).
+fn normals(words: [u32; 4]) -> [f32; 3] {
+    let tau = std::f32::consts::TAU;
+    let radius_1 = (-2.0 * (1.0 - unit(words[0])).ln()).sqrt();
+    let radius_2 = (-2.0 * (1.0 - unit(words[2])).ln()).sqrt();
+    let angle_1 = tau * unit(words[1]);
+    let angle_2 = tau * unit(words[3]);
+    [
+        radius_1 * angle_1.cos(),
+        radius_1 * angle_1.sin(),
+        radius_2 * angle_2.cos(),
+    ]
+}
+
+fn rotated(heading: [f32; 2], c: f32, s: f32) -> [f32; 2] {
+    [
+        c * heading[0] - s * heading[1],
+        s * heading[0] + c * heading[1],
+    ]
+}

@@ -1,0 +1,187 @@
+//! A file that appears under its name only when it is whole: pictures, reports and checkpoints
+//! that are cut short leave nothing behind that looks like a result.
+
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::Path;
+
+/// A file that is written under a hidden name in its final folder, and renamed by [`finish`](Self::finish).
+///
+/// Dropped without `finish`, it is removed, and a file that had the name before stays as it was.
+///
+/// ```
+/// use std::io::Write;
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("reports/torus.json");
+/// let mut file = myxo::whole_file::WholeFile::create(&path)?;
+/// file.write_all(b"{}")?;
+/// assert!(!path.exists());
+/// file.finish()?;
+/// assert_eq!(std::fs::read(&path)?, b"{}");
+/// # Ok::<(), std::io::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct WholeFile {
+    file: tempfile::NamedTempFile,
+    path: std::path::PathBuf,
+}
+
+impl WholeFile {
+    /// Starts the file; its folder is made if there is none.
+    ///
+    /// # Errors
+    /// When the folder cannot be made or written, or when `path` is a folder itself: all that can be
+    /// known before the work begins.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        if path.is_dir() {
+            return Err(io::Error::new(
+                io::ErrorKind::IsADirectory,
+                "there is a folder of this name",
+            ));
+        }
+        let name = path
+            .file_name()
+            .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
+        let folder = folder_of(path);
+        std::fs::create_dir_all(folder)?;
+
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(".");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&hidden).suffix(".part");
+        // Temporary files are private by default; a result is as readable as any other file.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        Ok(Self {
+            file: builder.tempfile_in(folder)?,
+            path: path.to_owned(),
+        })
+    }
+
+    /// The hidden name, for another program that writes the content.
+    pub fn hidden_path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// The name that the file gets at the end.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Throws away what was written, to begin again.
+    ///
+    /// # Errors
+    /// When the file cannot be cut.
+    pub fn restart(&mut self) -> io::Result<()> {
+        self.file.as_file().set_len(0)?;
+        self.file.as_file_mut().rewind()
+    }
+
+    /// Gives the file its name, replacing what had it before.
+    ///
+    /// # Errors
+    /// When it cannot be renamed; then it is removed.
+    pub fn finish(self) -> io::Result<File> {
+        self.file.persist(&self.path).map_err(|error| error.error)
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.as_file_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.as_file_mut().flush()
+    }
+}
+
+impl Seek for WholeFile {
+    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+        self.file.as_file_mut().seek(position)
+    }
+}
+
+/// The folder in which `path` lies: the current one for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn dropped_file_leaves_the_old_one_and_no_trace() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        std::fs::write(&path, "old").unwrap();
+
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"half of the new").unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(names_in(folder.path()).len(), 2, "a hidden file beside it");
+        drop(file);
+
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(names_in(folder.path()), ["report.json"]);
+    }
+
+    #[test]
+    fn finished_file_replaces_the_old_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        std::fs::write(&path, "old and longer").unwrap();
+
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"first thought, longer").unwrap();
+        file.restart().unwrap();
+        file.write_all(b"new").unwrap();
+        file.finish().unwrap();
+
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(names_in(folder.path()), ["report.json"]);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_known_at_the_start() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "").unwrap();
+
+        assert!(WholeFile::create(&file.join("below/x.png")).is_err());
+        assert_eq!(
+            WholeFile::create(folder.path()).unwrap_err().kind(),
+            io::ErrorKind::IsADirectory
+        );
+        assert!(WholeFile::create(Path::new("/")).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn result_is_as_readable_as_any_other_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let plain = folder.path().join("plain");
+        std::fs::write(&plain, "").unwrap();
+        let whole = folder.path().join("whole");
+        WholeFile::create(&whole).unwrap().finish().unwrap();
+
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&whole), mode(&plain));
+    }
+}

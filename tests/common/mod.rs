@@ -1,0 +1,80 @@
+//! What GPU tests share: a device with validation on, small scenes, and comparisons.
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use std::sync::Arc;
+
+use myxo::gpu::{Context, ContextOptions, Frames, Recorder};
+use myxo::mesh::Mesh;
+use myxo::scene::Scene;
+use myxo::scene::settings::Settings;
+
+/// A device with the validation layers on. Call [`Gpu::finish`] at the end of the test.
+pub struct Gpu {
+    pub ctx: Arc<Context>,
+}
+
+/// The device, or `None` where there is none and `MYXO_ALLOW_NO_DEVICE=1` says that tests may then be skipped.
+///
+/// # Panics
+/// When there is no device and nothing allows that.
+pub fn gpu() -> Option<Gpu> {
+    match Context::new(&ContextOptions {
+        validation: true,
+        ..ContextOptions::default()
+    }) {
+        Ok(ctx) => Some(Gpu { ctx }),
+        Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+            eprintln!("skipped: {error}");
+            None
+        }
+        Err(error) => {
+            panic!("{error}\n(MYXO_ALLOW_NO_DEVICE=1 skips the tests that need a device)")
+        }
+    }
+}
+
+impl Gpu {
+    /// Records, submits and waits.
+    pub fn run(&self, record: impl FnOnce(&mut Recorder)) {
+        let mut frames = Frames::new(&self.ctx, 1).unwrap();
+        let mut rec = frames.begin().unwrap();
+        record(&mut rec);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+    }
+
+    /// Fails the test if the validation layers said anything.
+    pub fn finish(self) {
+        let messages = self.ctx.messages();
+        assert!(
+            messages.is_empty(),
+            "validation messages:\n{}",
+            messages.join("\n")
+        );
+    }
+}
+
+/// A scene of one mesh.
+pub fn scene(mesh: &str, change: impl FnOnce(&mut Settings)) -> Scene {
+    let mut settings = Settings::default();
+    settings.objects[0].mesh = mesh.to_owned();
+    settings.particles.count = 5000;
+    settings.atlas.size = 256;
+    change(&mut settings);
+    Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap()
+}
+
+/// A scene of a mesh in memory.
+pub fn scene_of(mesh: Mesh, change: impl FnOnce(&mut Settings)) -> Scene {
+    let mut settings = Settings::default();
+    settings.particles.count = 5000;
+    settings.atlas.size = 256;
+    change(&mut settings);
+    Scene::from_meshes("test".to_owned(), settings, vec![mesh], ".".into()).unwrap()
+}
+
+/// Sizes at which kernels break: nothing, one, about a group, about several.
+pub fn awkward_sizes(group: u32) -> Vec<u32> {
+    vec![0, 1, group - 1, group, group + 1, 3 * group + 7, 1021]
+}

@@ -1,0 +1,351 @@
+//! Every kernel against its twin: integers equal, floats within a stated bound, at awkward sizes.
+
+mod common;
+
+use common::{Gpu, awkward_sizes, gpu, scene};
+use glam::{UVec4, Vec4};
+use myxo::gpu::{Buffer, Context, Domain, Pipeline, Threads};
+use myxo::rng::{Purpose, random, unit};
+use myxo::scene::settings::{Border, Settings};
+use myxo::sim::kernels::{
+    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, ExchangeSeams, ExchangeSeamsArgs,
+    ExchangeSeamsParams,
+};
+use myxo::sim::types::Seam;
+use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, TINY_TRAIL, twin};
+use std::sync::Arc;
+
+fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
+    let buffer = Buffer::new(ctx, name, data.len(), Domain::Device).unwrap();
+    ctx.upload(&buffer, data).unwrap();
+    buffer
+}
+
+/// Random values in [0, 1), the nasty ones planted first: zero, the largest, a denormal, values about the threshold.
+fn trail_values(count: usize, seed: u32) -> Vec<f32> {
+    let planted = [
+        0.0,
+        1e30,
+        1e-40,
+        TINY_TRAIL,
+        0.5 * TINY_TRAIL,
+        2.5 * TINY_TRAIL,
+    ];
+    (0..count)
+        .map(|i| {
+            planted
+                .get(i)
+                .copied()
+                .unwrap_or_else(|| unit(random(seed, i as u32, 0, Purpose::Start)[0]))
+        })
+        .collect()
+}
+
+fn assert_near(what: &str, kernel: &[f32], twin: &[f32], relative: f32) {
+    assert_eq!(kernel.len(), twin.len());
+    for (i, (&a, &b)) in kernel.iter().zip(twin).enumerate() {
+        // The threshold below which a value becomes zero may fall between two roundings of the same value.
+        let bound = relative * a.abs().max(b.abs()) + 1.01 * TINY_TRAIL;
+        assert!(
+            (a - b).abs() <= bound,
+            "{what}, element {i}: kernel {a}, twin {b}"
+        );
+    }
+}
+
+#[test]
+fn diffuse_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for (width, rows) in [(4, 1), (4, 7), (64, 3), (252, 9), (256, 16), (260, 61)] {
+        for distance in 1..=4 {
+            let texels = (width * rows) as usize;
+            let trail = trail_values(texels, 3);
+            let deposits: Vec<u32> = (0..texels as u32)
+                .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
+                .collect();
+            // A third of the texels belongs to nobody, some whole groups of four among them.
+            let density: Vec<f32> = (0..texels as u32)
+                .map(|i| {
+                    if (i / 8) % 3 == 0 || i % 7 == 0 {
+                        0.0
+                    } else {
+                        0.5 + (i % 5) as f32 * 0.3
+                    }
+                })
+                .collect();
+            let untouched = trail_values(texels, 11);
+            let previous: Vec<u32> = (0..texels as u32).collect();
+            let constants = DiffuseConstants { distance };
+            let params = DiffuseParams {
+                quad_count: texels as u32 / 4,
+                quads_a_row: width / 4,
+                rows,
+                diffusion: 0.37,
+                deposit: 1.7,
+                decay: 0.93,
+                tiny: TINY_TRAIL,
+            };
+            let (mut twin_trail, mut twin_previous) = (untouched.clone(), previous.clone());
+            twin::diffuse(
+                &constants,
+                &params,
+                &trail,
+                &deposits,
+                &density,
+                &mut twin_trail,
+                &mut twin_previous,
+            );
+
+            let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &constants).unwrap();
+            let trail = buffer(&gpu.ctx, "trail", &trail);
+            let deposits = buffer(&gpu.ctx, "deposits", &deposits);
+            let density = buffer(&gpu.ctx, "density", &density);
+            let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
+            let previous = buffer(&gpu.ctx, "previous_deposits", &previous);
+            gpu.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads(params.quad_count),
+                    DiffuseArgs {
+                        trail: &trail.cast::<Vec4>(),
+                        deposits: &deposits.cast::<UVec4>(),
+                        density: &density.cast::<Vec4>(),
+                        next_trail: &next_trail.cast::<Vec4>(),
+                        previous_deposits: &previous.cast::<UVec4>(),
+                    },
+                    params,
+                );
+            });
+            let what = format!("{width} x {rows}, distance {distance}");
+            assert_eq!(
+                gpu.ctx.download(&previous).unwrap(),
+                twin_previous,
+                "{what}"
+            );
+            assert_near(
+                &what,
+                &gpu.ctx.download(&next_trail).unwrap(),
+                &twin_trail,
+                1e-6,
+            );
+        }
+    }
+    gpu.finish();
+}
+
+#[test]
+fn exchange_seams_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &()).unwrap();
+    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+        // The first half of the texels is owned, the second is gutter.
+        let trail = trail_values(2 * count as usize, 17);
+        let seams: Vec<Seam> = (0..count)
+            .map(|i| {
+                let words = random(23, i, 0, Purpose::Start);
+                let weight = words.map(|w| unit(w) + 0.01);
+                let sum: f32 = weight.iter().sum();
+                Seam {
+                    texel: 2 * count - 1 - i,
+                    source: words.map(|w| w % count),
+                    weight: weight.map(|w| w / sum),
+                }
+            })
+            .collect();
+        let mut expected = trail.clone();
+        twin::exchange_seams(&seams, &mut expected);
+        let seams = buffer(&gpu.ctx, "seams", &seams);
+        let trail = buffer(&gpu.ctx, "trail", &trail);
+        gpu.run(|rec| {
+            rec.dispatch(
+                &pipeline,
+                Threads(count),
+                ExchangeSeamsArgs {
+                    seams: &seams,
+                    trail: &trail,
+                },
+                ExchangeSeamsParams { seam_count: count },
+            );
+        });
+        assert_near(
+            &format!("{count} seams"),
+            &gpu.ctx.download(&trail).unwrap(),
+            &expected,
+            1e-6,
+        );
+    }
+    gpu.finish();
+}
+
+/// A state with trails to sense and particles under way: what some steps of the twin leave.
+fn grown(setup: &Setup, settings: &Settings, steps: u32) -> Snapshot {
+    let mut twin = twin::Simulation::new(setup.clone(), settings.clone());
+    for _ in 0..steps {
+        twin.step();
+    }
+    twin.snapshot()
+}
+
+/// One step by the kernels and one by the twins, from the same state.
+fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    let setup = simulation.setup().clone();
+    let before = grown(&setup, &scene.settings, 4);
+    simulation.restore(&before).unwrap();
+    gpu.run(|rec| simulation.record_step(rec));
+    let kernel = simulation.snapshot().unwrap();
+    kernel.validate(&setup).unwrap();
+
+    let mut twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    twin.restore(&before);
+    let gaps = twin.step();
+    let twin = twin.snapshot();
+    twin.validate(&setup).unwrap();
+
+    // Where two sensors read almost the same, the last bit decides the turn; such particles prove nothing.
+    let scale = before.trail.iter().fold(0.0f32, |a, &b| a.max(b)).max(1.0);
+    let mut decided = 0;
+    let mut elsewhere = 0;
+    for (i, &gap) in gaps.iter().enumerate() {
+        if gap != 0.0 && gap < 1e-4 * scale {
+            continue;
+        }
+        decided += 1;
+        let (a, b) = (kernel.particles[i], twin.particles[i]);
+        let (m, n) = (kernel.motions[i], twin.motions[i]);
+        assert_eq!(a.id, b.id, "{what}, particle {i}");
+        assert_eq!(m.flags, n.flags, "{what}, particle {i}");
+        if a.triangle != b.triangle {
+            // On an edge, the last bit decides the triangle.
+            elsewhere += 1;
+            continue;
+        }
+        let bound = 2e-5;
+        for (name, x, y) in [
+            ("u", a.u, b.u),
+            ("v", a.v, b.v),
+            ("heading p", m.heading_p, n.heading_p),
+            ("heading h", m.heading_h, n.heading_h),
+            ("pending", m.pending, n.pending),
+        ] {
+            assert!(
+                (x - y).abs() <= bound,
+                "{what}, particle {i}: {name} is {x} by the kernel, {y} by the twin"
+            );
+        }
+    }
+    let count = gaps.len();
+    assert!(
+        decided * 10 >= count * 7,
+        "{what}: only {decided} of {count} particles decide clearly"
+    );
+    assert!(
+        elsewhere * 500 <= count,
+        "{what}: {elsewhere} of {count} particles end on another triangle"
+    );
+
+    // A particle that turned another way counts at two texels.
+    let moved: u64 = kernel
+        .deposits
+        .iter()
+        .zip(&twin.deposits)
+        .map(|(&a, &b)| u64::from(a.abs_diff(b)))
+        .sum();
+    assert!(
+        moved <= 2 * (count - decided + elsewhere + count / 500) as u64,
+        "{what}: {moved} deposits lie elsewhere"
+    );
+    assert_eq!(kernel.deposits.iter().sum::<u32>(), count as u32, "{what}");
+}
+
+#[test]
+fn advance_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    type Change = fn(&mut Settings);
+    let variants: [(&str, Change); 9] = [
+        ("plain", |_| ()),
+        ("noise", |s| s.physarum.sensor_noise = 0.8),
+        ("favourite density", |s| s.physarum.favourite_density = 2.0),
+        ("gravity", |s| s.physarum.gravity_weight = 3.0),
+        ("decrowding", |s| s.physarum.decrowding_weight = 0.7),
+        ("few attempts, long steps", |s| {
+            s.physarum.edge_crossing_attempts = 1;
+            s.physarum.speed = 0.3;
+        }),
+        ("far sensors", |s| {
+            s.physarum.sensor_offset = 0.7;
+            s.physarum.edge_crossing_attempts = 40;
+        }),
+        ("stop at borders", |s| {
+            s.physarum.border = Border::Stop;
+            s.physarum.speed = 0.2;
+        }),
+        ("everything", |s| {
+            s.physarum.sensor_noise = 0.3;
+            s.physarum.favourite_density = 1.0;
+            s.physarum.gravity_weight = -1.0;
+            s.physarum.decrowding_weight = 0.2;
+            s.trail.diffusion_distance = 2;
+        }),
+    ];
+    for mesh in [
+        "builtin:cube",
+        "builtin:torus?major=24&minor=16",
+        "builtin:plane?columns=9&rows=6",
+    ] {
+        for (name, change) in variants {
+            let scene = scene(mesh, |s| {
+                s.objects[0].rotation = [20.0, 30.0, 40.0];
+                s.objects[0].position = [0.3, -0.2, 0.1];
+                change(s);
+            });
+            compare_a_step(&gpu, &format!("{mesh}, {name}"), &scene);
+        }
+    }
+    gpu.finish();
+}
+
+#[test]
+fn steps_agree_at_awkward_sizes() {
+    let Some(gpu) = gpu() else { return };
+    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+        for size in [64, 97, 203] {
+            let scene = scene("builtin:cube", |s| {
+                s.particles.count = count;
+                s.atlas.size = size;
+                // Enough trail for clear decisions with a single particle.
+                s.physarum.sensor_noise = 1.0;
+            });
+            compare_a_step(&gpu, &format!("{count} particles, {size} texels"), &scene);
+        }
+    }
+    gpu.finish();
+}
+
+/// The parameters and constants that the kernels are compared with are those of the settings.
+#[test]
+fn settings_reach_the_kernels() {
+    let scene = scene("builtin:cube", |s| {
+        s.radius = 2.0;
+        s.physarum.speed = 0.25;
+        s.physarum.sensor_offset = 0.5;
+        s.physarum.sensor_angle = 90.0;
+        s.physarum.rotation_angle = 180.0;
+        s.physarum.gravity_weight = 4.0;
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let params = StepParams::new(&scene.settings, &setup, 9).advance;
+    assert_eq!(
+        (params.speed, params.sensor_offset, params.gravity_weight),
+        (0.5, 1.0, 2.0)
+    );
+    assert!(params.sensor_cos.abs() < 1e-6 && (params.sensor_sin - 1.0).abs() < 1e-6);
+    assert!((params.rotation_cos + 1.0).abs() < 1e-6);
+    assert_eq!(params.time_step, 9);
+    let constants = StepConstants::new(&scene.settings);
+    assert!(
+        constants.advance.gravity
+            && !constants.advance.sensor_noise
+            && constants.advance.border_reflects
+    );
+}

@@ -1,0 +1,158 @@
+//! The shape of the project, checked: layers, file headers, file sizes, and a twin for every kernel.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path
+                .extension()
+                .is_some_and(|e| endings.iter().any(|ending| e == *ending))
+            {
+                let text = fs::read_to_string(&path).unwrap();
+                found.push((
+                    path.strip_prefix(env!("CARGO_MANIFEST_DIR"))
+                        .unwrap()
+                        .to_owned(),
+                    text,
+                ));
+            }
+        }
+    }
+    assert!(!found.is_empty(), "no files in {folder}");
+    found.sort();
+    found
+}
+
+/// The layers, lowest first; a layer uses only those in earlier rows. `mesh` and `gpu` share a row: neither knows
+/// the other.
+const LAYERS: &[&[&str]] = &[
+    &["error", "rng", "whole_file"],
+    &["mesh", "gpu"],
+    &["scene"],
+    &["sim"],
+    &["render"],
+];
+
+fn rank(layer: &str) -> Option<usize> {
+    LAYERS.iter().position(|row| row.contains(&layer))
+}
+
+#[test]
+fn layers_use_only_those_below() {
+    let mut wrong = Vec::new();
+    for (path, text) in files("src", &["rs"]) {
+        let mut parts = path
+            .components()
+            .skip(1)
+            .map(|c| c.as_os_str().to_str().unwrap());
+        let layer = parts.next().unwrap().trim_end_matches(".rs").to_owned();
+        // The error gathers what every layer reports; the executable's parts use everything.
+        let Some(own) = rank(&layer).filter(|_| layer != "error") else {
+            continue;
+        };
+        for (number, line) in text
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| !line.trim_start().starts_with("//"))
+        {
+            for used in line.split("crate::").skip(1) {
+                let used = used
+                    .split(|c: char| !c.is_alphanumeric() && c != '_')
+                    .next()
+                    .unwrap();
+                if rank(used)
+                    .is_some_and(|rank| rank > own || (rank == own && used != layer && own > 0))
+                {
+                    wrong.push(format!(
+                        "{}:{}: {layer} uses {used}",
+                        path.display(),
+                        number + 1
+                    ));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn files_say_what_they_are_for() {
+    for (path, text) in files("src", &["rs"])
+        .into_iter()
+        .chain(files("tests", &["rs"]))
+    {
+        assert!(
+            text.starts_with("//! "),
+            "{} does not begin with what it is for",
+            path.display()
+        );
+    }
+    for (path, text) in files("shaders", &["comp", "vert", "frag", "glsl"]) {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(
+            text.starts_with(&format!("// {name}: ")),
+            "{} does not begin with `// {name}: `",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn files_fit_in_the_head() {
+    let all = [
+        ("src", &["rs"][..]),
+        ("tests", &["rs"]),
+        ("shaders", &["comp", "vert", "frag", "glsl"]),
+    ];
+    for (path, text) in all
+        .into_iter()
+        .flat_map(|(folder, endings)| files(folder, endings))
+    {
+        let lines = text.lines().count();
+        assert!(
+            lines <= 600,
+            "{} has {lines} lines: it has become two nouns",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn every_kernel_has_a_twin_and_a_mutant() {
+    let sources = files("src", &["rs"]);
+    let mutants =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mutants.tsv"))
+            .unwrap();
+    for (path, text) in files("shaders", &["comp"]) {
+        let path = path.to_str().unwrap();
+        // Those test the gpu layer, not the other way round.
+        if path.contains("selftest") {
+            continue;
+        }
+        let twin = format!("Twin of `{path}`");
+        assert!(
+            sources.iter().any(|(_, text)| text.contains(&twin)),
+            "nothing is the \"{twin}\""
+        );
+        assert!(
+            mutants.lines().any(|line| line.starts_with(path)),
+            "{path} has no line in tests/mutants.tsv"
+        );
+        assert!(
+            text.lines()
+                .any(|line| line.starts_with("layout(") && line.contains("local_size_x")),
+            "{path} states no group size"
+        );
+        assert!(
+            text.contains(">= params.") && text.contains("return;"),
+            "{path} does not begin with its bounds"
+        );
+    }
+}
