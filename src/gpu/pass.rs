@@ -22,7 +22,7 @@ pub struct Targets<'a> {
     pub color: &'a Image,
     /// Takes the mean of the samples at the end, where `color` has several.
     pub resolve: Option<&'a Image>,
-    /// Depth, of the same size and number of samples as `color`.
+    /// Depth, of the same size and number of samples as `color`; 0 is far away.
     pub depth: Option<&'a Image>,
     /// Linear colour and alpha that the picture starts with; `None` keeps what is there.
     pub clear: Option<[f32; 4]>,
@@ -37,7 +37,8 @@ pub struct PassRecorder<'a> {
 }
 
 impl Recorder {
-    /// Draws into images. Depth always starts at 1 and is not kept.
+    /// Draws into images. Depth always starts at 0 and is not kept; it is reversed, so greater is nearer, which
+    /// spreads the precision of floats evenly.
     ///
     /// # Panics
     /// If the targets do not fit each other, or the device cannot draw (then no pipeline could be made either).
@@ -122,7 +123,7 @@ impl Recorder {
                 .store_op(vk::AttachmentStoreOp::DONT_CARE)
                 .clear_value(vk::ClearValue {
                     depth_stencil: vk::ClearDepthStencilValue {
-                        depth: 1.0,
+                        depth: 0.0,
                         stencil: 0,
                     },
                 });
