@@ -7,6 +7,12 @@ use myxo::scene::settings::*;
 use myxo::sim::Simulation;
 use std::time::Instant;
 
+fn cpu() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let f: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    (f[11].parse::<f64>().unwrap() + f[12].parse::<f64>().unwrap()) / 100.0
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let scene = &args[1];
@@ -31,15 +37,17 @@ fn main() {
     let mut view = View::of(&scene, Vec2::new(w as f32, h as f32));
     for (show, name) in [(Show::Surface, "surface"), (Show::Particles, "particles"), (Show::Atlas, "atlas")] {
         view.show = show;
-        let t = Instant::now();
-        for _ in 0..3 {
+        let mut t = Instant::now();
+        let mut c = cpu();
+        for i in 0..12 {
+            if i == 2 { t = Instant::now(); c = cpu(); frames.timings_mut().clear(); }
             let mut rec = frames.begin().unwrap();
             renderer.draw(&mut rec, sim.state(), &view, off.canvas());
             off.record_readback(&mut rec);
             frames.submit(rec).unwrap();
             frames.wait_idle().unwrap();
         }
-        eprintln!("{name} {:?}", t.elapsed() / 3);
+        eprintln!("{name} {:?}, cpu {:.1} ms (both cores: {:.1})", t.elapsed() / 10, (cpu() - c) * 100.0, (cpu() - c) * 50.0);
         for node in frames.timings().report("frame").tree { eprintln!("   {:indent$}{} {:.2}", "", node.name, node.mean_ms, indent = 2 * node.depth); }
         frames.timings_mut().clear();
         off.image().save(format!("{out}_{name}.png")).unwrap();
