@@ -44,6 +44,22 @@ fn every_surface_of_the_suite_is_valid() {
 }
 
 #[test]
+fn plain_meshes_have_nothing_to_report() {
+    for mesh in [suite::closed(), suite::open()].concat() {
+        assert_eq!(
+            mesh.report.oddities(),
+            Vec::<String>::new(),
+            "{}",
+            mesh.name
+        );
+        assert!(mesh.flipped.iter().all(|&flipped| !flipped));
+    }
+    assert!(suite::closed().iter().all(|mesh| mesh.report.is_closed()));
+    assert!(suite::closed().iter().all(|mesh| volume(mesh) > 0.0));
+    assert!(suite::open().iter().all(|mesh| !mesh.report.is_closed()));
+}
+
+#[test]
 fn validate_sees_what_is_broken() {
     let mesh = Mesh::builtin("torus?major=8&minor=6").unwrap();
     let breakages: [(&str, fn(&mut Surface)); 7] = [
@@ -186,7 +202,7 @@ fn windings_are_mended() {
     let inside_out = suite::inside_out();
     assert_eq!(inside_out.report.mended_triangles, 0);
     assert_eq!(inside_out.report.turned_parts, 1);
-    assert!(inside_out.flipped.iter().all(|&flipped| flipped));
+    assert!((0..inside_out.corners.len() as u32).all(|triangle| inside_out.is_flipped(triangle)));
     assert!(volume(&inside_out) > 3.5);
 
     // A hollow's wall came facing the hollow, and stays so.
@@ -267,9 +283,9 @@ fn what_is_degenerate_is_dropped_and_counted() {
         DVec3::X,
         DVec3::new(1.0, 1.0, 0.0),
         DVec3::Y,
-        // On the way from 0 to 1, and once more the vertex 1.
+        // On the way from 0 to 1, and once more the vertex 1, for minus zero is zero.
         0.5 * DVec3::X,
-        DVec3::X,
+        DVec3::new(1.0, -0.0, 0.0),
         DVec3::splat(f64::NAN),
         7.0 * DVec3::ONE,
     ]
@@ -340,7 +356,7 @@ fn a_point_keeps_its_place_through_the_numbering_of_the_file() {
     };
     let point = mesh.point_from_file(4, weights).unwrap();
     let ours = at(mesh.corners[4], [1.0 - point.u - point.v, point.u, point.v]);
-    assert!(mesh.flipped[4]);
+    assert!(mesh.is_flipped(4));
     assert!((ours - at(triangles[4], weights)).length() < 1e-12);
 }
 
@@ -382,4 +398,29 @@ fn the_models_that_come_along_load_and_are_what_they_should_be() {
         assert_eq!(mesh.report.to_string(), summary, "{name}");
         surface_of(&mesh).validate().unwrap();
     }
+}
+
+#[test]
+fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
+    // One unit in the last place apart at 1.9; times 1.1 they fall on the same float32.
+    let near = f32::from_bits(1.9_f32.to_bits() + 1);
+    let found = (0..64).find_map(|i| {
+        let low = f32::from_bits(near.to_bits() + i);
+        let high = f32::from_bits(low.to_bits() + 1);
+        (low * 1.1 == high * 1.1).then_some((low, high))
+    });
+    let (low, high) = found.unwrap();
+    let positions = [
+        [0.0, low, 0.0],
+        [1.0, low, 0.0],
+        [0.5, high, 0.0],
+        [0.5, 3.0, 0.0],
+    ];
+    let positions = positions.map(glam::Vec3::from_array);
+    let mesh = suite::mesh("sliver", &positions, &[[0, 1, 2], [0, 2, 3], [2, 1, 3]]);
+    let surface = Surface::build(&[(&mesh, 1.1)]);
+    assert_eq!(surface.positions[0].y, surface.positions[2].y);
+    let height = 1.1 * (f64::from(high) - f64::from(low));
+    assert!((f64::from(surface.triangles[0].ch) / height - 1.0).abs() < 1e-5);
+    surface.validate().unwrap();
 }

@@ -54,7 +54,9 @@ fn same_seed_same_hash() {
 #[test]
 fn resumed_run_ends_in_the_same_hash() {
     let Some(gpu) = gpu() else { return };
-    let scene = scene("builtin:icosphere?subdivisions=3", |s| s.physarum.decrowding_weight = 0.5);
+    let scene = scene("builtin:icosphere?subdivisions=3", |s| {
+        s.physarum.decrowding_weight = 0.5
+    });
     let whole = run(&gpu, &scene, 40);
     let half = run(&gpu, &scene, 17);
 
@@ -73,7 +75,9 @@ fn resumed_run_ends_in_the_same_hash() {
     advance(&gpu, &mut resumed, 23);
     assert_eq!(resumed.snapshot().unwrap().hash(), whole.hash());
 
-    let smaller = common::scene("builtin:icosphere?subdivisions=3", |s| s.particles.count = 4999);
+    let smaller = common::scene("builtin:icosphere?subdivisions=3", |s| {
+        s.particles.count = 4999
+    });
     let mut other = Simulation::new(&gpu.ctx, &smaller).unwrap();
     let error = other.restore(&whole).unwrap_err().to_string();
     assert!(

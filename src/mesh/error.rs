@@ -63,9 +63,7 @@ pub enum MeshProblem {
         found: String,
     },
     /// Nothing to walk on is left.
-    #[error(
-        "{count} triangles, and none of them has an area: the model is broken or scaled to nothing"
-    )]
+    #[error("of {count} triangles none has an area: the model is broken or scaled to nothing")]
     AllDegenerate {
         /// How many there were.
         count: usize,

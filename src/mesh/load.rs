@@ -59,9 +59,19 @@ fn load(path: &Path, extent: Extent) -> Result<Mesh, MeshError> {
         || "mesh".to_owned(),
         |stem| stem.to_string_lossy().into_owned(),
     );
+    from_bytes(&name, path, &bytes, extent)
+}
+
+/// Makes a mesh of a model whose bytes are given; `path` is as for [`parse`].
+pub(crate) fn from_bytes(
+    name: &str,
+    path: &Path,
+    bytes: &[u8],
+    extent: Extent,
+) -> Result<Mesh, MeshError> {
     // The readers are written not to panic; this is the second wall, because models come from strangers.
     let parsed = catch_unwind(AssertUnwindSafe(|| {
-        Mesh::from_soup(&name, parse(path, &bytes, extent)?)
+        Mesh::from_soup(name, parse(path, bytes, extent)?)
     }));
     let problem = match parsed {
         Ok(Ok(mesh)) => return Ok(mesh),

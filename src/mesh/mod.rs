@@ -2,6 +2,11 @@
 //!
 //! Nothing here knows Vulkan or particles.
 //!
+//! A model comes in through `load` (files, read by `obj` and `gltf`) or [`builtin`] as a `soup` of triangles. `weld`
+//! makes one vertex of those at one place and drops what has no area, `orient` makes windings agree, and the result is
+//! a [`Mesh`] with a [`MeshReport`] of all that. [`surface`] pools meshes for the kernels, with the rotation across
+//! every edge; [`walk`] is the reference for walks on it.
+//!
 //! Conventions, stated once:
 //! - half-edge `h = 3 * triangle + corner` runs from that corner to the next one of its triangle;
 //! - `uv` are the barycentric weights of corners 1 and 2: `P = A + u (B - A) + v (C - A)`;
@@ -9,13 +14,19 @@
 //! - closed meshes face outwards: the normal is `(B - A) x (C - A)`.
 
 pub mod atlas;
+#[cfg(test)]
+mod bad_files;
+pub mod builtin;
 mod edges;
+mod embedded;
 mod error;
 mod gltf;
 mod load;
 mod obj;
 mod orient;
 pub mod primitive;
+#[cfg(test)]
+mod random_files;
 mod report;
 mod soup;
 #[doc(hidden)]
@@ -40,10 +51,13 @@ pub struct Mesh {
     pub name: String,
     /// Welded vertices, in the file's own coordinates; every one is a corner of some triangle.
     pub positions: Vec<Vec3>,
-    /// The corners of each triangle, wound to agree with its neighbours.
+    /// The corners of each triangle, wound to agree with its neighbours; the edge from the first to the second is the
+    /// shortest.
     pub corners: Vec<[u32; 3]>,
-    /// Whether corners 1 and 2 of a triangle are swapped against the file.
-    pub flipped: Vec<bool>,
+    /// For each triangle, which corner of the file's triangle each of its corners is. They differ where winding was
+    /// mended, and because every triangle begins with its shortest edge: in a needle, the tangent frame along a long
+    /// edge would lose digits of everything that a walk computes.
+    pub file_corners: Vec<[u8; 3]>,
     /// The triangle's number in the file, polygons fanned; ascending.
     pub file_triangle: Vec<u32>,
     /// Texture coordinates of each triangle's corners (in the order of `corners`), if the model has them everywhere;
@@ -68,17 +82,22 @@ impl Mesh {
     #[must_use]
     pub fn point_from_file(&self, face: u32, weights: [f64; 3]) -> Option<SurfacePoint> {
         let triangle = self.file_triangle.binary_search(&face).ok()?;
-        let [_, second, third] = weights;
-        let (u, v) = if self.flipped[triangle] {
-            (third, second)
-        } else {
-            (second, third)
-        };
+        let [_, u, v] = self.file_corners[triangle].map(|corner| weights[corner as usize]);
         Some(SurfacePoint {
             triangle: triangle as u32,
             u,
             v,
         })
+    }
+
+    /// Whether a triangle is wound against the file.
+    ///
+    /// # Panics
+    /// When the mesh has no such triangle.
+    #[must_use]
+    pub fn is_flipped(&self, triangle: u32) -> bool {
+        let [a, b, _] = self.file_corners[triangle as usize];
+        (a + 1) % 3 != b
     }
 
     /// The face in the file and the weights of its three corners there, for a point on this mesh.
@@ -88,12 +107,11 @@ impl Mesh {
     #[must_use]
     pub fn point_to_file(&self, point: SurfacePoint) -> (u32, [f64; 3]) {
         let triangle = point.triangle as usize;
-        let first = 1.0 - point.u - point.v;
-        let weights = if self.flipped[triangle] {
-            [first, point.v, point.u]
-        } else {
-            [first, point.u, point.v]
-        };
+        let ours = [1.0 - point.u - point.v, point.u, point.v];
+        let mut weights = [0.0; 3];
+        for (weight, corner) in ours.into_iter().zip(self.file_corners[triangle]) {
+            weights[corner as usize] = weight;
+        }
         (self.file_triangle[triangle], weights)
     }
 }

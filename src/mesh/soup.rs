@@ -37,26 +37,50 @@ impl Mesh {
         let flipped = orient(&welded.positions, &mut corners, &mut groups, &mut report);
         report.measure(&corners, &groups.twins(&corners), welded.positions.len());
 
+        let file_corners: Vec<[u8; 3]> = corners
+            .iter_mut()
+            .zip(flipped)
+            .map(|(corners, flipped)| {
+                let mut file_corners = if flipped { [0, 2, 1] } else { [0, 1, 2] };
+                let shortest = shortest_edge(&welded.positions, *corners);
+                corners.rotate_left(shortest);
+                file_corners.rotate_left(shortest);
+                file_corners
+            })
+            .collect();
         let uvs = soup.uvs.map(|uvs| {
-            let in_our_order = |(&file, &flipped): (&u32, &bool)| {
-                let [a, b, c] = uvs[file as usize];
-                if flipped { [a, c, b] } else { [a, b, c] }
-            };
             welded
                 .file_triangle
                 .iter()
-                .zip(&flipped)
-                .map(in_our_order)
+                .zip(&file_corners)
+                .map(|(&file, corners)| corners.map(|corner| uvs[file as usize][corner as usize]))
                 .collect()
         });
         Ok(Self {
             name: name.to_owned(),
             positions: welded.positions,
             corners,
-            flipped,
+            file_corners,
             file_triangle: welded.file_triangle,
             uvs,
             report,
         })
     }
+}
+
+/// The corner that a triangle's shortest edge starts from, the first of equal ones.
+fn shortest_edge(positions: &[Vec3], corners: [u32; 3]) -> usize {
+    let [a, b, c] = corners.map(|vertex| positions[vertex as usize].as_dvec3());
+    let squares = [
+        a.distance_squared(b),
+        b.distance_squared(c),
+        c.distance_squared(a),
+    ];
+    (0..3).fold(0, |shortest, k| {
+        if squares[k] < squares[shortest] {
+            k
+        } else {
+            shortest
+        }
+    })
 }

@@ -18,6 +18,17 @@ pub struct SurfacePoint {
     pub v: f64,
 }
 
+/// A walk that is asked for: where it begins, where it heads and how far it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkQuery {
+    /// The start.
+    pub start: SurfacePoint,
+    /// Unit heading in the tangent frame of the start's triangle.
+    pub heading: DVec2,
+    /// Length to walk, world units; not negative.
+    pub length: f64,
+}
+
 /// What a walk does at an open border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BorderRule {

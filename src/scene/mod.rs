@@ -148,7 +148,7 @@ impl Scene {
         }
         let mut meshes = Vec::with_capacity(settings.objects.len());
         for (i, object) in settings.objects.iter().enumerate() {
-            let mesh = load_mesh(&object.mesh, &folder).map_err(|source| SceneError::Object {
+            let mesh = Mesh::open(&object.mesh, &folder).map_err(|source| SceneError::Object {
                 object: if object.name.is_empty() {
                     format!("object.{i}")
                 } else {
@@ -260,19 +260,6 @@ impl Source {
             _ if scene.is_file() => Ok(Self::File),
             _ => Err(SceneError::unknown_scene(scene)),
         }
-    }
-}
-
-fn load_mesh(mesh: &str, folder: &Path) -> Result<Mesh, crate::mesh::MeshError> {
-    match mesh.strip_prefix(BUILTIN) {
-        Some(name) => Mesh::builtin(name),
-        None => Err(crate::mesh::MeshError::Read {
-            path: folder.join(mesh),
-            source: std::io::Error::new(
-                std::io::ErrorKind::Unsupported,
-                "model files are not built in",
-            ),
-        }),
     }
 }
 

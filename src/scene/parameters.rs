@@ -3,11 +3,11 @@
 
 mod table;
 
-use super::settings::{ObjectSettings, Settings};
+use super::settings::Settings;
 
 pub use table::{OBJECT_PARAMETERS, PARAMETERS};
 
-/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`] for the keys of
+/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) for the keys of
 /// one `[[object]]`.
 #[derive(Debug)]
 pub struct Parameter<T: 'static = Settings> {

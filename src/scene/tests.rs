@@ -454,6 +454,30 @@ fn every_builtin_scene_and_preset_is_right() {
 }
 
 #[test]
+fn every_builtin_scene_loads_with_room_in_its_atlas() {
+    for builtin in builtin::SCENES {
+        let scene =
+            Scene::load(Path::new(builtin.name), &Overrides::default()).expect("it is built in");
+        assert_eq!(scene.surface.objects.len(), scene.settings.objects.len());
+        scene.surface.validate().expect("the surface is sound");
+        assert!(
+            scene.radius > 0.1 && scene.radius < 1000.0,
+            "{}: {}",
+            builtin.name,
+            scene.radius
+        );
+        // A grid's cell holds two triangles, a gutter round each, and texels that are worth it.
+        let cells = scene.surface.triangles.len().div_ceil(2);
+        let across = (cells as f64).sqrt().ceil();
+        assert!(
+            f64::from(scene.settings.atlas.size) / across >= 8.0,
+            "{}",
+            builtin.name
+        );
+    }
+}
+
+#[test]
 fn the_reference_scenes_have_their_sizes() {
     for (name, triangles) in [("cube", 12), ("torus", 2 * 144 * 96)] {
         let scene = Scene::load(Path::new(name), &Overrides::default()).expect("it is built in");

@@ -1,0 +1,32 @@
+//! Ctrl-C (and being asked to terminate): the first time a flag that long work looks at between steps, so that files
+//! get finished; the second time the program quits at once.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use myxo::{Error, Result};
+
+use super::console;
+
+/// What an interrupted run exits with, as shells expect of Ctrl-C.
+pub const EXIT_CODE: u8 = 130;
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Takes over Ctrl-C; to be called once, before long work.
+#[expect(dead_code, reason = "long runs call it")]
+pub fn install() -> Result<()> {
+    let handler = || {
+        if REQUESTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(EXIT_CODE));
+        }
+        console::message("interrupted: finishing the files; once more to quit at once");
+    };
+    ctrlc::set_handler(handler)
+        .map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))
+}
+
+/// Has somebody asked to stop?
+#[expect(dead_code, reason = "long runs ask it")]
+pub fn requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
+}

@@ -1,0 +1,47 @@
+//! `myxo lab`: the window.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myxo::Result;
+use myxo::scene::builtin::DEFAULT_SCENE;
+
+use super::options::{CommonOptions, Size};
+use super::{Outcome, not_built_in};
+
+/// Open a window: look, play, turn parameters
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  myxo lab                              the scene torus
+  myxo lab cube --preset rings
+  myxo lab fish.glb --set particles.count=2_000_000")]
+pub struct Lab {
+    /// A built-in name, a .toml file or a model
+    #[arg(default_value = DEFAULT_SCENE)]
+    scene: PathBuf,
+    /// Size of the window, in pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT")]
+    size: Option<Size>,
+    #[command(flatten)]
+    common: CommonOptions,
+}
+
+impl Default for Lab {
+    fn default() -> Self {
+        Self {
+            scene: DEFAULT_SCENE.into(),
+            size: None,
+            common: CommonOptions::default(),
+        }
+    }
+}
+
+impl Lab {
+    /// Loads the scene and opens the window with it.
+    pub fn run(&self) -> Result<Outcome> {
+        let _scene = self.common.load(&self.scene)?;
+        let _size = self.size;
+        Err(not_built_in("the window"))
+    }
+}

@@ -1,0 +1,227 @@
+//! The command line: one file a subcommand, and what they share.
+//!
+//! Data goes to the standard output or to files that options name; messages and progress go to the standard error.
+
+mod compare;
+mod console;
+mod files;
+mod info;
+mod interrupt;
+mod lab;
+mod options;
+mod profile;
+mod query;
+mod render;
+mod report;
+mod scenes;
+
+use std::ffi::OsStr;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use myxo::Error;
+
+/// Physarum on the surfaces of moving 3D objects.
+///
+/// Without a subcommand, `myxo` opens the lab with the scene `torus`.
+#[derive(Debug, Parser)]
+#[command(name = "myxo", version, max_term_width = 100, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  myxo                                           open the lab
+  myxo render torus --steps 400 --out torus.png  a picture without a window
+  myxo profile cube --steps 200                  GPU time of every kernel
+  myxo scenes                                    built-in scenes and presets
+  myxo info                                      devices, and what is missing
+
+SCENE is a built-in name, a .toml file, or a model (.obj, .glb, .gltf).
+
+Exit codes:
+  0    done
+  1    failed; the reason is on the standard error (compare: the states differ)
+  2    the command line could not be understood (compare: a report could not be read)
+  130  interrupted by Ctrl-C; files are finished";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Lab(lab::Lab),
+    Render(render::Render),
+    Profile(profile::Profile),
+    Query(query::Query),
+    Compare(compare::Compare),
+    Scenes(scenes::Scenes),
+    Info(info::Info),
+}
+
+/// How a command that did not fail has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// As asked.
+    Done,
+    /// With the answer no: what was compared differs.
+    Differs,
+    /// Early, by Ctrl-C; what there was has been kept.
+    #[expect(dead_code, reason = "long runs end with it")]
+    Interrupted,
+}
+
+impl Outcome {
+    fn exit_code(self) -> ExitCode {
+        match self {
+            Self::Done => ExitCode::SUCCESS,
+            Self::Differs => ExitCode::from(1),
+            Self::Interrupted => ExitCode::from(interrupt::EXIT_CODE),
+        }
+    }
+}
+
+/// Reads the command line, does what it says, and gives the exit code.
+pub fn main() -> ExitCode {
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"))
+        .format_timestamp(None)
+        .init();
+    let cli = Cli::parse();
+    let result = match &cli.command {
+        None => lab::Lab::default().run(),
+        Some(Command::Lab(lab)) => lab.run(),
+        Some(Command::Render(render)) => render.run(),
+        Some(Command::Profile(profile)) => profile.run(),
+        Some(Command::Query(query)) => query.run(),
+        Some(Command::Compare(compare)) => compare.run(),
+        Some(Command::Scenes(scenes)) => scenes.run(),
+        Some(Command::Info(info)) => info.run(),
+    };
+    match result {
+        Ok(outcome) => outcome.exit_code(),
+        // Whoever reads the output has read enough, as `head` does.
+        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            console::message(&format!("myxo: {error}"));
+            ExitCode::from(if matches!(cli.command, Some(Command::Compare(_))) {
+                2
+            } else {
+                1
+            })
+        }
+    }
+}
+
+fn is_closed_pipe(error: &Error) -> bool {
+    matches!(error, Error::Io { path, source, .. }
+        if path.as_os_str() == OsStr::new(console::STDOUT) && source.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// What stands where a command needs a part of the program that this build lacks.
+fn not_built_in(part: &str) -> Error {
+    Error::Invalid(format!(
+        "{part} is not built into this myxo: build a later version"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    /// clap's own check of names, defaults and conflicts.
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_has_examples_and_explains_its_options() {
+        fn check(command: &clap::Command) {
+            let name = command.get_name();
+            assert!(command.get_about().is_some(), "{name} says what it does");
+            for argument in command.get_arguments() {
+                assert!(
+                    argument.get_help().is_some(),
+                    "{name}: {} says what it does",
+                    argument.get_id()
+                );
+            }
+            if command.has_subcommands() {
+                command.get_subcommands().for_each(check);
+            } else {
+                let examples = command
+                    .get_after_help()
+                    .map(ToString::to_string)
+                    .unwrap_or_default();
+                assert!(
+                    examples.starts_with("Examples:\n  myxo ") && examples.contains(name),
+                    "{name}: {examples}"
+                );
+            }
+        }
+        Cli::command().get_subcommands().for_each(check);
+    }
+
+    /// The examples in the help are command lines that the program takes.
+    #[test]
+    fn every_example_parses() {
+        fn examples(command: &clap::Command, found: &mut Vec<String>) {
+            let text = command
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            found.extend(
+                text.lines()
+                    .filter_map(|line| line.strip_prefix("  "))
+                    .filter(|line| line.starts_with("myxo"))
+                    .map(str::to_owned),
+            );
+            command
+                .get_subcommands()
+                .for_each(|command| examples(command, found));
+        }
+        let mut found = Vec::new();
+        examples(&Cli::command(), &mut found);
+        assert!(found.len() > 15, "{found:#?}");
+        for example in found {
+            // Explanations stand behind several blanks, and shells have taken away quotes, pipes and the like.
+            let line = example.split("  ").next().unwrap_or_default();
+            let line = line
+                .split(['<', '>', '|', '&'])
+                .next()
+                .unwrap_or_default()
+                .replace('\'', "");
+            if let Err(error) = Cli::try_parse_from(line.split_whitespace()) {
+                panic!("{line}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn exit_codes_are_as_documented() {
+        for code in ["0 ", "1 ", "2 ", "130 "] {
+            assert!(
+                AFTER_HELP
+                    .lines()
+                    .any(|line| line.trim_start().starts_with(code)),
+                "{code}"
+            );
+        }
+        assert_eq!(Outcome::Interrupted.exit_code(), ExitCode::from(130));
+        assert_eq!(Outcome::Differs.exit_code(), ExitCode::from(1));
+    }
+
+    #[test]
+    fn sizes_are_read_as_people_write_them() {
+        let size = |text: &str| {
+            text.parse::<options::Size>()
+                .ok()
+                .map(|size| (size.width, size.height))
+        };
+        assert_eq!(size("1280x720"), Some((1280, 720)));
+        assert_eq!(size("16384X1"), Some((16_384, 1)));
+        for wrong in ["", "1280", "0x5", "5x0", "16385x1", "axb", "1x2x3", "-1x5"] {
+            assert_eq!(size(wrong), None, "{wrong}");
+        }
+    }
+}

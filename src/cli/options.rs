@@ -1,0 +1,119 @@
+//! Options that several commands take.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use myxo::Result;
+use myxo::scene::{Overrides, Scene};
+
+use super::files;
+
+/// What changes a scene.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct SceneOptions {
+    /// Sets a key of the scene file; `myxo scenes --keys` lists them. May be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Takes the look of a preset; `myxo scenes` lists them
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
+    /// Everything random depends on it: the same seed gives the same bits
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+impl SceneOptions {
+    /// In the form that scenes take: preset, then `--set`, then the seed.
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            preset: self.preset.clone(),
+            set: self.set.clone(),
+            seed: self.seed,
+        }
+    }
+}
+
+/// Which device computes, and how closely it is watched.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Device")]
+pub struct DeviceOptions {
+    /// Computes on this device: its number or a part of its name, as `myxo info` lists them
+    #[arg(long, value_name = "N|NAME")]
+    pub device: Option<String>,
+    /// Turns on Vulkan's validation layers and the checks of invariants; slower
+    #[arg(long)]
+    pub validate: bool,
+}
+
+/// What is kept of a run, and what it goes on from.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "State")]
+pub struct StateOptions {
+    /// Writes the whole state here at the end, also when interrupted
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Goes on from the state in this file
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+    /// Lists the state hash every N steps
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub hash_every: Option<u32>,
+}
+
+/// The options of every command with a scene.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CommonOptions {
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub device: DeviceOptions,
+    #[command(flatten)]
+    pub state: StateOptions,
+}
+
+impl CommonOptions {
+    /// Loads the scene, and makes sure that the files of [`StateOptions`] are there and can be written.
+    pub fn load(&self, scene: &Path) -> Result<Scene> {
+        let scene = Scene::load(scene, &self.scene.overrides())?;
+        if let Some(path) = &self.state.resume {
+            files::check_readable(path)?;
+        }
+        if let Some(path) = &self.state.checkpoint {
+            files::check_writable(path)?;
+        }
+        Ok(scene)
+    }
+}
+
+/// Width and height of a picture, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// 1 to 16,384.
+    pub width: u32,
+    /// 1 to 16,384.
+    pub height: u32,
+}
+
+impl std::str::FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| {
+            text.trim()
+                .parse()
+                .ok()
+                .filter(|side| (1..=16_384).contains(side))
+        };
+        text.split_once(['x', 'X', '×'])
+            .and_then(|(width, height)| {
+                Some(Self {
+                    width: side(width)?,
+                    height: side(height)?,
+                })
+            })
+            .ok_or_else(|| {
+                "WIDTHxHEIGHT is expected, such as 1280x720, each side 1 to 16384".to_owned()
+            })
+    }
+}

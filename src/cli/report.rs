@@ -1,0 +1,234 @@
+//! The report of a headless run: what ran where, how it ended, and what it cost, as JSON.
+
+use std::path::Path;
+
+use myxo::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// Everything about one run. Times are `null` where the device has no timestamps.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// The device's name.
+    pub device: String,
+    /// The driver's name and version.
+    pub driver: String,
+    /// The scene's name.
+    pub scene: String,
+    /// The seed.
+    pub seed: u64,
+    /// Steps that were run, fewer than asked for when interrupted.
+    pub steps: u64,
+    /// Particles of all objects together.
+    pub particles: u64,
+    /// Texels of the atlas along a side.
+    pub atlas_size: u32,
+    /// Triangles of all objects together.
+    pub triangles: u64,
+    /// Sum over everything that the state holds, as 16 hexadecimal digits.
+    pub state_hash: String,
+    /// The hash along the way, where `--hash-every` asked for it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hashes: Vec<StepHash>,
+    /// GPU time of a step, between timestamps at its beginning and end; mean of all steps.
+    pub gpu_ms_per_step: Option<f64>,
+    /// Time of a step as people experience it.
+    pub wall_ms_per_step: f64,
+    /// Where the GPU time goes.
+    pub kernels: Vec<KernelTime>,
+    /// What was counted.
+    pub counters: Counters,
+    /// Whether Vulkan's validation layers were on; times are not worth comparing then.
+    pub validation: bool,
+    /// Whether the run was stopped by Ctrl-C.
+    pub interrupted: bool,
+    /// The command line.
+    pub command: String,
+    /// The program's version.
+    pub version: String,
+    /// The commit that the program was built from, if it was known.
+    pub commit: Option<String>,
+    /// The host's processor.
+    pub processor: Option<String>,
+    /// The host's load averages over 1, 5 and 15 minutes at the end of the run.
+    pub load_average: Option<[f64; 3]>,
+}
+
+/// The state hash after a step.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StepHash {
+    /// Steps done.
+    pub step: u64,
+    /// As [`Report::state_hash`].
+    pub state_hash: String,
+}
+
+/// The times of one kernel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KernelTime {
+    /// The kernel.
+    pub name: String,
+    /// How often it is dispatched in a step.
+    pub dispatches_per_step: f64,
+    /// Mean time of a step's dispatches.
+    pub mean_ms: Option<f64>,
+    /// Half of the steps take less.
+    pub median_ms: Option<f64>,
+    /// 95 % of the steps take less.
+    pub p95_ms: Option<f64>,
+    /// Part of the GPU time of the whole step, 0 to 1.
+    pub share: Option<f64>,
+}
+
+/// What was counted at the end of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Particle ids that no particle has; always 0.
+    pub lost: u64,
+    /// Particles whose id another one has too; always 0.
+    pub doubled: u64,
+    /// Sum over all texels of trail times area, in world units.
+    pub trail_mass: f64,
+}
+
+impl Report {
+    /// A report with what is known about the program and the host, all else empty.
+    #[must_use]
+    #[expect(dead_code, reason = "runs begin their reports with it")]
+    pub fn of_this_host() -> Self {
+        Self {
+            command: command(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: option_env!("MYXO_COMMIT").map(str::to_owned),
+            processor: processor(),
+            load_average: load_average(),
+            ..Self::default()
+        }
+    }
+
+    /// Reads a report that `--report` or `--json` has written.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        })?;
+        serde_json::from_str(&text).map_err(|error| {
+            Error::Invalid(format!(
+                "{}: not a report of `myxo render` or `myxo profile`: {error}",
+                path.display()
+            ))
+        })
+    }
+
+    /// The report as JSON text, with a line end.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a report is plain numbers and texts") + "\n"
+    }
+}
+
+/// A state hash as reports write it.
+#[must_use]
+#[expect(dead_code, reason = "runs write their hashes so")]
+pub fn hash_text(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// The command line, quoted so that a shell takes it back.
+fn command() -> String {
+    let words: Vec<String> = std::env::args_os()
+        .map(|word| {
+            let word = word.to_string_lossy().into_owned();
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+./:,@%".contains(c);
+            if !word.is_empty() && word.chars().all(plain) {
+                word
+            } else {
+                format!("'{}'", word.replace('\'', "'\\''"))
+            }
+        })
+        .collect();
+    words.join(" ")
+}
+
+fn processor() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let name = |key: &str| {
+        text.lines()
+            .find(|line| line.starts_with(key))?
+            .split_once(':')
+            .map(|(_, name)| name.trim())
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let model = name("model name").or_else(|| name("Model"))?;
+    Some(format!("{model} ({cores} threads)"))
+}
+
+fn load_average() -> Option<[f64; 3]> {
+    let text = std::fs::read_to_string("/proc/loadavg").ok()?;
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .take(3)
+        .map_while(|word| word.parse().ok())
+        .collect();
+    numbers.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_round_trips_and_has_the_agreed_keys() {
+        let report = Report {
+            state_hash: hash_text(0xabc),
+            gpu_ms_per_step: Some(1.5),
+            kernels: vec![KernelTime {
+                name: "advance".to_owned(),
+                ..KernelTime::default()
+            }],
+            hashes: vec![StepHash {
+                step: 10,
+                state_hash: hash_text(u64::MAX),
+            }],
+            ..Report::of_this_host()
+        };
+        let text = report.to_json();
+        assert_eq!(
+            serde_json::from_str::<Report>(&text).expect("it is JSON"),
+            report
+        );
+        let value: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+        for key in [
+            "device",
+            "driver",
+            "scene",
+            "steps",
+            "particles",
+            "state_hash",
+            "gpu_ms_per_step",
+            "wall_ms_per_step",
+            "kernels",
+            "counters",
+            "command",
+            "commit",
+            "processor",
+            "load_average",
+        ] {
+            assert!(value.get(key).is_some(), "{key}");
+        }
+        for key in [
+            "name",
+            "dispatches_per_step",
+            "mean_ms",
+            "median_ms",
+            "p95_ms",
+            "share",
+        ] {
+            assert!(value["kernels"][0].get(key).is_some(), "{key}");
+        }
+        for key in ["lost", "doubled", "trail_mass"] {
+            assert!(value["counters"].get(key).is_some(), "{key}");
+        }
+        assert_eq!(value["state_hash"], "0000000000000abc");
+    }
+}

@@ -1,0 +1,118 @@
+//! `myxo scenes`: what is built in, and every key of a scene file.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use myxo::Result;
+use myxo::mesh::builtin::BUILTINS;
+use myxo::scene::Scene;
+use myxo::scene::builtin::{PRESETS, SCENES};
+use myxo::scene::parameters::{Effect, Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter};
+use myxo::scene::settings::{ObjectSettings, Settings};
+
+use super::options::SceneOptions;
+use super::{Outcome, console};
+
+/// List built-in scenes, presets and meshes, or print a scene as a file
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  myxo scenes                            names of scenes, presets and meshes
+  myxo scenes --keys                     every key of a scene file: unit, range, default, meaning
+  myxo scenes torus > mine.toml          a scene file to begin with
+  myxo scenes cube --preset cells > cells.toml")]
+pub struct Scenes {
+    /// Prints this scene as a file, every key written out
+    #[arg(conflicts_with = "keys")]
+    scene: Option<PathBuf>,
+    /// Lists every key of a scene file
+    #[arg(long)]
+    keys: bool,
+    #[command(flatten)]
+    options: SceneOptions,
+}
+
+impl Scenes {
+    /// Prints the lists or the scene.
+    pub fn run(&self) -> Result<Outcome> {
+        let text = match &self.scene {
+            Some(scene) => Scene::read(scene, &self.options.overrides())?.1.to_toml(),
+            None if self.keys => keys(),
+            None => names(),
+        };
+        console::print(&text)?;
+        Ok(Outcome::Done)
+    }
+}
+
+fn names() -> String {
+    let mut text = String::new();
+    for (title, list) in [("Scenes", SCENES), ("Presets (--preset)", PRESETS)] {
+        let _ = writeln!(text, "{title}:");
+        for entry in list {
+            let _ = writeln!(text, "  {:<10} {}", entry.name, entry.summary());
+        }
+        text.push('\n');
+    }
+    let _ = writeln!(text, "Meshes (object.mesh):");
+    for (name, what) in BUILTINS {
+        let _ = writeln!(text, "  builtin:{name:<10} {what}");
+    }
+    text
+}
+
+fn keys() -> String {
+    let mut text = String::new();
+    for parameter in PARAMETERS {
+        describe(&mut text, parameter, parameter.key, &Settings::default());
+    }
+    let object = ObjectSettings::default();
+    let texts = [
+        (
+            "name",
+            &object.name,
+            "What the object is called. Empty takes the mesh's name.",
+        ),
+        (
+            "mesh",
+            &object.mesh,
+            "builtin:NAME, or a path relative to the scene file.",
+        ),
+    ];
+    for (key, default, meaning) in texts {
+        let _ = writeln!(
+            text,
+            "object.N.{key} = \"{default}\"\n    {meaning}\n    A text; restarts."
+        );
+    }
+    for parameter in OBJECT_PARAMETERS {
+        describe(
+            &mut text,
+            parameter,
+            &format!("object.N.{}", parameter.key),
+            &object,
+        );
+    }
+    text
+}
+
+fn describe<T>(text: &mut String, parameter: &Parameter<T>, key: &str, defaults: &T) {
+    let effect = match parameter.effect {
+        Effect::Live => "changes while running",
+        Effect::Restart => "restarts",
+        Effect::RestartBeyondGutter => "changes while running, restarts beyond the gutter",
+    };
+    let value = parameter.value(defaults);
+    let quote = if matches!(parameter.kind, Kind::Choice { .. }) {
+        "\""
+    } else {
+        ""
+    };
+    let Parameter { name, help, .. } = parameter;
+    let allowed = parameter.allowed();
+    let _ = writeln!(
+        text,
+        "{key} = {quote}{value}{quote}\n    {name}: {help}\n    {allowed}; {effect}."
+    );
+}

@@ -1,0 +1,275 @@
+//! Built-in meshes by name: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults,
+//! and the models of [`super::embedded`].
+//!
+//! A name is written as in a web address: `torus`, `torus?major=64&minor=32`.
+
+use super::primitive::{capsule, cube, icosphere, plane, torus};
+use super::{Mesh, MeshError, embedded};
+
+/// The name of every built-in mesh, with its parameters and their defaults.
+pub const BUILTINS: &[(&str, &str)] = &[
+    (
+        "cube",
+        "12 triangles, edges of 2; `divisions=1` splits each edge",
+    ),
+    (
+        "torus",
+        "radius 1 about the Y axis, `tube=0.4` its tube's radius; `major=144` and `minor=96` segments",
+    ),
+    (
+        "icosphere",
+        "radius 1; `subdivisions=5`, each of which quarters the 20 triangles",
+    ),
+    (
+        "plane",
+        "2 by 2 in XZ, facing +Y, with an open border; `columns=64` and `rows=64` of quads",
+    ),
+    (
+        "capsule",
+        "radius 0.5 about the Y axis, `length=1` between its half spheres' centres; `segments=96` around, `rings=24` a half sphere",
+    ),
+    ("suzanne", "Blender's monkey; 3 parts with open borders"),
+    ("trefoil", "a beaded trefoil knot; closed"),
+    ("gyroid", "a ball cut from a gyroid; closed, 26 handles"),
+    ("hand", "a hand; closed"),
+];
+
+impl Mesh {
+    /// A built-in mesh by name, with or without `builtin:` before it and parameters behind it
+    /// (`"torus?major=64&minor=32"`). [`BUILTINS`] lists them.
+    ///
+    /// # Errors
+    /// When there is no such mesh or parameter, or a value is out of its range; the message names the right ones.
+    pub fn builtin(name: &str) -> Result<Mesh, MeshError> {
+        let whole = name.strip_prefix("builtin:").unwrap_or(name);
+        let (name, query) = whole.split_once('?').unwrap_or((whole, ""));
+        let mut parameters = Parameters::parse(name, query)?;
+        let mesh = match name {
+            "cube" => {
+                let divisions = parameters.count("divisions", 1, 1, 1024)?;
+                cube(divisions)
+            }
+            "torus" => {
+                let major = parameters.count("major", 144, 3, 8192)?;
+                let minor = parameters.count("minor", 96, 3, 8192)?;
+                let tube = parameters.length("tube", 0.4, 0.001, 0.999)?;
+                torus(major, minor, tube)
+            }
+            "icosphere" => {
+                let subdivisions = parameters.count("subdivisions", 5, 0, 10)?;
+                icosphere(subdivisions)
+            }
+            "plane" => {
+                let columns = parameters.count("columns", 64, 1, 4096)?;
+                let rows = parameters.count("rows", 64, 1, 4096)?;
+                plane(columns, rows)
+            }
+            "capsule" => {
+                let segments = parameters.count("segments", 96, 3, 4096)?;
+                let rings = parameters.count("rings", 24, 1, 2048)?;
+                let length = parameters.length("length", 1.0, 0.001, 1000.0)?;
+                capsule(segments, rings, length)
+            }
+            _ if let Some(model) = embedded::model(name) => model?,
+            _ => {
+                let names = BUILTINS.iter().map(|(name, _)| *name);
+                return Err(MeshError::UnknownBuiltin {
+                    name: name.to_owned(),
+                    nearest: nearest(name, names.clone()),
+                    known: names.collect::<Vec<_>>().join(", "),
+                });
+            }
+        };
+        parameters.finish()?;
+        Ok(mesh)
+    }
+}
+
+/// The parameters behind a built-in's name; each is taken once, and what is left over is an error.
+struct Parameters<'a> {
+    mesh: &'a str,
+    given: Vec<(&'a str, &'a str)>,
+    known: Vec<&'static str>,
+}
+
+impl<'a> Parameters<'a> {
+    fn parse(mesh: &'a str, query: &'a str) -> Result<Self, MeshError> {
+        let mut given = Vec::new();
+        for part in query.split('&').filter(|part| !part.is_empty()) {
+            match part.split_once('=') {
+                Some(pair) => given.push(pair),
+                None => {
+                    return Err(MeshError::Parameter {
+                        name: mesh.to_owned(),
+                        problem: format!("`{part}` is not of the form NAME=VALUE"),
+                    });
+                }
+            }
+        }
+        Ok(Self {
+            mesh,
+            given,
+            known: Vec::new(),
+        })
+    }
+
+    fn take(&mut self, name: &'static str) -> Option<&'a str> {
+        self.known.push(name);
+        let index = self.given.iter().position(|(key, _)| *key == name)?;
+        Some(self.given.remove(index).1)
+    }
+
+    fn number<T: std::str::FromStr + PartialOrd + std::fmt::Display>(
+        &mut self,
+        name: &'static str,
+        default: T,
+        least: T,
+        most: T,
+    ) -> Result<T, MeshError> {
+        let Some(text) = self.take(name) else {
+            return Ok(default);
+        };
+        match text.parse::<T>() {
+            Ok(value) if value >= least && value <= most => Ok(value),
+            _ => Err(MeshError::Parameter {
+                name: self.mesh.to_owned(),
+                problem: format!("`{name}={text}` is not a number from {least} to {most}"),
+            }),
+        }
+    }
+
+    fn count(
+        &mut self,
+        name: &'static str,
+        default: u32,
+        least: u32,
+        most: u32,
+    ) -> Result<u32, MeshError> {
+        self.number(name, default, least, most)
+    }
+
+    fn length(
+        &mut self,
+        name: &'static str,
+        default: f64,
+        least: f64,
+        most: f64,
+    ) -> Result<f64, MeshError> {
+        self.number(name, default, least, most)
+    }
+
+    fn finish(self) -> Result<(), MeshError> {
+        let Some((key, _)) = self.given.first() else {
+            return Ok(());
+        };
+        let hint = match nearest(key, self.known.iter().copied()) {
+            Some(name) => format!(", did you mean `{name}`?"),
+            None => String::new(),
+        };
+        Err(MeshError::Parameter {
+            name: self.mesh.to_owned(),
+            problem: format!(
+                "there is no parameter `{key}`, or it is given twice{hint}: the names are {}",
+                self.known.join(", ")
+            ),
+        })
+    }
+}
+
+/// The most similar of some names, if one is similar at all.
+fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    known
+        .map(|candidate| (strsim::jaro_winkler(name, candidate), candidate))
+        .filter(|(similarity, _)| *similarity > 0.7)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::mesh::surface::Surface;
+
+    #[test]
+    fn builtins_are_what_their_reports_say() {
+        for (name, triangles, vertices, genus, borders) in [
+            ("cube", 12, 8, 0, 0),
+            ("cube?divisions=5", 300, 152, 0, 0),
+            ("torus", 27_648, 13_824, 1, 0),
+            ("builtin:torus?major=3&minor=3", 18, 9, 1, 0),
+            ("icosphere?subdivisions=0", 20, 12, 0, 0),
+            ("icosphere", 20_480, 10_242, 0, 0),
+            ("plane?columns=3&rows=2", 12, 12, 0, 10),
+            ("capsule?segments=5&rings=3&length=0.5", 60, 32, 0, 0),
+        ] {
+            let mesh = Mesh::builtin(name).unwrap();
+            let report = &mesh.report;
+            assert_eq!(report.triangles, triangles, "{name}");
+            assert_eq!(report.vertices, vertices, "{name}");
+            assert_eq!(report.genus(), genus, "{name}");
+            assert_eq!(report.border_edges, borders, "{name}");
+            assert_eq!(report.parts, 1, "{name}");
+            Surface::build(&[(&mesh, 1.0)]).validate().unwrap();
+        }
+    }
+
+    #[test]
+    fn closed_builtins_face_outwards_and_have_their_volume() {
+        for (name, volume) in [
+            ("cube", 8.0),
+            ("torus", 2.0 * PI * PI * 0.16),
+            ("icosphere", 4.0 / 3.0 * PI),
+            ("capsule", PI * 0.25 + 4.0 / 3.0 * PI * 0.125),
+        ] {
+            let mesh = Mesh::builtin(name).unwrap();
+            let measured: f64 = mesh
+                .corners
+                .iter()
+                .map(|corners| {
+                    let [a, b, c] = corners.map(|v| mesh.positions[v as usize].as_dvec3());
+                    a.dot(b.cross(c)) / 6.0
+                })
+                .sum();
+            assert!(
+                (measured / volume - 1.0).abs() < 0.01,
+                "{name}: {measured} and not {volume}"
+            );
+        }
+    }
+
+    #[test]
+    fn extreme_builtins_are_sound() {
+        for name in [
+            "torus?tube=0.001&minor=4096&major=3",
+            "torus?tube=0.999&minor=3&major=4096",
+            "capsule?length=1000&segments=3",
+            "capsule?length=0.001&rings=1",
+            "capsule?segments=4096&rings=1&length=0.001",
+            "plane?columns=4096&rows=1",
+            "cube?divisions=64",
+        ] {
+            let mesh = Mesh::builtin(name).unwrap();
+            assert_eq!(mesh.report.oddities(), Vec::<String>::new(), "{name}");
+            let surface = Surface::build(&[(&mesh, 1.0)]);
+            assert_eq!(surface.validate(), Ok(()), "{name}");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_answered_with_what_is_right() {
+        for (name, words) in [
+            ("tours", "did you mean `torus`?"),
+            ("teapot", "the names are cube, torus"),
+            ("torus?mayor=5", "did you mean `major`?"),
+            ("torus?major=2", "`major=2` is not a number from 3 to 4096"),
+            ("torus?major", "not of the form NAME=VALUE"),
+            ("torus?tube=nan", "not a number from 0.001 to 0.999"),
+            ("torus?major=5&major=6", "given twice"),
+        ] {
+            let message = Mesh::builtin(name).unwrap_err().to_string();
+            assert!(message.contains(words), "{name}: {message}");
+        }
+    }
+}

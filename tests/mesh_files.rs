@@ -1,0 +1,287 @@
+//! What OBJ and glTF files may contain, and what becomes of it.
+
+use glam::{Vec2, Vec3};
+use myxo::mesh::{Mesh, suite};
+
+/// Loads a file of the given name and content.
+fn load(name: &str, bytes: &[u8]) -> Mesh {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    Mesh::load(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The corners of every triangle, as points.
+fn corner_points(mesh: &Mesh) -> Vec<[Vec3; 3]> {
+    let points = |corners: &[u32; 3]| corners.map(|vertex| mesh.positions[vertex as usize]);
+    mesh.corners.iter().map(points).collect()
+}
+
+/// A glTF file of a unit square's vertices in a strip's order, with more bytes behind them, and some JSON.
+fn gltf(more: &[u8], primitive: &str, accessors: &str, rest: &str) -> Mesh {
+    let mut binary: Vec<u8> = bytemuck::cast_slice(&SQUARE).to_vec();
+    binary.extend_from_slice(more);
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{{{primitive}}}]}}],
+"bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":{}}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}}{accessors}],
+"buffers":[{{"byteLength":{}}}]{rest}}}"#,
+        more.len(),
+        binary.len()
+    );
+    load("square.glb", &suite::glb(&json, &binary))
+}
+
+const SQUARE: [[f32; 3]; 4] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [1.0, 1.0, 0.0],
+];
+
+fn points(corners: &[[usize; 3]]) -> Vec<[Vec3; 3]> {
+    let point = |corner: usize| Vec3::from_array(SQUARE[corner]);
+    corners.iter().map(|corners| corners.map(point)).collect()
+}
+
+/// The two triangles of the strip, in the order that glTF 2.0 (3.7.2.1) gives their corners.
+const TWO: &[[usize; 3]] = &[[0, 1, 2], [1, 3, 2]];
+
+/// What a triangle's corners have, in the order of the file.
+fn in_file_order<T: Copy>(mesh: &Mesh, triangle: usize, ours: [T; 3]) -> [T; 3] {
+    let mut file = ours;
+    for (value, corner) in ours.into_iter().zip(mesh.file_corners[triangle]) {
+        file[corner as usize] = value;
+    }
+    file
+}
+
+#[test]
+fn polygons_are_fans_in_file_order() {
+    let text = "v 0 0 0\nv 1 0 0\nv 2 0 1\nv 2 1 1\nv 1 2 0\no a\nf 1 2 4 5\ng b\nf 2 3 4\nf -5 -1 1\nf 1 5 -5 2\n";
+    let mesh = load("fan.obj", text.as_bytes());
+    // The last two faces: a corner twice, and a quad of which one half is degenerate and the other there already.
+    assert_eq!(mesh.report.file_triangles, 6);
+    assert_eq!(mesh.file_triangle, [0, 1, 2]);
+    let corners: Vec<_> = (0..3)
+        .map(|triangle| in_file_order(&mesh, triangle, mesh.corners[triangle]))
+        .collect();
+    assert_eq!(corners, [[0, 1, 2], [0, 2, 3], [1, 4, 2]]);
+    assert_eq!(mesh.positions[3], Vec3::new(1.0, 2.0, 0.0));
+    assert_eq!(mesh.positions[4], Vec3::new(2.0, 0.0, 1.0));
+}
+
+#[test]
+fn texture_coordinates_follow_their_corners() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                f 1/1 2/2 3/3\nf 1/4 4/2 3/1\nf 4/1 3/1 1/1\n";
+    let mesh = load("uv.obj", text.as_bytes());
+    let uv = |x: f32, y: f32| Vec2::new(x, y);
+    // The second face agrees with the first; the third is there already.
+    let uvs = mesh.uvs.as_ref().expect("every corner has one");
+    let uvs: Vec<_> = (0..2)
+        .map(|triangle| in_file_order(&mesh, triangle, uvs[triangle]))
+        .collect();
+    assert_eq!(
+        uvs,
+        [
+            [uv(0.0, 0.0), uv(1.0, 0.0), uv(1.0, 1.0)],
+            [uv(0.0, 1.0), uv(1.0, 0.0), uv(0.0, 0.0)],
+        ]
+    );
+    assert!(!mesh.is_flipped(0) && mesh.is_flipped(1));
+
+    let text = text.replace("f 1/4 4/2 3/1", "f 1/4 4/2 3");
+    let mesh = load("uv.obj", text.as_bytes());
+    assert_eq!(mesh.uvs, None);
+    assert!(mesh.report.to_string().contains("texture coordinates"));
+}
+
+#[test]
+fn corners_come_as_lists_strips_and_fans() {
+    for (indices, mode, corners) in [
+        (&[0_u8, 1, 2, 1, 3, 2][..], 4, TWO),
+        (&[0, 1, 2, 3], 5, TWO),
+        (&[0, 1, 3, 2], 6, &[[1, 3, 0], [3, 2, 0]]),
+    ] {
+        let primitive = format!(r#""attributes":{{"POSITION":0}},"indices":1,"mode":{mode}"#);
+        let count = indices.len();
+        for (kind, bytes) in [
+            (5121, indices.to_vec()),
+            (
+                5123,
+                indices
+                    .iter()
+                    .flat_map(|&i| u16::from(i).to_le_bytes())
+                    .collect(),
+            ),
+            (
+                5125,
+                indices
+                    .iter()
+                    .flat_map(|&i| u32::from(i).to_le_bytes())
+                    .collect(),
+            ),
+        ] {
+            let accessor = format!(
+                r#",{{"bufferView":1,"componentType":{kind},"count":{count},"type":"SCALAR"}}"#
+            );
+            let mesh = gltf(&bytes, &primitive, &accessor, "");
+            assert_eq!(
+                corner_points(&mesh),
+                points(corners),
+                "mode {mode}, type {kind}"
+            );
+        }
+    }
+    let without_indices = gltf(&[0], r#""attributes":{"POSITION":0},"mode":5"#, "", "");
+    assert_eq!(corner_points(&without_indices), points(TWO));
+}
+
+#[test]
+fn texture_coordinates_may_be_fractions_of_integers() {
+    let primitive = r#""attributes":{"POSITION":0,"TEXCOORD_0":1},"mode":5"#;
+    let floats: Vec<u8> = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0]
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
+    for (kind, bytes) in [
+        (5126, floats),
+        (5121, vec![0, 0, 255, 0, 0, 255, 255, 255]),
+        (
+            5123,
+            [0_u16, 0, 65_535, 0, 0, 65_535, 65_535, 65_535]
+                .iter()
+                .flat_map(|v| v.to_le_bytes())
+                .collect(),
+        ),
+    ] {
+        let accessor = format!(
+            r#",{{"bufferView":1,"componentType":{kind},"normalized":true,"count":4,"type":"VEC2"}}"#
+        );
+        let uvs = gltf(&bytes, primitive, &accessor, "").uvs.unwrap();
+        assert_eq!(uvs[1], [Vec2::X, Vec2::ONE, Vec2::Y], "type {kind}");
+    }
+}
+
+#[test]
+fn positions_may_be_interleaved_sparse_or_quantized() {
+    // Three bytes and one of padding for each vertex: a stride, and the quantization extension.
+    let quantized = r#""attributes":{"POSITION":1},"mode":5"#;
+    let accessor = r#",{"bufferView":2,"componentType":5120,"normalized":true,"count":4,"type":"VEC3"}],
+"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteLength":1},{"buffer":0,"byteOffset":48,"byteLength":15,"byteStride":4}"#;
+    let bytes = [0, 0, 0, 9, 127, 0, 0, 9, 0, 127, 0, 9, 127, 127, 0];
+    let json_rest = r#","extensionsRequired":["KHR_mesh_quantization"]"#;
+    let mut binary: Vec<u8> = bytemuck::cast_slice(&SQUARE).to_vec();
+    binary.extend_from_slice(&bytes);
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{{{quantized}}}]}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}}{accessor}],
+"buffers":[{{"byteLength":63}}]{json_rest}}}"#
+    );
+    let mesh = load("quantized.glb", &suite::glb(&json, &binary));
+    assert_eq!(corner_points(&mesh), points(TWO));
+
+    // Vertex 3 is replaced, vertices without a base are zeros.
+    let mut more = vec![3, 0, 0, 0];
+    more.extend(
+        [5.0_f32, 6.0, 7.0]
+            .iter()
+            .flat_map(|value| value.to_le_bytes()),
+    );
+    let sparse = r#""count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":1,"byteOffset":4}"#;
+    let accessor = format!(
+        r#",{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","sparse":{{{sparse}}}}}"#
+    );
+    let mesh = gltf(
+        &more,
+        r#""attributes":{"POSITION":1},"mode":5"#,
+        &accessor,
+        "",
+    );
+    assert_eq!(mesh.positions[3], Vec3::new(5.0, 6.0, 7.0));
+    assert_eq!(mesh.positions[2], Vec3::Y);
+}
+
+#[test]
+fn nodes_place_their_meshes() {
+    let primitive = r#""attributes":{"POSITION":0},"mode":5"#;
+    let place = |nodes: &str| gltf(&[0], primitive, "", nodes);
+
+    // Parent and child: first the child's turn by 90 degrees about Z, then the parent's scale and shift.
+    let nested = place(
+        r#","scene":1,"scenes":[{"nodes":[]},{"nodes":[2]}],"nodes":[
+        {"mesh":0,"rotation":[0,0,0.7071067811865476,0.7071067811865476]},{"mesh":0},
+        {"children":[0],"scale":[2,2,2],"translation":[10,0,0]}]"#,
+    );
+    assert_eq!(nested.report.triangles, 2);
+    let expected = [
+        [10.0, 0.0, 0.0],
+        [10.0, 2.0, 0.0],
+        [8.0, 0.0, 0.0],
+        [8.0, 2.0, 0.0],
+    ];
+    for (position, expected) in nested.positions.iter().zip(expected) {
+        assert!((*position - Vec3::from_array(expected)).length() < 1e-5);
+    }
+
+    // A mirror turns the winding; the matrix is listed by columns.
+    let mirrored = place(r#","nodes":[{"mesh":0,"matrix":[-1,0,0,0, 0,1,0,0, 0,0,1,0, 3,0,0,1]}]"#);
+    let [a, b, c] = corner_points(&mirrored)[0];
+    assert_eq!(a, Vec3::new(3.0, 0.0, 0.0));
+    assert!((b - a).cross(c - a).z > 0.0);
+    assert_eq!(mirrored.report.mended_triangles, 0);
+
+    // Two nodes with one mesh; a circle; a node that is named twice.
+    let twice = place(
+        r#","scenes":[{"nodes":[0,1,0]}],"nodes":[{"mesh":0,"children":[2]},
+        {"mesh":0,"translation":[0,0,5],"children":[0]},{"children":[0,2]}]"#,
+    );
+    assert_eq!(twice.report.parts, 2);
+    assert_eq!(twice.report.repeated_nodes, 4);
+
+    // A skinned mesh is not moved by its node.
+    let skinned =
+        place(r#","skins":[{"joints":[0]}],"nodes":[{"mesh":0,"skin":0,"translation":[7,0,0]}]"#);
+    assert_eq!(skinned.bounds(), (Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0)));
+}
+
+#[test]
+fn a_raw_mesh_is_the_first_primitive_where_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (json, binary) = suite::glb_parts(&Mesh::builtin("cube").unwrap());
+    let json = json.replace("{\"mesh\":0}", "{\"mesh\":0,\"translation\":[5,0,0]}");
+    let path = folder.path().join("cube.glb");
+    std::fs::write(&path, suite::glb(&json, &binary)).unwrap();
+    let low = |mesh: Mesh| mesh.bounds().0;
+    assert_eq!(low(Mesh::load_raw(&path).unwrap()), Vec3::NEG_ONE);
+    assert_eq!(low(Mesh::load(&path).unwrap()), Vec3::new(4.0, -1.0, -1.0));
+}
+
+#[test]
+fn very_deep_scenes_load() {
+    let depth = 100_000;
+    let mut nodes = String::new();
+    for node in 0..depth {
+        nodes += &format!(r#"{{"children":[{}]}},"#, node + 1);
+    }
+    let rest = format!(r#","nodes":[{nodes}{{"mesh":0}}]"#);
+    let mesh = gltf(&[0], r#""attributes":{"POSITION":0},"mode":5"#, "", &rest);
+    assert_eq!(corner_points(&mesh), points(TWO));
+}
+
+#[test]
+fn names_come_from_the_file_and_the_builtin() {
+    let mesh = load("my model.v2.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    assert_eq!(mesh.name, "my model.v2");
+    let folder = std::path::Path::new("/nowhere");
+    assert_eq!(
+        Mesh::open("builtin:torus?major=9", folder).unwrap().name,
+        "torus"
+    );
+    let error = Mesh::open("model.obj", folder).unwrap_err().to_string();
+    assert!(
+        error.starts_with("cannot read /nowhere/model.obj"),
+        "{error}"
+    );
+}
