@@ -52,7 +52,8 @@ void main() {
             }
         }
     }
-    vec3 shown = max(color_of(tone(sum / max(owned, 1.0), brightest[0])), BARE);
+    float brightness = tone(sum / max(owned, 1.0), brightest[0]);
+    vec3 shown = BARE * (1.0 - brightness) + color_of(brightness);
     if (triangle != NONE && params.chart_share > 0.0) {
         shown = mix(shown, (0.12 + shown) * chart_tint(charts[triangle]), params.chart_share);
     }

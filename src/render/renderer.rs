@@ -241,6 +241,7 @@ impl Renderer {
                         brightest: &self.brightest,
                     },
                     ExposeParams {
+                        count: 1,
                         clipped_share,
                         // The first picture has nothing to follow.
                         adaptation: if self.is_first { 1.0 } else { adaptation },
@@ -318,7 +319,8 @@ impl Renderer {
             ParticlesParams {
                 clip_from_world: camera.clip_from_world(size),
                 eye: camera.eye(),
-                lift: 0.004 * self.shape.radius,
+                lift: 0.003 * self.shape.radius
+                    + view.particle_size * world_per_pixel(camera, size),
                 diameter: view.particle_size.max(1.0),
                 strength: particle_strength(drawn, self.shape.radius, view, size),
                 stride,
@@ -349,11 +351,14 @@ impl Renderer {
     }
 }
 
+/// World units that a pixel covers at the target's distance.
+fn world_per_pixel(camera: &Camera, size: Vec2) -> f32 {
+    2.0 * camera.distance * (0.5 * camera.vertical_fov).tan() / size.y
+}
+
 /// Light of one point, such that a crowd of usual density is bright and does not burn out.
 fn particle_strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
-    let camera = &view.camera;
-    let half_height = camera.distance * (0.5 * camera.vertical_fov).tan();
-    let radius_in_pixels = 0.5 * size.y * radius / half_height;
+    let radius_in_pixels = radius / world_per_pixel(&view.camera, size);
     let area = (std::f32::consts::PI * radius_in_pixels * radius_in_pixels).max(1.0);
     // Half of them are on the far side.
     let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
