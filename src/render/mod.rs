@@ -16,5 +16,3 @@ pub use offscreen::Offscreen;
 pub use renderer::{Canvas, Renderer};
 pub use view::View;
 
-#[cfg(test)]
-mod tests;
