@@ -14,7 +14,7 @@ use super::{Outcome, not_built_in};
 #[command(after_help = "\
 Examples:
   myxo lab                              the scene torus
-  myxo lab cube --preset rings
+  myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000")]
 pub struct Lab {
     /// A built-in name, a .toml file or a model
