@@ -1,9 +1,9 @@
-#version 460
 // bump: adds to every element in place.
 // Reads   values.
 // Writes  values.
 // One invocation per element.
 // Overflow: wraps.
+#version 460
 #include "index.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,5 +1,5 @@
-#version 460
 // disc: paints in one colour.
+#version 460
 
 layout(push_constant) uniform Params { vec4 color; float size; } params;
 layout(location = 0) out vec4 color;

@@ -1,9 +1,9 @@
-#version 460
 // disc: one triangle a centre, with its corners where the shader says; a test of drawing.
 // Reads   centres.
 // Writes  the picture.
 // One instance per centre, three vertices each.
 // Overflow: none.
+#version 460
 
 layout(std430, binding = 0) readonly buffer Centres { vec2 centres[]; };
 layout(push_constant) uniform Params { vec4 color; float size; } params; // Linear.

@@ -1,9 +1,9 @@
-#version 460
 // gather: reads texel buffers.
 // Reads   table, pairs.
 // Writes  sums.
 // One invocation per element.
 // Overflow: none.
+#version 460
 #include "index.glsl"
 
 layout(local_size_x = 64) in;

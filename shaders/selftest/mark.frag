@@ -1,5 +1,5 @@
-#version 460
 // mark: white.
+#version 460
 #include "debug.glsl"
 
 layout(location = 0) out vec4 color;

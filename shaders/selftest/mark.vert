@@ -1,9 +1,9 @@
-#version 460
 // mark: one point in the middle of the picture, which tells where it is.
 // Reads   nothing.
 // Writes  the picture, the debug list.
 // One vertex.
 // Overflow: told values are counted and dropped.
+#version 460
 #include "debug.glsl"
 
 void main() {

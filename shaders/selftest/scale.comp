@@ -1,9 +1,9 @@
-#version 460
 // scale: multiplies and shifts every element; a test of the plumbing.
 // Reads   source.
 // Writes  target.
 // One invocation per element.
 // Overflow: none.
+#version 460
 #include "index.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,9 +1,9 @@
-#version 460
 // size_up: makes the groups of an indirect dispatch on the device.
 // Reads   nothing.
 // Writes  groups.
 // One invocation.
 // Overflow: none.
+#version 460
 #include "index.glsl"
 
 layout(local_size_x = 1) in;

@@ -1,9 +1,9 @@
-#version 460
 // spin: keeps the device busy for as many rounds as asked.
 // Reads   values.
 // Writes  values.
 // One invocation per element.
 // Overflow: wraps.
+#version 460
 #include "index.glsl"
 
 layout(local_size_x = 64) in;

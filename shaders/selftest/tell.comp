@@ -1,9 +1,9 @@
-#version 460
 // tell: tells the host three values an invocation.
 // Reads   nothing.
 // Writes  the debug list.
 // One invocation per element.
 // Overflow: told values are counted and dropped.
+#version 460
 #include "debug.glsl"
 
 layout(local_size_x = 64) in;

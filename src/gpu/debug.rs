@@ -3,6 +3,7 @@
 //! Each frame has its own guarded list, bound by the recorder wherever a shader includes that file. Before each such
 //! dispatch the recorder writes its number into the list's head, so an entry knows its kernel.
 
+use std::fmt;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
@@ -107,6 +108,39 @@ impl DebugList {
 
     pub(crate) fn buffer(&self) -> &dyn AnyBuffer {
         &self.words
+    }
+}
+
+impl fmt::Display for DebugValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            DebugValue::Uint(value) => write!(f, "{value}"),
+            DebugValue::Int(value) => write!(f, "{value:+}"),
+            DebugValue::Float(value) => write!(f, "{value:?}"),
+        }
+    }
+}
+
+/// One line a value, and one for those that did not fit.
+impl fmt::Display for DebugEntries {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for DebugEntry {
+            kernel,
+            invocation,
+            tag,
+            value,
+        } in &self.entries
+        {
+            writeln!(f, "{kernel}[{invocation}] {tag}: {value}")?;
+        }
+        if self.overflow > 0 {
+            writeln!(
+                f,
+                "{} more values did not fit: tell fewer, or raise debug_capacity",
+                self.overflow
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::buffer::{AnyBuffer, BufferCore};
+use super::buffer::AnyBuffer;
+use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;

@@ -13,6 +13,7 @@
 
 mod access;
 mod buffer;
+mod buffer_core;
 mod cache;
 mod clock;
 mod context;
@@ -31,6 +32,7 @@ mod pass;
 mod raster;
 mod readback;
 mod recorder;
+mod report;
 mod surface;
 mod swapchain;
 mod texels;
@@ -39,7 +41,8 @@ mod trace;
 mod transfer;
 
 pub use access::Access;
-pub use buffer::{AnyBuffer, Buffer, BufferCore, Domain, Mapped};
+pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
+pub use buffer_core::BufferCore;
 pub use cache::default_cache_folder;
 pub use clock::Calibration;
 pub use context::{Context, ContextOptions, devices};
@@ -56,9 +59,10 @@ pub use pass::{PassRecorder, Targets};
 pub use raster::{Blend, RasterOptions, RasterPipeline, Topology};
 pub use readback::Readback;
 pub use recorder::Recorder;
+pub use report::{Node, Report, Row, Statistics};
 pub use swapchain::{Swapchain, WindowImage};
 pub use texels::{TexelScalar, Texels, TexelsCore};
-pub use timer::{Node, Report, Row, Span, SpanKind, Statistics, Timings};
+pub use timer::{Span, SpanKind, Timings};
 pub use trace::{HostSpan, Trace};
 
 #[cfg(test)]

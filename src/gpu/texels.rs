@@ -7,7 +7,8 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 
-use super::buffer::{AnyBuffer, Buffer, BufferCore, Domain};
+use super::buffer::{AnyBuffer, Buffer, Domain};
+use super::buffer_core::BufferCore;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
 

@@ -56,6 +56,17 @@ impl Trace {
         result
     }
 
+    /// Adds a stretch that was measured elsewhere.
+    pub fn add(&mut self, name: &str, begin: Instant, end: Instant) {
+        let since =
+            |moment: Instant| moment.saturating_duration_since(self.epoch).as_nanos() as u64;
+        self.host.push(HostSpan {
+            name: name.to_owned(),
+            begin_ns: since(begin),
+            end_ns: since(end),
+        });
+    }
+
     /// The host's spans in the order of their beginnings.
     #[must_use]
     pub fn host_spans(&self) -> &[HostSpan] {

@@ -5,7 +5,8 @@ use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::buffer::{AnyBuffer, Buffer, allocate};
+use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::allocate;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;

@@ -34,6 +34,11 @@ fn values_come_with_kernel_invocation_and_tag() {
     };
     assert_eq!(told.entries, [first(0), first(1), first(0)].concat());
     assert_eq!(told.overflow, 0);
+    assert!(
+        told.to_string().starts_with(
+            "tell[0] 7: 0\ntell[0] 8: +0\ntell[0] 9: 0.5\ntell[1] 7: 2\ntell[1] 8: -1\n"
+        )
+    );
     assert_eq!(
         ctx.debug_entries(),
         DebugEntries::default(),
@@ -54,6 +59,7 @@ fn a_full_list_drops_and_counts() {
     };
     let told = tell(&ctx, &[1000]);
     assert_eq!((told.entries.len(), told.overflow), (100, 2900));
+    assert!(told.to_string().contains("2900 more values did not fit"));
     assert!(
         told.entries
             .iter()

@@ -1,0 +1,273 @@
+//! What a buffer is apart from its element type: memory, name, and the history that the hazard check keeps.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::access::{Access, History};
+use super::buffer::Domain;
+use super::context::Context;
+use super::error::{Check, GpuError, GpuResult};
+use super::graveyard::Corpse;
+
+/// The part of a [`Buffer`](super::Buffer) that does not depend on its element type.
+pub struct BufferCore {
+    pub(super) ctx: Arc<Context>,
+    pub(super) name: String,
+    pub(super) domain: Domain,
+    pub(super) size: u64,
+    raw: vk::Buffer,
+    /// Taken by `drop` only.
+    allocation: Option<Allocation>,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+pub(super) struct State {
+    pub(super) history: History,
+    /// The last recording that uses the buffer.
+    ticket: u64,
+    /// Slices of it that the host holds.
+    pub(super) readers: usize,
+}
+
+impl BufferCore {
+    pub(super) fn new(
+        ctx: &Arc<Context>,
+        name: &str,
+        len: usize,
+        element_size: u64,
+        domain: Domain,
+    ) -> GpuResult<Self> {
+        let info = ctx.info();
+        let too_large = |limit_name, limit: u64| GpuError::TooLarge {
+            object: name.to_owned(),
+            len: len as u64,
+            size: (len as u64).saturating_mul(element_size),
+            limit_name,
+            limit,
+            largest: limit / element_size,
+        };
+        // Only device buffers are bound whole; the others may be larger than a binding.
+        let binding = if domain == Domain::Device {
+            info.max_storage_buffer_range
+        } else {
+            u64::MAX
+        };
+        let size = (len as u64)
+            .checked_mul(element_size)
+            .ok_or_else(|| too_large("the size of an address", u64::MAX))?;
+        if size > binding {
+            return Err(too_large("maxStorageBufferRange", binding));
+        }
+        if size > info.max_memory_allocation_size {
+            return Err(too_large(
+                "maxMemoryAllocationSize",
+                info.max_memory_allocation_size,
+            ));
+        }
+
+        let (location, usage) = match domain {
+            Domain::Device => (
+                MemoryLocation::GpuOnly,
+                vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER,
+            ),
+            Domain::Upload => (MemoryLocation::CpuToGpu, vk::BufferUsageFlags::empty()),
+            Domain::Readback => (MemoryLocation::GpuToCpu, vk::BufferUsageFlags::empty()),
+        };
+        let usage = usage
+            | vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        // Vulkan has no empty buffers.
+        let (raw, allocation) = allocate(ctx, name, size.max(16), usage, location)?;
+        ctx.device.set_name(raw, name);
+        Ok(Self {
+            ctx: Arc::clone(ctx),
+            name: name.to_owned(),
+            domain,
+            size,
+            raw,
+            allocation: Some(allocation),
+            state: Mutex::default(),
+        })
+    }
+
+    /// The name it was made with.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Bytes that the elements take.
+    #[must_use]
+    pub fn size_in_bytes(&self) -> u64 {
+        self.size
+    }
+
+    /// What the memory is for.
+    #[must_use]
+    pub fn domain(&self) -> Domain {
+        self.domain
+    }
+
+    /// The raw handle, for crates that draw by themselves.
+    #[must_use]
+    pub fn raw(&self) -> vk::Buffer {
+        self.raw
+    }
+
+    pub(crate) fn ctx(&self) -> &Arc<Context> {
+        &self.ctx
+    }
+
+    /// Fits one storage-buffer binding? Device buffers always do.
+    pub(crate) fn assert_bindable(&self) {
+        let limit = self.ctx.info().max_storage_buffer_range;
+        assert!(
+            self.size <= limit,
+            "`{}` has {} bytes; a binding has {limit} at most",
+            self.name,
+            self.size
+        );
+    }
+
+    /// Records a use in the frame `ticket`, and panics if a barrier is missing.
+    pub(crate) fn touch(&self, ticket: u64, who: &str, access: Access, reads: bool, writes: bool) {
+        if writes {
+            self.assert_not_read_by_host(who);
+        }
+        let hazard = {
+            let mut state = self.lock();
+            state.ticket = ticket;
+            if !self.ctx.hazard_check {
+                return;
+            }
+            state.history.touch(&self.name, who, access, reads, writes)
+        };
+        // Outside the lock, so that a test that catches the panic can go on using the buffer.
+        if let Err(hazard) = hazard {
+            panic!("{hazard}");
+        }
+    }
+
+    pub(crate) fn barrier(&self, ticket: u64, from: Access, to: Access) {
+        let mut state = self.lock();
+        state.ticket = ticket;
+        state.history.barrier(from, to);
+    }
+
+    /// A full barrier was put round a blocking transfer.
+    pub(crate) fn forget_history(&self) {
+        self.lock().history.clear();
+    }
+
+    pub(crate) fn is_in_use(&self) -> bool {
+        let ticket = self.lock().ticket;
+        self.ctx.graveyard.is_pending(ticket)
+    }
+
+    /// Blocking transfers run before what is being recorded, which nobody means.
+    pub(crate) fn assert_not_being_recorded(&self) {
+        let ticket = self.lock().ticket;
+        assert!(
+            !self.ctx.graveyard.is_open(ticket),
+            "`{}` is used by a frame that is still being recorded: submit the frame before an upload or a download",
+            self.name
+        );
+    }
+
+    pub(super) fn mapped(&self, instead: &str) -> *mut std::ffi::c_void {
+        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_ptr);
+        let mapped = mapped.filter(|_| self.domain != Domain::Device);
+        mapped
+            .unwrap_or_else(|| panic!("`{}` is a device buffer; use ctx.{instead}", self.name))
+            .as_ptr()
+    }
+
+    /// A slice that the host holds must not change.
+    pub(crate) fn assert_not_read_by_host(&self, who: &str) {
+        let readers = self.lock().readers;
+        assert!(
+            readers == 0,
+            "`{who}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
+            self.name
+        );
+    }
+
+    pub(super) fn assert_not_in_use(&self, what: &str) {
+        assert!(
+            !self.is_in_use(),
+            "the host cannot {what} `{}`: a frame that uses it has not finished; wait for it",
+            self.name
+        );
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(|e| e.into_inner())
+    }
+}
+
+impl Drop for BufferCore {
+    fn drop(&mut self) {
+        if let Some(allocation) = self.allocation.take() {
+            self.ctx.graveyard.add(Corpse::Buffer(self.raw, allocation));
+        }
+    }
+}
+
+/// A raw buffer with memory bound to it; nothing is left behind on errors.
+pub(crate) fn allocate(
+    ctx: &Context,
+    name: &str,
+    size: u64,
+    usage: vk::BufferUsageFlags,
+    location: MemoryLocation,
+) -> GpuResult<(vk::Buffer, Allocation)> {
+    let device = &ctx.device.raw;
+    let info = vk::BufferCreateInfo::default()
+        .size(size)
+        .usage(usage)
+        .sharing_mode(vk::SharingMode::EXCLUSIVE);
+    // SAFETY: the device is alive; so below.
+    let raw = unsafe { device.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
+    // SAFETY: `raw` was made just now.
+    let requirements = unsafe { device.get_buffer_memory_requirements(raw) };
+    let description = AllocationCreateDesc {
+        name,
+        requirements,
+        location,
+        linear: true,
+        allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+    };
+    let allocation = ctx.lock_allocator().allocate(&description);
+    let bound = allocation
+        .map_err(|source| GpuError::OutOfMemory {
+            object: name.to_owned(),
+            size,
+            source,
+        })
+        .and_then(|allocation| {
+            // SAFETY: the allocation fits `raw`'s requirements and is used by nothing else.
+            let bound =
+                unsafe { device.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+            match bound.check("vkBindBufferMemory", name) {
+                Ok(()) => Ok(allocation),
+                Err(error) => {
+                    ctx.free(allocation);
+                    Err(error)
+                }
+            }
+        });
+    match bound {
+        Ok(allocation) => Ok((raw, allocation)),
+        Err(error) => {
+            // SAFETY: used by nothing.
+            unsafe { device.destroy_buffer(raw, None) };
+            Err(error)
+        }
+    }
+}
