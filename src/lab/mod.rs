@@ -3,6 +3,9 @@
 mod interface;
 mod keys;
 mod navigation;
+mod overlays;
 mod pacing;
+mod panel;
 mod rows;
 mod theme;
+mod widgets;

@@ -4,6 +4,7 @@ pub mod camera;
 pub mod colormap;
 pub mod draws;
 pub mod exposure;
+pub mod gui;
 pub mod normals;
 pub mod offscreen;
 pub mod output;
