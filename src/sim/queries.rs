@@ -6,7 +6,7 @@ use super::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQue
 use super::twin::walk::WALK_OUT_OF_ATTEMPTS;
 use super::types::Walker;
 use crate::error::{Error, Result};
-use crate::gpu::{Access, Buffer, Context, Domain, Frames, Pipeline, Threads};
+use crate::gpu::{Access, Buffer, Context, Domain, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::BorderRule;
 
@@ -30,10 +30,14 @@ pub fn walk_queries(
         border_reflects: border == BorderRule::Reflect,
     };
     let pipeline = Pipeline::<WalkQueries>::new(ctx, &constants)?;
-    let triangles = Buffer::new(ctx, "triangles", surface.triangles.len(), Domain::Device)?;
-    ctx.upload(&triangles, &surface.triangles)?;
-    let halfedges = Buffer::new(ctx, "halfedges", surface.halfedges.len(), Domain::Device)?;
-    ctx.upload(&halfedges, &surface.halfedges)?;
+    let triangles = Texels::new(
+        &Buffer::from_slice(ctx, "triangles", &surface.triangles)?,
+        4,
+    )?;
+    let halfedges = Texels::new(
+        &Buffer::from_slice(ctx, "halfedges", &surface.halfedges)?,
+        4,
+    )?;
     let buffer = Buffer::new(ctx, "walkers", walkers.len(), Domain::Device)?;
     ctx.upload(&buffer, walkers)?;
 
