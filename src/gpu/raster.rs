@@ -42,7 +42,7 @@ pub enum Blend {
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
-    /// The pass has a depth target, and fragments behind it are dropped.
+    /// The pass has a depth target, and fragments behind what it holds, of smaller depth, are dropped.
     pub depth: bool,
     /// Fragments write their depth, where there is a depth target.
     pub depth_write: bool,
@@ -145,7 +145,7 @@ impl<D: Draw> RasterPipeline<D> {
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(options.depth)
             .depth_write_enable(options.depth && options.depth_write)
-            .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
+            .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let attachments = [blend_state(options.blend)];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];

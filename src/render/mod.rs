@@ -14,6 +14,6 @@ pub mod view;
 
 pub use camera::Camera;
 pub use offscreen::Offscreen;
-pub use renderer::{Canvas, Renderer};
+pub use renderer::{Canvas, Quality, Renderer};
 pub use view::View;
 
