@@ -18,7 +18,7 @@ const DEFAULT_SIZE: [u32; 2] = [1440, 900];
 #[command(after_help = "\
 Examples:
   myxo lab                              the scene torus
-  myxo lab cube --preset rings
+  myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000")]
 pub struct Lab {
     /// A built-in name, a .toml file or a model

@@ -32,6 +32,26 @@ pub struct Buffer<T> {
     element: PhantomData<T>,
 }
 
+/// The elements of a mapped buffer, which no frame can write meanwhile.
+pub struct Mapped<'a, T> {
+    elements: &'a [T],
+    core: &'a BufferCore,
+}
+
+impl<T> std::ops::Deref for Mapped<'_, T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        self.elements
+    }
+}
+
+impl<T> Drop for Mapped<'_, T> {
+    fn drop(&mut self) {
+        self.core.lock().readers -= 1;
+    }
+}
+
 /// A buffer of any element type, as barriers and arguments take it.
 pub trait AnyBuffer {
     /// What does not depend on the element type.
@@ -55,6 +75,8 @@ struct State {
     history: History,
     /// The last recording that uses the buffer.
     ticket: u64,
+    /// Slices of it that the host holds.
+    readers: usize,
 }
 
 impl<T: Pod> Buffer<T> {
@@ -107,21 +129,31 @@ impl<T: Pod> Buffer<T> {
     /// # Panics
     /// If a frame that uses the buffer has not finished, or no barrier made its writes visible to the host.
     #[must_use]
-    pub fn as_slice(&self) -> &[T] {
+    pub fn as_slice(&self) -> Mapped<'_, T> {
         let core = &self.core;
         core.assert_not_in_use("read");
-        if core.ctx.hazard_check
-            && let Some(writer) = core.lock().history.unread_by_host()
         {
-            panic!(
-                "missing barrier: the host reads `{}`, which `{writer}` wrote; record barrier(.., Access::Readback, ..)",
-                core.name
-            );
+            let mut state = core.lock();
+            if core.ctx.hazard_check
+                && let Some(writer) = state.history.unread_by_host()
+            {
+                let text = format!(
+                    "missing barrier: the host reads `{}`, which `{writer}` wrote; record barrier(.., Access::Readback, ..)",
+                    core.name
+                );
+                drop(state);
+                panic!("{text}");
+            }
+            // The frames that used it were waited for, which orders them before all that follows.
+            state.history.clear();
+            state.readers += 1;
         }
-        // SAFETY: the memory holds `len` elements of plain data and lives as long as `self`. The device does not write
-        // it: no frame that uses the buffer is unfinished, and starting one needs `self`, too, but writing on the host
-        // needs it exclusively.
-        unsafe { std::slice::from_raw_parts(core.mapped("download").cast(), self.len()) }
+        let data = core.mapped("download").cast();
+        // SAFETY: the memory holds `len` elements of plain data and lives as long as `self`. Nobody writes it: no frame
+        // that uses the buffer is unfinished, recording one that writes it panics while `readers` counts this, and
+        // writing on the host needs the buffer exclusively.
+        let elements = unsafe { std::slice::from_raw_parts(data, self.len()) };
+        Mapped { elements, core }
     }
 
     /// As [`Buffer::as_slice`], to write.
@@ -321,6 +353,9 @@ impl BufferCore {
 
     /// Records a use in the frame `ticket`, and panics if a barrier is missing.
     pub(crate) fn touch(&self, ticket: u64, who: &str, access: Access, reads: bool, writes: bool) {
+        if writes {
+            self.assert_not_read_by_host(who);
+        }
         let hazard = {
             let mut state = self.lock();
             state.ticket = ticket;
@@ -367,6 +402,16 @@ impl BufferCore {
         mapped
             .unwrap_or_else(|| panic!("`{}` is a device buffer; use ctx.{instead}", self.name))
             .as_ptr()
+    }
+
+    /// A slice that the host holds must not change.
+    pub(crate) fn assert_not_read_by_host(&self, who: &str) {
+        let readers = self.lock().readers;
+        assert!(
+            readers == 0,
+            "`{who}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
+            self.name
+        );
     }
 
     fn assert_not_in_use(&self, what: &str) {

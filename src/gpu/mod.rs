@@ -39,7 +39,7 @@ mod trace;
 mod transfer;
 
 pub use access::Access;
-pub use buffer::{AnyBuffer, Buffer, BufferCore, Domain};
+pub use buffer::{AnyBuffer, Buffer, BufferCore, Domain, Mapped};
 pub use cache::default_cache_folder;
 pub use clock::Calibration;
 pub use context::{Context, ContextOptions, devices};

@@ -42,7 +42,7 @@ pub enum Blend {
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
-    /// The pass has a depth target, and fragments behind what it holds, of smaller depth, are dropped.
+    /// The pass has a depth target, and fragments behind what it holds, that is, of smaller depth, are dropped.
     pub depth: bool,
     /// Fragments write their depth, where there is a depth target.
     pub depth_write: bool,

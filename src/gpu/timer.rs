@@ -175,31 +175,45 @@ impl Timings {
     }
 }
 
+/// Sums up spans without copying names: a report is made for every picture of a window.
 #[derive(Default)]
-struct Collector {
+struct Collector<'a> {
     /// Length of each step.
     steps: Vec<f64>,
-    /// Name, number of dispatches, and the time of each step that had any.
-    rows: Vec<(String, usize, Vec<(usize, f64)>)>,
-    /// Path, occurrences, sum.
-    nodes: Vec<(Vec<String>, usize, f64)>,
+    rows: Vec<RowSums<'a>>,
+    nodes: Vec<NodeSums<'a>>,
 }
 
-impl Collector {
-    fn frame(&mut self, spans: &[Span], step: &str) {
-        // For each span: the number of its step and the path below it.
-        let mut places: Vec<Option<(usize, Vec<String>)>> = Vec::with_capacity(spans.len());
+struct RowSums<'a> {
+    name: &'a str,
+    count: usize,
+    /// Each step that had any, and its time.
+    times: Vec<(usize, f64)>,
+}
+
+struct NodeSums<'a> {
+    name: &'a str,
+    /// An index into the nodes; `None` directly in the step.
+    parent: Option<usize>,
+    count: usize,
+    sum: f64,
+}
+
+impl<'a> Collector<'a> {
+    fn frame(&mut self, spans: &'a [Span], step: &str) {
+        // For each span: the number of its step, and its node; the step itself has none.
+        let mut places: Vec<Option<(usize, Option<usize>)>> = Vec::with_capacity(spans.len());
         for span in spans {
-            let place = span.parent.and_then(|p| places[p].clone());
-            let place = match place {
-                Some((number, mut path)) => {
-                    path.push(span.name.clone());
-                    self.add(number, &path, span);
-                    Some((number, path))
+            let place = match span.parent.and_then(|parent| places[parent]) {
+                Some((number, parent)) => {
+                    if span.is_work() {
+                        self.add_to_row(number, span);
+                    }
+                    Some((number, Some(self.add_to_node(parent, span))))
                 }
                 None if span.name == step && !span.is_work() => {
                     self.steps.push(span.ms());
-                    Some((self.steps.len() - 1, Vec::new()))
+                    Some((self.steps.len() - 1, None))
                 }
                 None => None,
             };
@@ -207,36 +221,59 @@ impl Collector {
         }
     }
 
-    fn add(&mut self, number: usize, path: &[String], span: &Span) {
-        match self.nodes.iter_mut().find(|(p, ..)| p == path) {
-            Some((_, count, sum)) => {
-                *count += 1;
-                *sum += span.ms();
-            }
-            None => {
-                // Behind the last node of the same parent, so that the tree stays a tree in every order of arrival.
-                let parent = &path[..path.len() - 1];
-                let at = self
-                    .nodes
-                    .iter()
-                    .rposition(|(p, ..)| p.starts_with(parent))
-                    .map_or(self.nodes.len(), |i| i + 1);
-                self.nodes.insert(at, (path.to_vec(), 1, span.ms()));
-            }
+    fn add_to_node(&mut self, parent: Option<usize>, span: &'a Span) -> usize {
+        let found = self
+            .nodes
+            .iter()
+            .position(|n| n.parent == parent && n.name == span.name);
+        let index = found.unwrap_or(self.nodes.len());
+        if found.is_none() {
+            self.nodes.push(NodeSums {
+                name: &span.name,
+                parent,
+                count: 0,
+                sum: 0.0,
+            });
         }
-        if span.is_work() {
-            let row = match self.rows.iter().position(|(name, ..)| *name == span.name) {
-                Some(found) => &mut self.rows[found],
-                None => {
-                    self.rows.push((span.name.clone(), 0, Vec::new()));
-                    self.rows.last_mut().expect("pushed above")
-                }
-            };
-            row.1 += 1;
-            match row.2.last_mut() {
-                Some((n, ms)) if *n == number => *ms += span.ms(),
-                _ => row.2.push((number, span.ms())),
-            }
+        self.nodes[index].count += 1;
+        self.nodes[index].sum += span.ms();
+        index
+    }
+
+    fn add_to_row(&mut self, number: usize, span: &'a Span) {
+        let found = self.rows.iter().position(|row| row.name == span.name);
+        let index = found.unwrap_or(self.rows.len());
+        if found.is_none() {
+            self.rows.push(RowSums {
+                name: &span.name,
+                count: 0,
+                times: Vec::new(),
+            });
+        }
+        let row = &mut self.rows[index];
+        row.count += 1;
+        match row.times.last_mut() {
+            Some((step, ms)) if *step == number => *ms += span.ms(),
+            _ => row.times.push((number, span.ms())),
+        }
+    }
+
+    /// The nodes below `parent`, each followed by its own.
+    fn tree(&self, parent: Option<usize>, depth: usize, tree: &mut Vec<Node>) {
+        for (index, node) in self
+            .nodes
+            .iter()
+            .enumerate()
+            .filter(|(_, n)| n.parent == parent)
+        {
+            let steps = self.steps.len() as f64;
+            tree.push(Node {
+                name: node.name.to_owned(),
+                depth,
+                per_step: node.count as f64 / steps,
+                mean_ms: node.sum / steps,
+            });
+            self.tree(Some(index), depth + 1, tree);
         }
     }
 
@@ -245,13 +282,15 @@ impl Collector {
         if steps == 0 {
             return Report::default();
         }
+        let mut tree = Vec::with_capacity(self.nodes.len());
+        self.tree(None, 0, &mut tree);
         let step = Statistics::of(self.steps);
         let mut rows: Vec<Row> = self
             .rows
             .into_iter()
-            .map(|(name, count, times)| {
+            .map(|row| {
                 let mut all = vec![0.0; steps];
-                for (number, ms) in times {
+                for (number, ms) in row.times {
                     all[number] = ms;
                 }
                 let time = Statistics::of(all);
@@ -260,25 +299,16 @@ impl Collector {
                 } else {
                     0.0
                 };
+                let dispatches_per_step = row.count as f64 / steps as f64;
                 Row {
-                    name,
-                    dispatches_per_step: count as f64 / steps as f64,
+                    name: row.name.to_owned(),
+                    dispatches_per_step,
                     time,
                     share,
                 }
             })
             .collect();
         rows.sort_by(|a, b| b.time.mean_ms.total_cmp(&a.time.mean_ms));
-        let tree = self
-            .nodes
-            .into_iter()
-            .map(|(path, count, sum)| Node {
-                depth: path.len() - 1,
-                name: path.last().cloned().unwrap_or_default(),
-                per_step: count as f64 / steps as f64,
-                mean_ms: sum / steps as f64,
-            })
-            .collect();
         Report {
             steps,
             step,

@@ -8,6 +8,7 @@ use gpu_allocator::vulkan::Allocation;
 use super::buffer::{AnyBuffer, Buffer, allocate};
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
+use super::graveyard::Corpse;
 
 /// Bytes that one chunk moves.
 const CHUNK: u64 = 8 << 20;
@@ -32,6 +33,23 @@ impl Transfer {
                 device.destroy_buffer(buffer, None);
                 ctx.free(allocation);
             }
+        }
+    }
+
+    /// A transfer that still runs keeps what it uses; the next one makes everything anew.
+    fn abandon(&mut self, ctx: &Context) {
+        let left = std::mem::take(self);
+        let ticket = ctx.graveyard.begin();
+        ctx.graveyard.submitted(ticket);
+        ctx.graveyard.adopt(ticket, left.fence);
+        let queries = vk::QueryPool::null();
+        ctx.graveyard.add(Corpse::Frame {
+            pool: left.pool,
+            queries,
+            fence: left.fence,
+        });
+        for (buffer, allocation) in left.upload.into_iter().chain(left.download) {
+            ctx.graveyard.add(Corpse::Buffer(buffer, allocation));
         }
     }
 
@@ -96,9 +114,7 @@ impl Transfer {
                 wait_for(ctx, self.fence, WHO)
             });
             if matches!(finished, Err(GpuError::Timeout { .. })) {
-                // Still running: these must not be touched again, so they are left to the device.
-                self.pool = vk::CommandPool::null();
-                self.fence = vk::Fence::null();
+                self.abandon(ctx);
             } else {
                 device.free_command_buffers(self.pool, &cmds);
             }
@@ -176,6 +192,7 @@ impl Context {
         );
         let core = buffer.core();
         core.assert_not_being_recorded();
+        core.assert_not_read_by_host("upload");
         let mut transfer = self.transfer.lock().unwrap_or_else(|e| e.into_inner());
         let mut target = (start * size_of::<T>()) as u64;
         for chunk in bytemuck::cast_slice::<T, u8>(data).chunks(CHUNK as usize) {
@@ -280,6 +297,7 @@ impl Context {
     pub fn fill(&self, buffer: &dyn AnyBuffer, value: u32) -> GpuResult<()> {
         let core = buffer.core();
         core.assert_not_being_recorded();
+        core.assert_not_read_by_host("fill");
         if core.size_in_bytes() == 0 {
             return Ok(());
         }

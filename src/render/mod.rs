@@ -16,4 +16,3 @@ pub use camera::Camera;
 pub use offscreen::Offscreen;
 pub use renderer::{Canvas, Quality, Renderer};
 pub use view::View;
-

@@ -48,7 +48,7 @@ impl Offscreen {
     #[must_use]
     pub fn image(&self) -> RgbaImage {
         let [width, height] = self.canvas.size();
-        let bytes = bytemuck::cast_slice(self.pixels.as_slice()).to_vec();
+        let bytes = bytemuck::cast_slice(&self.pixels.as_slice()).to_vec();
         RgbaImage::from_raw(width, height, bytes)
             .expect("the buffer has a pixel for each of the canvas")
     }

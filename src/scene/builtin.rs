@@ -40,7 +40,7 @@ pub static SCENES: &[Builtin] =
 
 /// Every built-in preset: looks, that is, values for `[physarum]` and `[trail]`.
 pub static PRESETS: &[Builtin] =
-    texts!("presets": "network", "cells", "rings", "felt", "sparse", "shy");
+    texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse");
 
 /// The built-in scene with this name.
 #[must_use]

@@ -15,7 +15,7 @@ use super::suggest::{first_of, is_section, nearest, nearest_key};
 /// One thing that is wrong with a scene file, a preset or a `--set`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where it stands: `line 7`, `--set trail.decay=2`, `preset rings`; empty when nowhere in particular.
+    /// Where it stands: `line 7`, `--set trail.decay=2`, `preset spots`; empty when nowhere in particular.
     pub place: String,
     /// What is wrong and what would be right.
     pub message: String,

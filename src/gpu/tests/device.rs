@@ -101,7 +101,7 @@ fn frames_copy_update_and_use_mapped_memory() {
     rec.update(&values, 5, &[9]);
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
-    assert_eq!(up.as_slice(), [1, 2, 3, 4]);
+    assert_eq!(up.as_slice()[..], [1, 2, 3, 4]);
     assert_eq!(ctx.download(&values).unwrap(), [0, 0, 2, 3, 0, 9]);
     assert_silent(&ctx);
 }

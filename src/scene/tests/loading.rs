@@ -113,7 +113,7 @@ fn the_reference_scenes_have_their_sizes() {
 #[test]
 fn overrides_come_in_order() {
     let overrides = Overrides {
-        preset: Some("rings".to_owned()),
+        preset: Some("spots".to_owned()),
         set: vec!["physarum.sensor_angle=12".to_owned(), "seed=1".to_owned()],
         seed: Some(9),
     };
@@ -137,14 +137,14 @@ fn unknown_names_are_answered_with_the_nearest() {
         "{message}"
     );
     let overrides = Overrides {
-        preset: Some("ringz".to_owned()),
+        preset: Some("spotz".to_owned()),
         ..Overrides::default()
     };
     let message = Scene::load(Path::new("torus"), &overrides)
         .expect_err("no such preset")
         .to_string();
     assert!(
-        message.starts_with("there is no preset `ringz`, did you mean `rings`?"),
+        message.starts_with("there is no preset `spotz`, did you mean `spots`?"),
         "{message}"
     );
 }
