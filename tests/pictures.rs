@@ -388,7 +388,7 @@ fn a_particle_is_drawn_where_it_is() {
             (particle.triangle, particle.u, particle.v) = (hit.triangle, hit.u, hit.v);
         }
         gpu.ctx
-            .upload(stage.simulation.particles(), &particles)
+            .upload(&stage.simulation.state().particles, &particles)
             .unwrap();
         let spot = bright_spot(&stage.picture(&gpu), 400.0);
         assert!(spot.distance(pixel) < 0.8, "{spot}, expected {pixel}");
@@ -399,7 +399,7 @@ fn a_particle_is_drawn_where_it_is() {
         particle.triangle = farthest_triangle(stage.setup(), stage.view.camera.eye());
     }
     gpu.ctx
-        .upload(stage.simulation.particles(), &particles)
+        .upload(&stage.simulation.state().particles, &particles)
         .unwrap();
     let picture = stage.picture(&gpu);
     assert!(picture.pixels().all(|pixel| brightness(pixel) < 400.0));

@@ -6,8 +6,12 @@ use clap::Args;
 use myxo::Result;
 use myxo::scene::builtin::DEFAULT_SCENE;
 
+use super::Outcome;
 use super::options::{CommonOptions, Size};
-use super::{Outcome, not_built_in};
+use crate::lab::{self, LabOptions};
+
+/// Of the window, pixels.
+const DEFAULT_SIZE: [u32; 2] = [1440, 900];
 
 /// Open a window: look, play, turn parameters
 #[derive(Clone, Debug, Args)]
@@ -40,8 +44,18 @@ impl Default for Lab {
 impl Lab {
     /// Loads the scene and opens the window with it.
     pub fn run(&self) -> Result<Outcome> {
-        let _scene = self.common.load(&self.scene)?;
-        let _size = self.size;
-        Err(not_built_in("the window"))
+        let scene = self.common.load(&self.scene)?;
+        let size = self
+            .size
+            .map_or(DEFAULT_SIZE, |size| [size.width, size.height]);
+        lab::run(
+            scene,
+            LabOptions {
+                device: self.common.device.device.clone(),
+                validation: self.common.device.validate,
+                size,
+            },
+        )?;
+        Ok(Outcome::Done)
     }
 }

@@ -1,8 +1,44 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
+mod clocks;
 mod interface;
 mod keys;
 mod navigation;
+mod overlays;
 mod pacing;
+mod panel;
 mod rows;
+mod stage;
 mod theme;
+mod widgets;
+mod window;
+
+use myxo::scene::Scene;
+use myxo::{Error, Result};
+use winit::event_loop::EventLoop;
+
+/// How the lab is opened.
+#[derive(Clone, Debug)]
+pub struct LabOptions {
+    /// Index or part of the name of the device; `None` takes the best that can show pictures.
+    pub device: Option<String>,
+    /// Switches on the validation layers; what they say goes to the log.
+    pub validation: bool,
+    /// Width and height of the window, pixels.
+    pub size: [u32; 2],
+}
+
+/// Opens the window and runs until it is closed.
+pub fn run(scene: Scene, options: LabOptions) -> Result<()> {
+    let events = EventLoop::new().map_err(|source| {
+        Error::Invalid(format!(
+            "no window can be opened ({source}): where there is no display, `myxo render` draws without one"
+        ))
+    })?;
+    let mut app = window::App::new(scene, options);
+    let ended = events.run_app(&mut app);
+    if let Some(error) = app.error {
+        return Err(error);
+    }
+    ended.map_err(|source| Error::Invalid(format!("the window's events ended: {source}")))
+}

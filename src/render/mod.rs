@@ -4,6 +4,7 @@ pub mod camera;
 pub mod colormap;
 pub mod draws;
 pub mod exposure;
+pub mod gui;
 pub mod normals;
 pub mod offscreen;
 pub mod output;
@@ -13,5 +14,5 @@ pub mod view;
 
 pub use camera::Camera;
 pub use offscreen::Offscreen;
-pub use renderer::{Canvas, Renderer};
+pub use renderer::{Canvas, Quality, Renderer};
 pub use view::View;

@@ -45,12 +45,25 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Images of `size` pixels, each side at least 1.
+    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples a pixel.
     ///
     /// # Errors
     /// When the device has no images of that size, or no memory for them.
     pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format) -> Result<Self, GpuError> {
-        let samples = samples(ctx);
+        Self::with_quality(ctx, size, format, Quality::Smooth)
+    }
+
+    /// The same, at the price that `quality` says.
+    ///
+    /// # Errors
+    /// As for [`Canvas::new`].
+    pub fn with_quality(
+        ctx: &Arc<Context>,
+        size: [u32; 2],
+        format: Format,
+        quality: Quality,
+    ) -> Result<Self, GpuError> {
+        let samples = quality.samples(ctx);
         let resolved = match samples {
             1 => None,
             _ => Some(Image::new(ctx, "picture.resolved", size, format, 1)?),
@@ -75,17 +88,63 @@ impl Canvas {
     }
 }
 
-/// As many samples as are wanted, or as the device has.
-fn samples(ctx: &Context) -> u32 {
-    SAMPLES.min(ctx.info().max_samples)
+/// What edges cost. On a device that is a CPU, smooth ones take three times as long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// One sample a pixel.
+    Quick,
+    /// Four, or as many as the device has.
+    Smooth,
 }
 
-/// Draws the simulations of one setup.
-pub struct Renderer {
+impl Quality {
+    fn samples(self, ctx: &Context) -> u32 {
+        match self {
+            Self::Quick => 1,
+            Self::Smooth => SAMPLES.min(ctx.info().max_samples),
+        }
+    }
+}
+
+/// The pipelines for canvases with one number of samples.
+struct Pipelines {
+    samples: u32,
     surface: RasterPipeline<SurfaceDraw>,
     particles: RasterPipeline<ParticlesDraw>,
     background: RasterPipeline<BackgroundDraw>,
     atlas_view: RasterPipeline<AtlasViewDraw>,
+}
+
+impl Pipelines {
+    fn new(ctx: &Arc<Context>, format: Format, samples: u32) -> Result<Self, GpuError> {
+        let options = RasterOptions {
+            color: format,
+            samples,
+            ..RasterOptions::default()
+        };
+        let behind = RasterOptions {
+            depth_write: false,
+            ..options
+        };
+        let points = RasterOptions {
+            topology: Topology::Points,
+            blend: Blend::Add,
+            ..behind
+        };
+        Ok(Self {
+            samples,
+            surface: RasterPipeline::new(ctx, &(), options)?,
+            particles: RasterPipeline::new(ctx, &(), points)?,
+            background: RasterPipeline::new(ctx, &(), behind)?,
+            atlas_view: RasterPipeline::new(ctx, &(), behind)?,
+        })
+    }
+}
+
+/// Draws the simulations of one setup.
+pub struct Renderer {
+    /// One set for each quality.
+    pipelines: Vec<Pipelines>,
     trail_histogram: Pipeline<TrailHistogram>,
     expose: Pipeline<Expose>,
     /// Packed, one for each corner of each triangle.
@@ -101,6 +160,14 @@ pub struct Renderer {
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
+}
+
+/// One picture being drawn.
+struct Shot<'a> {
+    pipelines: &'a Pipelines,
+    state: &'a State,
+    view: &'a View,
+    size: Vec2,
 }
 
 /// Sizes of what is drawn.
@@ -120,28 +187,18 @@ impl Renderer {
     /// # Errors
     /// When the device cannot draw, or has no memory left.
     pub fn new(ctx: &Arc<Context>, setup: &Setup, format: Format) -> Result<Self, GpuError> {
-        let options = RasterOptions {
-            color: format,
-            samples: samples(ctx),
-            ..RasterOptions::default()
-        };
-        let behind = RasterOptions {
-            depth_write: false,
-            ..options
-        };
-        let points = RasterOptions {
-            topology: Topology::Points,
-            blend: Blend::Add,
-            ..behind
-        };
+        let mut samples = [Quality::Quick, Quality::Smooth]
+            .map(|quality| quality.samples(ctx))
+            .to_vec();
+        samples.dedup();
+        let pipelines = samples
+            .into_iter()
+            .map(|samples| Pipelines::new(ctx, format, samples));
         let normals = corner_normals(&setup.surface, CREASE_ANGLE);
         let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
         let atlas = &setup.atlas;
         Ok(Self {
-            surface: RasterPipeline::new(ctx, &(), options)?,
-            particles: RasterPipeline::new(ctx, &(), points)?,
-            background: RasterPipeline::new(ctx, &(), behind)?,
-            atlas_view: RasterPipeline::new(ctx, &(), behind)?,
+            pipelines: pipelines.collect::<Result<_, _>>()?,
             trail_histogram: Pipeline::new(ctx, &())?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", &normals)?,
@@ -181,12 +238,20 @@ impl Renderer {
             };
             let [width, height] = canvas.size();
             let size = Vec2::new(width as f32, height as f32);
+            let samples = canvas.color.samples();
+            let pipelines = self.pipelines.iter().find(|set| set.samples == samples);
+            let shot = Shot {
+                pipelines: pipelines.expect("canvases come in the qualities that renderers have"),
+                state,
+                view,
+                size,
+            };
             rec.pass("draw", &targets, |pass| match view.show {
-                Show::Atlas => self.draw_atlas(pass, state, view, size),
-                Show::Surface => self.draw_surface(pass, state, view, size, 1.0),
+                Show::Atlas => self.draw_atlas(pass, &shot),
+                Show::Surface => self.draw_surface(pass, &shot, 1.0),
                 Show::Particles => {
-                    self.draw_surface(pass, state, view, size, TRAIL_UNDER_PARTICLES);
-                    self.draw_particles(pass, state, view, size);
+                    self.draw_surface(pass, &shot, TRAIL_UNDER_PARTICLES);
+                    self.draw_particles(pass, &shot);
                 }
             });
             // The next steps and the next picture write over what was read.
@@ -257,17 +322,13 @@ impl Renderer {
         self.is_first = false;
     }
 
-    fn draw_surface(
-        &self,
-        pass: &mut PassRecorder<'_>,
-        state: &State,
-        view: &View,
-        size: Vec2,
-        trail_share: f32,
-    ) {
+    fn draw_surface(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>, trail_share: f32) {
+        let Shot {
+            state, view, size, ..
+        } = *shot;
         let camera = &view.camera;
         pass.draw(
-            &self.surface,
+            &shot.pipelines.surface,
             self.shape.corner_count,
             1,
             SurfaceArgs {
@@ -295,10 +356,13 @@ impl Renderer {
             color: view.background_light(),
             aspect: size.x / size.y,
         };
-        pass.draw(&self.background, 3, 1, (), params);
+        pass.draw(&shot.pipelines.background, 3, 1, (), params);
     }
 
-    fn draw_particles(&self, pass: &mut PassRecorder<'_>, state: &State, view: &View, size: Vec2) {
+    fn draw_particles(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let Shot {
+            state, view, size, ..
+        } = *shot;
         let camera = &view.camera;
         let stride = self
             .shape
@@ -306,7 +370,7 @@ impl Renderer {
             .div_ceil(view.most_particles.max(1));
         let drawn = self.shape.particle_count.div_ceil(stride.max(1));
         pass.draw(
-            &self.particles,
+            &shot.pipelines.particles,
             drawn,
             1,
             ParticlesArgs {
@@ -328,9 +392,12 @@ impl Renderer {
         );
     }
 
-    fn draw_atlas(&self, pass: &mut PassRecorder<'_>, state: &State, view: &View, size: Vec2) {
+    fn draw_atlas(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let Shot {
+            state, view, size, ..
+        } = *shot;
         pass.draw(
-            &self.atlas_view,
+            &shot.pipelines.atlas_view,
             3,
             1,
             AtlasViewArgs {

@@ -1,0 +1,135 @@
+//! What is measured while the lab runs: pictures and steps a second, GPU times, memory; made into [`Facts`].
+
+use std::time::{Duration, Instant};
+
+use myxo::gpu::{Context, Frames, SpanKind};
+
+use super::interface::{Facts, KernelTime};
+use super::pacing::Pacer;
+use super::stage::Stage;
+
+/// How often figures change: often enough to follow, seldom enough to read.
+const INTERVAL: Duration = Duration::from_millis(500);
+/// Frames that times are averaged over.
+const FRAMES_AVERAGED: usize = 64;
+
+/// Counts frames and steps, and reads the GPU's timers.
+pub struct Clocks {
+    last_frame: Instant,
+    interval_began: Instant,
+    frames: u32,
+    steps: u32,
+    /// The figures as they are shown.
+    pub facts: Facts,
+}
+
+impl Clocks {
+    /// Begins to count.
+    pub fn new(ctx: &Context, frames: &mut Frames) -> Self {
+        frames.timings_mut().set_window(FRAMES_AVERAGED);
+        let info = ctx.info();
+        Self {
+            last_frame: Instant::now(),
+            interval_began: Instant::now(),
+            frames: 0,
+            steps: 0,
+            facts: Facts {
+                device: format!("{}, {} {}", info.name, info.driver, info.driver_version),
+                ..Facts::default()
+            },
+        }
+    }
+
+    /// A frame begins: how long after the last one?
+    pub fn tick(&mut self) -> Duration {
+        let now = Instant::now();
+        let since = now - self.last_frame;
+        self.last_frame = now;
+        since
+    }
+
+    /// A frame with this many steps was shown. Teaches the pacer what steps cost.
+    pub fn shown(
+        &mut self,
+        steps: u32,
+        ctx: &Context,
+        frames: &Frames,
+        stage: &Stage,
+        pacer: &mut Pacer,
+    ) {
+        self.frames += 1;
+        self.steps += steps;
+        self.facts.step = stage.simulation.step();
+        if let Some(step) = latest_step(frames) {
+            pacer.measured(step);
+        } else if steps > 0 && !ctx.info().has_timestamps() {
+            // Without timestamps the frame's own length has to do.
+            pacer.measured(self.last_frame.elapsed() / steps);
+        }
+        let interval = self.interval_began.elapsed();
+        if interval >= INTERVAL {
+            let seconds = interval.as_secs_f64();
+            self.facts.frames_per_second = f64::from(self.frames) / seconds;
+            self.facts.steps_per_second = f64::from(self.steps) / seconds;
+            (self.frames, self.steps) = (0, 0);
+            self.interval_began = Instant::now();
+            self.read_timers(frames);
+            self.facts.memory = memory(ctx);
+        }
+    }
+
+    /// Another scene, or the same from the beginning: old figures mean nothing.
+    pub fn restart(&mut self, frames: &mut Frames, stage: &Stage) {
+        frames.timings_mut().clear();
+        let setup = stage.simulation.setup();
+        let facts = &mut self.facts;
+        facts.scene = stage.scene.name.clone();
+        facts.step = stage.simulation.step();
+        facts.triangles = setup.surface.corners.len();
+        facts.texels = setup.atlas.owned_count as usize;
+        facts.gutter = setup.atlas.gutter;
+        facts.kernels.clear();
+        facts.step_ms = None;
+    }
+
+    fn read_timers(&mut self, frames: &Frames) {
+        let report = frames.timings().report("step");
+        if report.steps == 0 {
+            return;
+        }
+        self.facts.step_ms = Some(report.step.mean_ms);
+        let step_ms = report.step.mean_ms.max(f64::MIN_POSITIVE);
+        self.facts.kernels = report
+            .rows
+            .iter()
+            .map(|row| KernelTime {
+                name: row.name.clone(),
+                per_step: row.dispatches_per_step,
+                mean_ms: row.time.mean_ms,
+                p95_ms: row.time.p95_ms,
+                share: row.time.mean_ms * row.dispatches_per_step / step_ms,
+            })
+            .collect();
+    }
+}
+
+/// The mean time of the steps in the last frame that was measured, if it had any.
+fn latest_step(frames: &Frames) -> Option<Duration> {
+    let spans = frames.timings().frames().last()?;
+    let steps: Vec<f64> = spans
+        .iter()
+        .filter(|span| span.kind == SpanKind::Scope && span.name == "step")
+        .map(myxo::gpu::Span::ms)
+        .collect();
+    let mean = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    (mean > 0.0).then(|| Duration::from_secs_f64(1e-3 * mean))
+}
+
+/// Bytes of device memory in use by this program.
+fn memory(ctx: &Context) -> u64 {
+    let allocator = ctx.allocator();
+    let allocator = allocator
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    allocator.generate_report().total_allocated_bytes
+}

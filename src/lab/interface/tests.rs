@@ -1,0 +1,293 @@
+//! The interface without a window: events go in, commands and settings come out.
+
+use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, pos2, vec2};
+use myxo::render::Camera;
+use myxo::scene::Scene;
+use myxo::scene::settings::ColorMap;
+
+use super::*;
+
+struct Harness {
+    ctx: egui::Context,
+    interface: Interface,
+    facts: Facts,
+    time: f64,
+}
+
+const SCREEN: egui::Vec2 = vec2(1200.0, 800.0);
+/// In the picture, right of the panel.
+const IN_PICTURE: Pos2 = pos2(800.0, 300.0);
+const IN_PANEL: Pos2 = pos2(100.0, 300.0);
+
+impl Harness {
+    fn new() -> Self {
+        let settings = Settings::default();
+        let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
+        let view = View::of(&scene, Vec2::new(SCREEN.x, SCREEN.y));
+        let mut harness = Self {
+            ctx: egui::Context::default(),
+            interface: Interface::new(&scene.settings, view, (scene.center, scene.radius)),
+            facts: Facts {
+                gutter: 1,
+                ..Facts::default()
+            },
+            time: 0.0,
+        };
+        theme::apply(&harness.ctx);
+        for _ in 0..3 {
+            harness.frame(vec![]);
+        }
+        harness
+    }
+
+    fn frame(&mut self, events: Vec<Event>) -> Shown {
+        self.time += 1.0 / 60.0;
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, SCREEN)),
+            time: Some(self.time),
+            events,
+            ..RawInput::default()
+        };
+        let mut shown = None;
+        let output = self.ctx.run_ui(input, |ui| {
+            shown = Some(self.interface.show(ui, &self.facts))
+        });
+        output.drop_without_applying_deltas();
+        shown.unwrap()
+    }
+
+    fn press(&mut self, key: Key) -> Vec<Command> {
+        let event = |pressed| Event::Key {
+            key,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        let shown = self.frame(vec![event(true)]);
+        self.frame(vec![event(false)]);
+        shown.commands
+    }
+
+    fn drag(&mut self, button: PointerButton, modifiers: Modifiers, from: Pos2, to: Pos2) -> bool {
+        let event = |pos, pressed| Event::PointerButton {
+            pos,
+            button,
+            pressed,
+            modifiers,
+        };
+        self.frame(vec![
+            Event::ModifiersChanged(modifiers),
+            Event::PointerMoved(from),
+        ]);
+        self.frame(vec![event(from, true)]);
+        let mut touched = false;
+        for step in 1..=4 {
+            let at = from + (to - from) * (step as f32 / 4.0);
+            touched |= self.frame(vec![Event::PointerMoved(at)]).touched;
+        }
+        self.frame(vec![
+            event(to, false),
+            Event::ModifiersChanged(Modifiers::NONE),
+        ]);
+        touched
+    }
+}
+
+#[test]
+fn keys_run_step_restart_and_choose() {
+    let mut harness = Harness::new();
+    assert!(harness.interface.playing);
+    harness.press(Key::Space);
+    assert!(!harness.interface.playing);
+    assert_eq!(harness.press(Key::S), [Command::Step]);
+    assert_eq!(harness.press(Key::Period), [Command::Step]);
+    assert_eq!(harness.press(Key::R), [Command::Restart]);
+    assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
+    for (key, show) in [
+        (Key::Num2, Show::Particles),
+        (Key::Num3, Show::Atlas),
+        (Key::Num1, Show::Surface),
+    ] {
+        harness.press(key);
+        assert_eq!(harness.interface.view.show, show);
+    }
+    harness.press(Key::C);
+    assert_eq!(harness.interface.view.color_map, ColorMap::default().next());
+    harness.press(Key::H);
+    assert!(harness.interface.help);
+    harness.press(Key::Escape);
+    assert!(!harness.interface.help);
+}
+
+#[test]
+fn a_single_step_holds_the_simulation() {
+    let mut harness = Harness::new();
+    harness.press(Key::S);
+    assert!(!harness.interface.playing);
+}
+
+#[test]
+fn hiding_the_panel_gives_its_room_to_the_picture() {
+    let mut harness = Harness::new();
+    let with = harness.frame(vec![]).picture;
+    harness.press(Key::P);
+    let without = harness.frame(vec![]).picture;
+    assert!(
+        without.left() == 0.0 && with.left() > 300.0,
+        "{with} {without}"
+    );
+    assert_eq!(without.bottom(), with.bottom());
+}
+
+#[test]
+fn drags_in_the_picture_turn_and_pan_and_those_in_the_panel_do_not() {
+    let mut harness = Harness::new();
+    let start = harness.interface.view.camera;
+    let orbited = |camera: &Camera| (camera.yaw, camera.pitch) != (start.yaw, start.pitch);
+    let panned = |camera: &Camera| camera.target != start.target;
+
+    harness.drag(
+        PointerButton::Primary,
+        Modifiers::NONE,
+        IN_PANEL,
+        IN_PANEL + vec2(0.0, 60.0),
+    );
+    assert_eq!(harness.interface.view.camera, start);
+
+    assert!(harness.drag(
+        PointerButton::Primary,
+        Modifiers::NONE,
+        IN_PICTURE,
+        IN_PICTURE + vec2(60.0, 20.0)
+    ));
+    let camera = harness.interface.view.camera;
+    assert!(orbited(&camera) && !panned(&camera));
+
+    for (button, modifiers) in [
+        (PointerButton::Secondary, Modifiers::NONE),
+        (PointerButton::Primary, Modifiers::SHIFT),
+    ] {
+        harness.interface.view.camera = start;
+        harness.drag(button, modifiers, IN_PICTURE, IN_PICTURE + vec2(60.0, 20.0));
+        let camera = harness.interface.view.camera;
+        assert!(!orbited(&camera) && panned(&camera), "{button:?}");
+    }
+}
+
+#[test]
+fn the_wheel_zooms_to_the_pointer() {
+    let mut harness = Harness::new();
+    let start = harness.interface.view.camera;
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    let picture = harness.frame(vec![]).picture;
+    let wheel = Event::MouseWheel {
+        unit: MouseWheelUnit::Line,
+        delta: vec2(0.0, 1.0),
+        modifiers: Modifiers::NONE,
+        phase: egui::TouchPhase::Move,
+    };
+    let mut touched = harness.frame(vec![wheel]).touched;
+    for _ in 0..60 {
+        touched |= harness.frame(vec![]).touched;
+    }
+    let camera = harness.interface.view.camera;
+    assert!(
+        touched
+            && camera.distance < 0.95 * start.distance
+            && camera.distance > 0.6 * start.distance,
+        "{camera:?}"
+    );
+    // What was under the pointer, at the target's depth, still is.
+    let size = Vec2::new(picture.width(), picture.height());
+    let pointer = Vec2::new(IN_PICTURE.x - picture.left(), IN_PICTURE.y - picture.top());
+    let ray = start.ray(pointer, size);
+    let along = start.distance / -ray.direction.dot(start.backward());
+    let still = camera
+        .pixel(ray.origin + along * ray.direction, size)
+        .unwrap();
+    assert!(still.distance(pointer) < 0.1, "{still}, not {pointer}");
+}
+
+#[test]
+fn a_double_click_asks_for_the_point_under_it() {
+    let mut harness = Harness::new();
+    let picture = harness.frame(vec![Event::PointerMoved(IN_PICTURE)]).picture;
+    let click = |pressed| Event::PointerButton {
+        pos: IN_PICTURE,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    let mut commands = Vec::new();
+    for _ in 0..2 {
+        commands.extend(harness.frame(vec![click(true)]).commands);
+        commands.extend(harness.frame(vec![click(false)]).commands);
+    }
+    let pixel = Vec2::new(IN_PICTURE.x - picture.left(), IN_PICTURE.y - picture.top());
+    assert_eq!(commands, [Command::Refocus(pixel)]);
+
+    let goal = Vec3::new(0.3, 0.1, 0.2);
+    harness.interface.navigation.fly_to(goal);
+    for _ in 0..120 {
+        harness.frame(vec![]);
+    }
+    assert_eq!(harness.interface.view.camera.target, goal);
+    assert!(!harness.frame(vec![]).touched, "it has arrived");
+}
+
+#[test]
+fn what_restarts_waits_and_what_does_not_is_live() {
+    let mut harness = Harness::new();
+    let interface = &mut harness.interface;
+    interface.edited.trail.decay = 0.5;
+    interface.edited.particles.count = 77;
+    assert!(interface.is_pending(1));
+    let live = interface.live_settings(1);
+    assert_eq!(
+        (live.trail.decay, live.particles.count),
+        (0.5, interface.running.particles.count)
+    );
+    interface.edited.particles.count = interface.running.particles.count;
+    assert!(!interface.is_pending(1));
+    interface.edited.objects[0].scale = 2.0;
+    assert!(interface.is_pending(1));
+}
+
+#[test]
+fn copy_and_paste_reach_the_window() {
+    let mut harness = Harness::new();
+    assert_eq!(harness.frame(vec![Event::Copy]).commands, [Command::Copy]);
+    assert_eq!(
+        harness.frame(vec![Event::Paste("x".to_owned())]).commands,
+        [Command::Paste("x".to_owned())]
+    );
+}
+
+#[test]
+fn every_parameter_has_a_place_in_the_panel() {
+    for parameter in PARAMETERS {
+        let section = parameter.section();
+        let is_shown = super::super::panel::SECTIONS
+            .iter()
+            .any(|(prefix, ..)| *prefix == section);
+        // The camera is moved by hand, and the picture has a section of its own.
+        assert!(
+            is_shown || matches!(section, "camera" | "picture"),
+            "{}",
+            parameter.key
+        );
+    }
+}
+
+#[test]
+fn a_notice_goes_away() {
+    let mut harness = Harness::new();
+    let ctx = harness.ctx.clone();
+    harness.interface.notice(&ctx, "saved", false);
+    harness.frame(vec![]);
+    assert!(harness.interface.notice.is_some());
+    harness.time += 10.0;
+    harness.frame(vec![]);
+    assert!(harness.interface.notice.is_none());
+}

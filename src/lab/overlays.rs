@@ -1,0 +1,112 @@
+//! What lies below and over the picture: the line of facts, the list of controls, short messages.
+
+use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
+
+use super::interface::{Facts, Interface};
+use super::keys::{KEYS, MOUSE};
+use super::rows::grouped;
+use super::theme;
+
+impl Interface {
+    /// The line below everything.
+    pub(super) fn status_line(&self, ui: &mut Ui, facts: &Facts) {
+        let frame = egui::Frame::new()
+            .fill(theme::PANEL)
+            .inner_margin(egui::Margin::symmetric(12, 4));
+        egui::Panel::bottom("status")
+            .show_separator_line(false)
+            .frame(frame)
+            .show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    let fact = |ui: &mut Ui, text: String| {
+                        ui.label(RichText::new(text).small().color(theme::WEAK));
+                    };
+                    fact(ui, format!("{:.0} fps", facts.frames_per_second));
+                    fact(
+                        ui,
+                        facts
+                            .step_ms
+                            .map_or("step time unavailable".to_owned(), |ms| {
+                                format!("{ms:.2} ms a step")
+                            }),
+                    );
+                    fact(
+                        ui,
+                        format!(
+                            "{} particles",
+                            grouped(f64::from(self.running.particles.count))
+                        ),
+                    );
+                    fact(ui, format!("{} triangles", grouped(facts.triangles as f64)));
+                    fact(ui, format!("{} texels", grouped(facts.texels as f64)));
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                        fact(ui, format!("{} MiB", facts.memory >> 20));
+                        ui.add(
+                            egui::Label::new(
+                                RichText::new(&facts.device).small().color(theme::WEAK),
+                            )
+                            .truncate(),
+                        );
+                    });
+                });
+            });
+    }
+
+    /// The list of controls.
+    pub(super) fn show_help(&mut self, ctx: &egui::Context, picture: Rect) {
+        let mut open = true;
+        egui::Window::new("Controls")
+            .open(&mut open)
+            .collapsible(false)
+            .resizable(false)
+            .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
+            .show(ctx, |ui| {
+                egui::Grid::new("controls")
+                    .num_columns(2)
+                    .spacing(vec2(20.0, 4.0))
+                    .show(ui, |ui| {
+                        let mut line = |keys: &str, what: &str| {
+                            ui.label(RichText::new(keys).monospace().color(theme::ACCENT));
+                            ui.label(what);
+                            ui.end_row();
+                        };
+                        for (keys, what) in MOUSE {
+                            line(keys, what);
+                        }
+                        for (_, keys, _, what) in KEYS {
+                            line(keys, what);
+                        }
+                    });
+            });
+        self.help &= open;
+    }
+
+    /// The message, until its time is over.
+    pub(super) fn show_notice(&mut self, ui: &Ui, picture: Rect) {
+        let now = ui.input(|i| i.time);
+        if self
+            .notice
+            .as_ref()
+            .is_some_and(|notice| now > notice.until)
+        {
+            self.notice = None;
+        }
+        let Some(notice) = &self.notice else {
+            return;
+        };
+        egui::Area::new("notice".into())
+            .anchor(Align2::CENTER_BOTTOM, vec2(0.5 * picture.left(), -44.0))
+            .interactable(false)
+            .show(ui.ctx(), |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.set_max_width((picture.width() - 60.0).max(120.0));
+                    let color = if notice.is_error {
+                        theme::ERROR
+                    } else {
+                        theme::ACCENT
+                    };
+                    ui.label(RichText::new(&notice.text).color(color));
+                });
+            });
+    }
+}

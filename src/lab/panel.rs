@@ -1,0 +1,277 @@
+//! The panel beside the picture: run and reset, what the picture shows, every parameter, kernel times.
+
+use egui::{Align, Color32, Layout, RichText, ScrollArea, Ui, vec2};
+use myxo::render::exposure::Exposure;
+use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+use myxo::scene::settings::Show;
+
+use super::interface::{Command, Facts, Interface};
+use super::rows::{RowContext, grouped, row};
+use super::theme;
+use super::widgets::{color_map_picker, kernel_table};
+
+impl Interface {
+    /// Fills the panel.
+    pub(super) fn panel(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("myxo").heading().color(theme::ACCENT));
+            ui.label(RichText::new(&facts.scene).heading());
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.toggle_value(&mut self.help, "?")
+                    .on_hover_text("Keys and mouse (H)");
+            });
+        });
+        ui.add_space(4.0);
+        self.transport(ui, facts, commands);
+        ui.add_space(6.0);
+        ui.separator();
+        ScrollArea::vertical()
+            .auto_shrink([false, false])
+            .show(ui, |ui| {
+                // Room for the bar, which floats over the content.
+                ui.set_max_width(ui.available_width() - 6.0);
+                section(ui, "Picture", true, |ui| self.picture_section(ui, commands));
+                self.parameter_sections(ui, facts, commands);
+                section(ui, "Kernel times", true, |ui| kernel_table(ui, facts));
+            });
+    }
+
+    fn transport(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+        ui.horizontal(|ui| {
+            let (label, hint) = if self.playing {
+                ("⏸ Pause", "Hold the simulation (Space)")
+            } else {
+                ("▶ Run", "Let it grow (Space)")
+            };
+            let button = egui::Button::new(RichText::new(label).color(Color32::BLACK))
+                .fill(theme::ACCENT)
+                .min_size(vec2(84.0, 26.0));
+            if ui.add(button).on_hover_text(hint).clicked() {
+                self.playing = !self.playing;
+            }
+            let wide = |label: &'static str| egui::Button::new(label).min_size(vec2(66.0, 26.0));
+            if ui
+                .add(wide("⏭ Step"))
+                .on_hover_text("One step, then hold (S or .)")
+                .clicked()
+            {
+                self.playing = false;
+                commands.push(Command::Step);
+            }
+            if ui
+                .add(wide("⟲ Reset"))
+                .on_hover_text("Begin again at step 0 (R)")
+                .clicked()
+            {
+                commands.push(Command::Restart);
+            }
+            if ui
+                .add(egui::Button::new("📷").min_size(vec2(30.0, 26.0)))
+                .on_hover_text("Save a screenshot (F12)")
+                .clicked()
+            {
+                commands.push(Command::Screenshot);
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(format!("step {}", grouped(facts.step as f64))).monospace());
+            let speed = if self.playing {
+                format!("{:.1} steps/s", facts.steps_per_second)
+            } else {
+                "paused".to_owned()
+            };
+            ui.label(RichText::new(speed).monospace().color(theme::WEAK));
+        });
+        if self.is_pending(facts.gutter) {
+            ui.horizontal(|ui| {
+                let button =
+                    egui::Button::new(RichText::new("⟲ Restart to apply").color(Color32::BLACK))
+                        .fill(theme::PENDING);
+                if ui
+                    .add(button)
+                    .on_hover_text(
+                        "Parameters in orange take effect when the simulation begins again (R).",
+                    )
+                    .clicked()
+                {
+                    commands.push(Command::Restart);
+                }
+                if ui
+                    .button("Discard")
+                    .on_hover_text("Keep what is running.")
+                    .clicked()
+                {
+                    let live = self.live_settings(facts.gutter);
+                    self.edited = live;
+                }
+            });
+        }
+    }
+
+    fn picture_section(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 3.0;
+            for (show, label, hint) in [
+                (
+                    Show::Surface,
+                    "Surface",
+                    "The lit surface in the trail's colours (1)",
+                ),
+                (
+                    Show::Particles,
+                    "Particles",
+                    "Every particle as a point (2)",
+                ),
+                (Show::Atlas, "Atlas", "The texture, unwrapped (3)"),
+            ] {
+                ui.selectable_value(&mut self.view.show, show, label)
+                    .on_hover_text(hint);
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if ui
+                    .button("Fit")
+                    .on_hover_text("The whole scene into the picture (F)")
+                    .clicked()
+                {
+                    self.fit(ui.ctx());
+                }
+            });
+        });
+        ui.add_space(2.0);
+        color_map_picker(ui, &mut self.view.color_map);
+        self.brightness(ui);
+        match self.view.show {
+            Show::Particles => {
+                ui.horizontal(|ui| {
+                    ui.label("Point size");
+                    ui.label(RichText::new("pixels").small().color(theme::WEAK));
+                });
+                let width = ui.available_width() - 82.0;
+                ui.spacing_mut().slider_width = width;
+                ui.add(egui::Slider::new(&mut self.view.particle_size, 1.0..=8.0).max_decimals(1));
+            }
+            Show::Atlas => {
+                let mut tinted = self.view.atlas.chart_share > 0.0;
+                ui.checkbox(&mut tinted, "Tint charts")
+                    .on_hover_text("Give each chart of the atlas a colour of its own.");
+                self.view.atlas.chart_share = if tinted { 0.8 } else { 0.0 };
+            }
+            Show::Surface => {}
+        }
+        let _ = commands;
+    }
+
+    fn brightness(&mut self, ui: &mut Ui) {
+        let mut automatic = matches!(self.view.exposure, Exposure::Auto { .. });
+        ui.horizontal(|ui| {
+            ui.label("Brightest trail")
+                .on_hover_text("The trail value that gets the brightest colour.");
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let hint = "Follow the picture's own range";
+                if ui
+                    .selectable_label(automatic, "auto")
+                    .on_hover_text(hint)
+                    .clicked()
+                {
+                    automatic = !automatic;
+                    self.view.exposure = if automatic {
+                        Exposure::following()
+                    } else {
+                        Exposure::Fixed(50.0)
+                    };
+                }
+            });
+        });
+        if let Exposure::Fixed(brightest) = &mut self.view.exposure {
+            let width = ui.available_width() - 82.0;
+            ui.spacing_mut().slider_width = width;
+            ui.add(
+                egui::Slider::new(brightest, 0.01..=10_000.0)
+                    .logarithmic(true)
+                    .max_decimals(2),
+            );
+        }
+    }
+
+    fn parameter_sections(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+        ui.add_space(4.0);
+        ui.add(
+            egui::TextEdit::singleline(&mut self.filter)
+                .hint_text("🔍 find a parameter")
+                .desired_width(f32::INFINITY),
+        );
+        let filter = self.filter.trim().to_lowercase();
+        let wanted = |name: &str, key: &str| {
+            filter.is_empty() || name.to_lowercase().contains(&filter) || key.contains(&filter)
+        };
+        let mut changed = false;
+        for (prefix, title, open) in SECTIONS {
+            let parameters: Vec<_> = PARAMETERS
+                .iter()
+                .filter(|p| p.section() == *prefix && wanted(p.name, p.key))
+                .collect();
+            if parameters.is_empty() {
+                continue;
+            }
+            section(ui, title, *open || !filter.is_empty(), |ui| {
+                let context = RowContext {
+                    loaded: &self.loaded,
+                    running: &self.running,
+                    gutter: facts.gutter,
+                };
+                for parameter in parameters {
+                    changed |= row(ui, parameter, &mut self.edited, &context);
+                }
+            });
+        }
+        for i in 0..self.edited.objects.len() {
+            let parameters: Vec<_> = OBJECT_PARAMETERS
+                .iter()
+                .filter(|p| wanted(p.name, p.key))
+                .collect();
+            let (Some(loaded), Some(running)) =
+                (self.loaded.objects.get(i), self.running.objects.get(i))
+            else {
+                continue;
+            };
+            if parameters.is_empty() {
+                continue;
+            }
+            let title = format!("Object: {}", self.edited.objects[i].name);
+            section(ui, &title, false, |ui| {
+                let context = RowContext {
+                    loaded,
+                    running,
+                    gutter: facts.gutter,
+                };
+                for parameter in parameters {
+                    row(ui, parameter, &mut self.edited.objects[i], &context);
+                }
+            });
+        }
+        if changed {
+            commands.push(Command::Apply);
+        }
+    }
+}
+
+/// The sections of the table, in the panel's order, with their titles and whether they begin open.
+/// What `[camera]` and `[picture]` hold is moved by hand and stands in the section Picture.
+pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
+    ("physarum", "Physarum", true),
+    ("trail", "Trail", true),
+    ("particles", "Particles", false),
+    ("time", "Time", false),
+    ("atlas", "Atlas", false),
+    ("", "Scene", false),
+];
+
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(RichText::new(title).strong())
+        .default_open(open)
+        .show_unindented(ui, |ui| {
+            ui.add_space(2.0);
+            contents(ui);
+            ui.add_space(6.0);
+        });
+}

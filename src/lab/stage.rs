@@ -1,0 +1,195 @@
+//! What the picture shows: the running simulation, its renderer, and the canvas, drawn again only when it must be.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec2;
+use image::RgbaImage;
+use myxo::gpu::{Access, Buffer, Context, DeviceKind, Domain, Format, Frames, Image, Recorder};
+use myxo::render::pick::{self, Hit};
+use myxo::render::{Canvas, Quality, Renderer, View};
+use myxo::scene::Scene;
+use myxo::scene::settings::Settings;
+use myxo::sim::Simulation;
+use myxo::{Error, Result};
+
+/// The most particles that a device which is a CPU draws while the simulation runs.
+const PARTICLES_ON_CPU: u32 = 60_000;
+
+/// A scene that grows and is drawn.
+pub struct Stage {
+    ctx: Arc<Context>,
+    /// The scene that runs.
+    pub scene: Scene,
+    /// The simulation of it.
+    pub simulation: Simulation,
+    renderer: Renderer,
+    format: Format,
+    canvas: Option<(Quality, Canvas)>,
+    /// What the canvas shows, if it is still worth showing.
+    drawn: Option<(View, u64)>,
+}
+
+impl Stage {
+    /// Sets a scene up; pictures are of this format, an sRGB one.
+    pub fn new(ctx: &Arc<Context>, scene: Scene, format: Format) -> Result<Self> {
+        let simulation = Simulation::new(ctx, &scene)?;
+        Ok(Self {
+            renderer: Renderer::new(ctx, simulation.setup(), format)?,
+            ctx: Arc::clone(ctx),
+            scene,
+            simulation,
+            format,
+            canvas: None,
+            drawn: None,
+        })
+    }
+
+    /// Begins again with these settings. If that fails, what runs goes on.
+    pub fn restart(&mut self, settings: &Settings) -> Result<()> {
+        let scene = &self.scene;
+        let same_meshes = scene.settings.objects.len() == settings.objects.len()
+            && scene
+                .settings
+                .objects
+                .iter()
+                .zip(&settings.objects)
+                .all(|(a, b)| a.mesh == b.mesh);
+        let (name, settings, folder) = (scene.name.clone(), settings.clone(), scene.folder.clone());
+        let scene = if same_meshes {
+            Scene::from_meshes(name, settings, scene.meshes.clone(), folder)?
+        } else {
+            Scene::from_settings(name, settings, folder)?
+        };
+        self.show(scene)
+    }
+
+    /// Shows another scene. If that fails, what runs goes on.
+    pub fn show(&mut self, scene: Scene) -> Result<()> {
+        let canvas = self.canvas.take();
+        match Self::new(&self.ctx, scene, self.format) {
+            Ok(stage) => *self = Self { canvas, ..stage },
+            Err(error) => {
+                self.canvas = canvas;
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    /// Records the picture, unless the canvas shows it already, and gives it out.
+    pub fn draw(
+        &mut self,
+        rec: &mut Recorder,
+        view: &View,
+        size: [u32; 2],
+        is_moving: bool,
+    ) -> Result<&Image> {
+        let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
+        let quality = if is_cpu && is_moving {
+            Quality::Quick
+        } else {
+            Quality::Smooth
+        };
+        let mut view = *view;
+        if is_cpu && is_moving {
+            view.most_particles = PARTICLES_ON_CPU;
+        }
+        let fits = |(has, canvas): &(Quality, Canvas)| *has == quality && canvas.size() == size;
+        if !self.canvas.as_ref().is_some_and(fits) {
+            self.drawn = None;
+            self.canvas = None;
+            self.canvas = Some((
+                quality,
+                Canvas::with_quality(&self.ctx, size, self.format, quality)?,
+            ));
+        }
+        let (_, canvas) = self.canvas.as_ref().expect("made above");
+        let step = self.simulation.step();
+        if self.drawn != Some((view, step)) {
+            self.renderer
+                .draw(rec, self.simulation.state(), &view, canvas);
+            self.drawn = Some((view, step));
+        }
+        Ok(canvas.image())
+    }
+
+    /// The surface point under a pixel of a picture of `size`.
+    pub fn pick(&self, view: &View, pixel: Vec2, size: Vec2) -> Option<Hit> {
+        pick::pick(
+            &self.scene.surface,
+            &self.scene.world_from_object(),
+            &view.camera.ray(pixel, size),
+        )
+    }
+
+    /// Draws the picture with smooth edges and every particle, waits for it, and reads it.
+    pub fn photograph(
+        &mut self,
+        frames: &mut Frames,
+        view: &View,
+        size: [u32; 2],
+    ) -> Result<RgbaImage> {
+        let canvas = Canvas::new(&self.ctx, size, self.format)?;
+        let pixels = Buffer::<[u8; 4]>::new(
+            &self.ctx,
+            "screenshot",
+            size[0] as usize * size[1] as usize,
+            Domain::Readback,
+        )?;
+        let mut rec = frames.begin()?;
+        self.renderer
+            .draw(&mut rec, self.simulation.state(), view, &canvas);
+        rec.copy_image(canvas.image(), &pixels);
+        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+        frames.submit(rec)?;
+        frames.wait_idle()?;
+        let mut bytes: Vec<u8> = bytemuck::cast_slice(pixels.as_slice()).to_vec();
+        if self.format == Format::Bgra8Srgb {
+            bytes.chunks_exact_mut(4).for_each(|pixel| pixel.swap(0, 2));
+        }
+        Ok(RgbaImage::from_raw(size[0], size[1], bytes).expect("a pixel for each of the canvas"))
+    }
+}
+
+/// Saves a picture as `screenshot_000001.png`, or under the next number that is free, and says where.
+pub fn save_screenshot(folder: &Path, picture: &RgbaImage) -> Result<PathBuf> {
+    let path = (1..)
+        .map(|number| folder.join(format!("screenshot_{number:06}.png")))
+        .find(|path| !path.exists())
+        .expect("numbers do not end");
+    picture.save(&path).map_err(|source| Error::Io {
+        action: "write",
+        path: path.clone(),
+        source: match source {
+            image::ImageError::IoError(source) => source,
+            other => std::io::Error::other(other),
+        },
+    })?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn screenshots_are_numbered_and_nothing_is_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = RgbaImage::from_pixel(3, 2, image::Rgba([9, 8, 7, 255]));
+        let names: Vec<_> = (0..2)
+            .map(|_| save_screenshot(folder.path(), &picture).unwrap())
+            .map(|path| path.file_name().unwrap().to_owned())
+            .collect();
+        assert_eq!(names, ["screenshot_000001.png", "screenshot_000002.png"]);
+        let read = image::open(folder.path().join("screenshot_000002.png"))
+            .unwrap()
+            .into_rgba8();
+        assert_eq!(read, picture);
+        let missing = save_screenshot(&folder.path().join("no such folder"), &picture).unwrap_err();
+        assert!(
+            missing.to_string().contains("screenshot_000001.png"),
+            "{missing}"
+        );
+    }
+}

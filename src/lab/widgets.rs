@@ -1,0 +1,80 @@
+//! Parts of the panel that egui does not have: the choice of colours and the table of kernel times.
+
+use egui::{Align, Color32, Layout, Rect, RichText, Sense, Ui, vec2};
+use myxo::render::colormap::srgb_from_linear;
+use myxo::scene::settings::ColorMap;
+
+use super::interface::Facts;
+use super::theme;
+
+/// Every colour map as a strip of its colours.
+pub fn color_map_picker(ui: &mut Ui, chosen: &mut ColorMap) {
+    egui::ComboBox::from_id_salt("color map")
+        .width(ui.available_width())
+        .selected_text(chosen.word())
+        .show_ui(ui, |ui| {
+            for map in ColorMap::ALL {
+                ui.selectable_value(chosen, *map, map.word());
+            }
+        })
+        .response
+        .on_hover_text("Colours of the trail (C for the next)");
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), Sense::hover());
+    color_strip(ui, rect, *chosen);
+}
+
+fn color_strip(ui: &Ui, rect: Rect, map: ColorMap) {
+    let parts = 48;
+    let mut mesh = egui::Mesh::default();
+    for i in 0..=parts {
+        let share = i as f32 / parts as f32;
+        let [r, g, b] = map
+            .color(share)
+            .to_array()
+            .map(|c| (255.0 * srgb_from_linear(c)).round() as u8);
+        let x = rect.left() + share * rect.width();
+        for y in [rect.top(), rect.bottom()] {
+            mesh.colored_vertex(egui::pos2(x, y), Color32::from_rgb(r, g, b));
+        }
+        if i > 0 {
+            let k = 2 * i;
+            mesh.add_triangle(k - 2, k - 1, k);
+            mesh.add_triangle(k - 1, k, k + 1);
+        }
+    }
+    ui.painter().add(mesh);
+}
+
+pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
+    if facts.kernels.is_empty() {
+        let reason = if facts.step_ms.is_none() && facts.step > 0 {
+            "unavailable on this device"
+        } else {
+            "measured while it runs"
+        };
+        ui.label(RichText::new(reason).color(theme::WEAK));
+        return;
+    }
+    egui::Grid::new("kernels")
+        .num_columns(5)
+        .spacing(vec2(12.0, 3.0))
+        .show(ui, |ui| {
+            for title in ["kernel", "a step", "mean ms", "p95 ms", "share"] {
+                ui.label(RichText::new(title).small().color(theme::WEAK));
+            }
+            ui.end_row();
+            for kernel in &facts.kernels {
+                ui.label(RichText::new(&kernel.name).monospace());
+                let number = |ui: &mut Ui, text: String| {
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                        ui.label(RichText::new(text).monospace())
+                    });
+                };
+                number(ui, format!("{:.0}", kernel.per_step));
+                number(ui, format!("{:.3}", kernel.mean_ms));
+                number(ui, format!("{:.3}", kernel.p95_ms));
+                number(ui, format!("{:.0} %", 100.0 * kernel.share));
+                ui.end_row();
+            }
+        });
+}

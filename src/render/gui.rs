@@ -1,0 +1,126 @@
+//! Draws an egui interface over a picture.
+//!
+//! The one place that knows `egui-ash-renderer`. Interfaces blend in the encoded values that they are designed in, so
+//! this draws to images whose format is NOT sRGB and stores values as they are.
+
+use std::sync::Arc;
+
+use ash::vk;
+use egui::{ClippedPrimitive, TexturesDelta};
+use egui_ash_renderer::{
+    DynamicRendering, Options, RenderMode, Renderer as EguiRenderer, allocator::GpuAllocator,
+};
+
+use crate::error::{Error, Result};
+use crate::gpu::{Context, Format, PassRecorder};
+
+/// What egui needs on the device.
+pub struct Gui {
+    ctx: Arc<Context>,
+    /// Taken by `drop` only.
+    renderer: Option<EguiRenderer<GpuAllocator>>,
+    /// For uploads of textures.
+    pool: vk::CommandPool,
+}
+
+impl Gui {
+    /// For images of this format, with as many frames in flight as the window has.
+    ///
+    /// # Errors
+    /// When the device refuses the pipeline or has no memory.
+    pub fn new(ctx: &Arc<Context>, format: Format, frames_in_flight: usize) -> Result<Self> {
+        let options = Options {
+            in_flight_frames: frames_in_flight,
+            srgb_framebuffer: false,
+            ..Options::default()
+        };
+        let mode = RenderMode::DynamicRendering(DynamicRendering {
+            color_attachment_format: format.raw(),
+            depth_attachment_format: None,
+            stencil_attachment_format: None,
+        });
+        let device = ctx.raw_device();
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(ctx.queue_family())
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: the device is alive.
+        let pool = unsafe { device.create_command_pool(&info, None) }
+            .map_err(|source| failed("vkCreateCommandPool", source))?;
+        // The pool has its owner before anything else can fail.
+        let mut gui = Self {
+            ctx: Arc::clone(ctx),
+            renderer: None,
+            pool,
+        };
+        let renderer =
+            EguiRenderer::with_gpu_allocator(ctx.allocator(), device.clone(), mode, options);
+        gui.renderer = Some(renderer.map_err(|source| failed("making the pipeline", source))?);
+        Ok(gui)
+    }
+
+    /// Takes over what changed in egui's textures. Rare (a letter that was not shown before, a closed image), so it
+    /// may wait for the device.
+    ///
+    /// # Errors
+    /// When there is no memory, or the device is lost.
+    pub fn update_textures(&mut self, mut delta: TexturesDelta) -> Result<()> {
+        let Some(renderer) = &mut self.renderer else {
+            return Ok(());
+        };
+        if !delta.free.is_empty() {
+            self.ctx.wait_idle()?;
+        }
+        let mut first_error = None;
+        for (id, changes) in delta.set.drain() {
+            for change in changes {
+                let queue = self.ctx.queue();
+                if let Err(error) = renderer.set_texture(*queue, self.pool, id, &change) {
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        for id in delta.free.drain() {
+            if let Err(error) = renderer.free_texture(id) {
+                first_error.get_or_insert(error);
+            }
+        }
+        first_error.map_or(Ok(()), |error| Err(failed("a texture", error)))
+    }
+
+    /// Draws an interface over what the pass holds; the pass must have no depth and one sample a pixel.
+    ///
+    /// # Errors
+    /// When there is no memory for the vertices.
+    pub fn draw(
+        &mut self,
+        pass: &mut PassRecorder<'_>,
+        size: [u32; 2],
+        pixels_per_point: f32,
+        primitives: &[ClippedPrimitive],
+    ) -> Result<()> {
+        let [width, height] = size;
+        let extent = vk::Extent2D { width, height };
+        let Some(renderer) = &mut self.renderer else {
+            return Ok(());
+        };
+        renderer
+            .cmd_draw(pass.raw(), extent, pixels_per_point, primitives)
+            .map_err(|source| failed("drawing", source))
+    }
+}
+
+impl Drop for Gui {
+    fn drop(&mut self) {
+        // egui's renderer frees its objects at once; the device must have finished with them.
+        let _ = self.ctx.wait_idle();
+        self.renderer = None;
+        // SAFETY: nothing uses the pool any more.
+        unsafe { self.ctx.raw_device().destroy_command_pool(self.pool, None) };
+    }
+}
+
+fn failed(what: &str, source: impl std::fmt::Display) -> Error {
+    Error::Invalid(format!(
+        "the interface could not be drawn ({what}: {source}): close other programs that use the device, or name another with --device"
+    ))
+}
