@@ -291,7 +291,7 @@ mod tests {
         let rows = "a,0,0.25,0.5,0.25,0,1,0,0.45\nb,0,0.25,0.5,0.25,0,1,0,0.6\nc,0,0.25,0.5,0.25,0,1,0,2\n";
         let alike = from_obj(&format!("{SQUARE}f 1 2 3\nf 1 3 4\n"));
         let opposed = from_obj(&format!("{SQUARE}f 1 2 3\nf 1 4 3\n"));
-        assert!(opposed.flipped.contains(&true) && !alike.flipped.contains(&true));
+        assert!(opposed.is_flipped(1) && !alike.is_flipped(0) && !alike.is_flipped(1));
         let expected = [
             [
                 0.0, 0.25, 0.05, 0.7, 0.75, 0.7, 0.0, 0.0, 1.0, 0.0, 0.45, 0.0,
