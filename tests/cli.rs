@@ -193,6 +193,104 @@ fn models_that_cannot_be_read_are_named() {
 }
 
 #[test]
+fn unknown_devices_are_answered_with_those_that_exist() {
+    if no_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let table = folder.path().join("in.csv");
+    std::fs::write(
+        &table,
+        "id,face,b0,b1,b2,dx,dy,dz,length\n1,0,1,0,0,1,0,0,1\n",
+    )
+    .expect("it can be written");
+    let query = [
+        "query",
+        "geodesic",
+        "--mesh",
+        "builtin:cube",
+        "--in",
+        path(&table),
+        "--device",
+        "abacus",
+    ];
+    for command in [&query[..], &["info", "--device", "abacus"]] {
+        let message = failed(command);
+        assert!(
+            message.contains("no device is called \"abacus\"") && message.contains("\n  0: "),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn without_a_driver_the_package_is_named() {
+    let output = Command::new(env!("CARGO_BIN_EXE_myxo"))
+        .args([
+            "query",
+            "geodesic",
+            "--mesh",
+            "builtin:cube",
+            "--in",
+            "/dev/stdin",
+        ])
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("VK_ICD_FILENAMES", "/nonexistent")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .and_then(|mut child| {
+            use std::io::Write as _;
+            let mut stdin = child.stdin.take().expect("it is piped");
+            stdin.write_all(b"id,face,b0,b1,b2,dx,dy,dz,length\n1,0,1,0,0,1,0,0,1\n")?;
+            drop(stdin);
+            child.wait_with_output()
+        })
+        .expect("the program starts");
+    let message = text(&output.stderr);
+    assert_eq!(
+        (output.status.code(), text(&output.stdout).as_str()),
+        (Some(1), ""),
+        "{message}"
+    );
+    assert!(
+        message.starts_with("myxo: no Vulkan: ") && message.contains("mesa-vulkan-drivers"),
+        "{message}"
+    );
+}
+
+#[test]
+fn info_tells_devices_and_what_is_missing() {
+    if no_device() {
+        return;
+    }
+    let output = myxo(&["info", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+    let chosen = info["chosen"].as_u64().expect("a device is chosen") as usize;
+    let device = &info["devices"][chosen];
+    assert_eq!(device["missing"], serde_json::json!([]));
+    let name = device["name"].as_str().expect("it has a name");
+    let output = myxo(&["info", "--device", name]);
+    let list = text(&output.stdout);
+    assert!(
+        list.contains(&format!("  {chosen}: {name} ")) && list.contains("<- is used"),
+        "{list}"
+    );
+}
+
+/// True where there is no device and `MYXO_ALLOW_NO_DEVICE=1` says that tests may then be skipped.
+fn no_device() -> bool {
+    let lacking =
+        ::myxo::gpu::devices().is_err() && std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some();
+    if lacking {
+        eprintln!("skipped: there is no device");
+    }
+    lacking
+}
+
+#[test]
 fn mistyped_commands_and_options_are_usage_errors() {
     let message = refused(2, &["rendr", "torus"]);
     assert!(message.contains("render"), "{message}");

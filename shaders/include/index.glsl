@@ -8,4 +8,14 @@
 #define invocation_index() \
     ((gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x)
 
+// The groups of an indirect dispatch, as the host knows them.
+struct DispatchGroups { uint x; uint y; uint z; };
+
+// What an indirect dispatch needs for `count` invocations.
+DispatchGroups dispatch_groups(uint count, uint group_size) {
+    uint groups = count / group_size + uint(count % group_size != 0u);
+    uint rows = (groups + 65534u) / 65535u;
+    return DispatchGroups(rows == 0u ? 0u : (groups + rows - 1u) / rows, rows, 1u);
+}
+
 #endif

@@ -133,7 +133,7 @@ fn first_difference(a: &Report, b: &Report) -> Option<u64> {
         .find(|x| {
             b.hashes
                 .iter()
-                .any(|y| x.step == y.step && x.state_hash != y.state_hash)
+                .any(|y| x.step == y.step && x.hash != y.hash)
         })
         .map(|hash| hash.step)
 }
@@ -141,7 +141,7 @@ fn first_difference(a: &Report, b: &Report) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::report::{StepHash, hash_text};
+    use crate::cli::report::{StateHash, hash_text};
 
     fn report(hash: u64, ms: f64) -> Report {
         let kernel = |name: &str, ms| KernelTime {
@@ -152,9 +152,9 @@ mod tests {
         Report {
             state_hash: hash_text(hash),
             hashes: (1..4)
-                .map(|step| StepHash {
+                .map(|step| StateHash {
                     step,
-                    state_hash: hash_text(hash * u64::from(step > 1)),
+                    hash: hash_text(hash * u64::from(step > 1)),
                 })
                 .collect(),
             gpu_ms_per_step: Some(ms),

@@ -22,5 +22,5 @@ pub fn print(data: &str) -> Result<()> {
 
 /// Tells people something, in a line of its own. Nobody listening is no reason to stop.
 pub fn message(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
 }

@@ -1,30 +1,330 @@
 //! `myxo info`: devices, drivers, limits, and what is missing and how to get it.
 
-use clap::Args;
-use myxo::Result;
+use std::fmt::Write as _;
+use std::path::PathBuf;
 
-use super::options::DeviceOptions;
-use super::{Outcome, not_built_in};
+use clap::Args;
+use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, devices};
+use myxo::scene::parameters::grouped;
+use myxo::sim::types::Particle;
+use myxo::{Error, Result};
+use serde_json::{Value, json};
+
+use super::{Outcome, console};
 
 /// Show devices, drivers and limits, and what is missing and how to get it
+///
+/// Exits 1 where there is no device that can run the kernels.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
   myxo info
-  myxo info --device llvmpipe
+  myxo info --device llvmpipe   is there such a device, and would it do?
   myxo info --json")]
 pub struct Info {
     /// Prints JSON
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    device: DeviceOptions,
+    /// The device in question: its number or a part of its name
+    #[arg(long, value_name = "N|NAME")]
+    device: Option<String>,
+}
+
+/// Something beside devices that commands use.
+struct Tool {
+    name: &'static str,
+    /// What it is like where it is there.
+    found: Option<String>,
+    /// What it is for, and how to get it.
+    otherwise: &'static str,
 }
 
 impl Info {
-    /// Prints what there is.
+    /// Prints what there is; fails where it does not suffice.
     pub fn run(&self) -> Result<Outcome> {
-        let _ = (self.json, &self.device);
-        Err(not_built_in("the list of devices"))
+        let (chosen, validation) = open(self.device.as_deref());
+        if let Err(error @ GpuError::UnknownDevice { .. }) = chosen {
+            return Err(Error::Gpu(error));
+        }
+        let (devices, trouble) = match devices() {
+            Ok(devices) => (devices, None),
+            Err(error) => (Vec::new(), Some(error)),
+        };
+        let tools = tools(validation);
+        let index = chosen.as_ref().ok().copied();
+        let text = if self.json {
+            let value = as_json(&devices, index, &tools);
+            serde_json::to_string_pretty(&value).expect("facts are plain") + "\n"
+        } else {
+            as_text(&devices, index, &tools)
+        };
+        console::print(&text)?;
+        match (trouble, chosen) {
+            (Some(error), _) | (None, Err(error)) => Err(Error::Gpu(error)),
+            (None, Ok(_)) => Ok(Outcome::Done),
+        }
+    }
+}
+
+/// Is the layer there that `--validate` needs?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Validation {
+    Found,
+    Missing,
+    /// Without a device nobody can say.
+    Unknown,
+}
+
+/// Opens the device as commands would, with validation if that is there, and tells the device's index.
+fn open(device: Option<&str>) -> (Result<usize, GpuError>, Validation) {
+    let open = |validation| {
+        Context::new(&ContextOptions {
+            device: device.map(str::to_owned),
+            validation,
+            ..ContextOptions::default()
+        })
+        .map(|ctx| ctx.info().index)
+    };
+    match open(true) {
+        Ok(index) => (Ok(index), Validation::Found),
+        Err(GpuError::NoValidation) => (open(false), Validation::Missing),
+        Err(_) => (open(false), Validation::Unknown),
+    }
+}
+
+fn tools(validation: Validation) -> [Tool; 3] {
+    let display = ["WAYLAND_DISPLAY", "DISPLAY"].into_iter().find_map(|name| {
+        let value = std::env::var(name).ok().filter(|value| !value.is_empty())?;
+        Some(format!("{name}={value}"))
+    });
+    [
+        Tool {
+            name: "validation layer",
+            found: (validation == Validation::Found).then(|| "found".to_owned()),
+            otherwise: match validation {
+                Validation::Unknown => "not known without a device",
+                _ => {
+                    "missing; --validate and the tests need it (Debian: apt install vulkan-validationlayers)"
+                }
+            },
+        },
+        Tool {
+            name: "ffmpeg",
+            found: in_path("ffmpeg").map(|path| path.display().to_string()),
+            otherwise: "missing; .mp4 files need it (Debian: apt install ffmpeg)",
+        },
+        Tool {
+            name: "display",
+            found: display,
+            otherwise: "none; `myxo lab` needs one, `myxo render` does not",
+        },
+    ]
+}
+
+/// Where a program lies.
+fn in_path(program: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path)
+        .map(|folder| folder.join(program))
+        .find(|file| file.is_file())
+}
+
+/// How many particles one binding of the device holds.
+fn most_particles(device: &DeviceInfo) -> u64 {
+    let bytes = device
+        .max_storage_buffer_range
+        .min(device.max_memory_allocation_size);
+    bytes / size_of::<Particle>() as u64
+}
+
+/// The side of the largest atlas whose texels, one float each, fit into one binding.
+fn largest_atlas(device: &DeviceInfo) -> u64 {
+    let bytes = device
+        .max_storage_buffer_range
+        .min(device.max_memory_allocation_size);
+    (bytes / size_of::<f32>() as u64).isqrt() / 4 * 4
+}
+
+fn as_text(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> String {
+    let commit =
+        option_env!("MYXO_COMMIT").map_or(String::new(), |commit| format!(" (commit {commit})"));
+    let mut text = format!("myxo {}{commit}\n\nDevices:\n", env!("CARGO_PKG_VERSION"));
+    if devices.is_empty() {
+        text.push_str("  none\n");
+    }
+    for device in devices {
+        let mark = if chosen == Some(device.index) {
+            "  <- is used"
+        } else {
+            ""
+        };
+        let _ = writeln!(text, "  {}{mark}", device.line());
+        for (what, value) in facts(device) {
+            let _ = writeln!(text, "       {what:<16} {value}");
+        }
+    }
+    text.push_str("\nBeside devices:\n");
+    for tool in tools {
+        let _ = writeln!(
+            text,
+            "  {:<18} {}",
+            tool.name,
+            tool.found.as_deref().unwrap_or(tool.otherwise)
+        );
+    }
+    text
+}
+
+fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
+    let yes_no = |yes: bool, no: &str| if yes { "yes".to_owned() } else { no.to_owned() };
+    let heaps: Vec<String> = device
+        .heaps
+        .iter()
+        .map(|heap| {
+            format!(
+                "{} {}",
+                bytes(heap.size),
+                if heap.device_local {
+                    "on the device"
+                } else {
+                    "of the host"
+                }
+            )
+        })
+        .collect();
+    vec![
+        ("Vulkan", device.api_version.clone()),
+        (
+            "timestamps",
+            if device.has_timestamps() {
+                format!(
+                    "{} ns a tick, {} bits",
+                    device.timestamp_period, device.timestamp_valid_bits
+                )
+            } else {
+                "unavailable: kernel times cannot be measured".to_owned()
+            },
+        ),
+        (
+            "pictures",
+            yes_no(
+                device.has_dynamic_rendering,
+                "no: it lacks VK_KHR_dynamic_rendering or a graphics queue",
+            ),
+        ),
+        ("memory", heaps.join(", ")),
+        (
+            "one binding",
+            format!(
+                "{}: {} particles, or an atlas of {side} x {side} texels",
+                bytes(device.max_storage_buffer_range),
+                grouped(most_particles(device) as f64),
+                side = largest_atlas(device)
+            ),
+        ),
+        (
+            "texel buffer",
+            format!(
+                "{} elements",
+                grouped(device.max_texel_buffer_elements.into())
+            ),
+        ),
+        (
+            "image side",
+            format!(
+                "{} pixels, {} samples each",
+                grouped(device.max_image_side.into()),
+                device.max_samples
+            ),
+        ),
+        (
+            "dispatch",
+            format!(
+                "{} groups of {} invocations, {} in lock-step",
+                grouped(device.max_group_count.into()),
+                device.max_group_invocations,
+                device.subgroup_size
+            ),
+        ),
+    ]
+}
+
+fn as_json(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Value {
+    let device = |device: &DeviceInfo| {
+        json!({
+            "index": device.index,
+            "name": device.name,
+            "kind": device.kind.as_str(),
+            "driver": device.driver,
+            "driver_version": device.driver_version,
+            "api_version": device.api_version,
+            "missing": device.missing,
+            "timestamp_period_ns": device.timestamp_period,
+            "timestamp_valid_bits": device.timestamp_valid_bits,
+            "has_dynamic_rendering": device.has_dynamic_rendering,
+            "has_calibrated_timestamps": device.has_calibrated_timestamps,
+            "heaps": device.heaps.iter().map(|heap| json!({
+                "size_in_bytes": heap.size,
+                "device_local": heap.device_local,
+            })).collect::<Vec<_>>(),
+            "max_storage_buffer_range": device.max_storage_buffer_range,
+            "max_memory_allocation_size": device.max_memory_allocation_size,
+            "max_texel_buffer_elements": device.max_texel_buffer_elements,
+            "max_group_count": device.max_group_count,
+            "max_group_invocations": device.max_group_invocations,
+            "max_push_constants": device.max_push_constants,
+            "max_image_side": device.max_image_side,
+            "max_samples": device.max_samples,
+            "subgroup_size": device.subgroup_size,
+            "most_particles": most_particles(device),
+            "largest_atlas": largest_atlas(device),
+        })
+    };
+    let tool = |tool: &Tool| (tool.name.replace(' ', "_"), json!(tool.found));
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("MYXO_COMMIT"),
+        "chosen": chosen,
+        "devices": devices.iter().map(device).collect::<Vec<_>>(),
+        "tools": tools.iter().map(tool).collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+/// A size as people say it.
+fn bytes(count: u64) -> String {
+    let count = count as f64;
+    match count {
+        _ if count >= 1e15 => "no limit".to_owned(),
+        _ if count >= f64::from(1 << 30) => format!("{:.1} GiB", count / f64::from(1 << 30)),
+        _ => format!("{:.0} MiB", count / f64::from(1 << 20)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_said_as_people_say_them() {
+        assert_eq!(bytes(128 << 20), "128 MiB");
+        assert_eq!(bytes(3 << 29), "1.5 GiB");
+        assert_eq!(bytes(u64::MAX), "no limit");
+    }
+
+    #[test]
+    fn missing_tools_say_how_to_get_them() {
+        let tools = tools(Validation::Missing);
+        let text = as_text(&[], None, &tools);
+        assert!(
+            text.contains("apt install vulkan-validationlayers"),
+            "{text}"
+        );
+        assert!(text.contains("Devices:\n  none\n"), "{text}");
+        let value = as_json(&[], None, &tools);
+        assert_eq!(
+            (&value["chosen"], &value["tools"]["validation_layer"]),
+            (&Value::Null, &Value::Null)
+        );
+        assert!(in_path("sh").is_some() && in_path("no such program").is_none());
     }
 }

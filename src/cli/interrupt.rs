@@ -13,7 +13,6 @@ pub const EXIT_CODE: u8 = 130;
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Takes over Ctrl-C; to be called once, before long work.
-#[expect(dead_code, reason = "long runs call it")]
 pub fn install() -> Result<()> {
     let handler = || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
@@ -26,7 +25,6 @@ pub fn install() -> Result<()> {
 }
 
 /// Has somebody asked to stop?
-#[expect(dead_code, reason = "long runs ask it")]
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

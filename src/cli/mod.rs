@@ -14,6 +14,8 @@ mod query;
 mod render;
 mod report;
 mod scenes;
+mod session;
+mod times;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -66,7 +68,6 @@ enum Outcome {
     /// With the answer no: what was compared differs.
     Differs,
     /// Early, by Ctrl-C; what there was has been kept.
-    #[expect(dead_code, reason = "long runs end with it")]
     Interrupted,
 }
 

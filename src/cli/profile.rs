@@ -7,7 +7,8 @@ use myxo::Result;
 
 use super::files::{Sink, check_distinct};
 use super::options::CommonOptions;
-use super::{Outcome, not_built_in};
+use super::session::{Session, progress};
+use super::{Outcome, console, interrupt};
 
 /// Measure the GPU time of every kernel
 #[derive(Clone, Debug, Args)]
@@ -46,10 +47,50 @@ impl Profile {
     /// Checks everything that can be checked before the work, and does it.
     pub fn run(&self) -> Result<Outcome> {
         check_distinct(self.report.iter().chain(&self.trace))?;
-        let _scene = self.common.load(&self.scene)?;
-        let _report = self.report.as_deref().map(Sink::create).transpose()?;
-        let _trace = self.trace.as_deref().map(Sink::create).transpose()?;
-        let _ = (self.steps, self.warmup, &self.kernel, self.json);
-        Err(not_built_in("the simulation"))
+        let scene = self.common.load(&self.scene)?;
+        let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
+        interrupt::install()?;
+        let mut session = Session::open(scene, &self.common)?;
+        if self.common.device.validate {
+            console::message("the validation layers are on: these times are not worth comparing");
+        }
+        let bar = progress(
+            u64::from(self.warmup) + u64::from(self.steps),
+            &session.scene.name,
+        );
+        let mut interrupted = false;
+        for (steps, measured) in [(self.warmup, false), (self.steps, true)] {
+            for _ in 0..steps {
+                if interrupt::requested() {
+                    interrupted = true;
+                    break;
+                }
+                session.step()?;
+                bar.inc(1);
+            }
+            if !measured {
+                session.begin_measuring(self.steps as usize)?;
+            }
+        }
+        bar.finish_and_clear();
+        let ending = session.finish()?;
+        let report = session.report(&ending, interrupted);
+        if self.json {
+            console::print(&report.to_json())?;
+        } else {
+            console::message(&format!(
+                "{}: {} ({})",
+                report.scene, report.device, report.driver
+            ));
+            console::print(&session.table())?;
+        }
+        if let Some(sink) = report_sink {
+            sink.write(&report.to_json())?;
+        }
+        Ok(if interrupted {
+            Outcome::Interrupted
+        } else {
+            Outcome::Done
+        })
     }
 }

@@ -28,7 +28,7 @@ pub struct Report {
     pub state_hash: String,
     /// The hash along the way, where `--hash-every` asked for it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub hashes: Vec<StepHash>,
+    pub hashes: Vec<StateHash>,
     /// GPU time of a step, between timestamps at its beginning and end; mean of all steps.
     pub gpu_ms_per_step: Option<f64>,
     /// Time of a step as people experience it.
@@ -55,11 +55,11 @@ pub struct Report {
 
 /// The state hash after a step.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StepHash {
+pub struct StateHash {
     /// Steps done.
     pub step: u64,
     /// As [`Report::state_hash`].
-    pub state_hash: String,
+    pub hash: String,
 }
 
 /// The times of one kernel.
@@ -93,7 +93,6 @@ pub struct Counters {
 impl Report {
     /// A report with what is known about the program and the host, all else empty.
     #[must_use]
-    #[expect(dead_code, reason = "runs begin their reports with it")]
     pub fn of_this_host() -> Self {
         Self {
             command: command(),
@@ -129,7 +128,6 @@ impl Report {
 
 /// A state hash as reports write it.
 #[must_use]
-#[expect(dead_code, reason = "runs write their hashes so")]
 pub fn hash_text(hash: u64) -> String {
     format!("{hash:016x}")
 }
@@ -186,9 +184,9 @@ mod tests {
                 name: "advance".to_owned(),
                 ..KernelTime::default()
             }],
-            hashes: vec![StepHash {
+            hashes: vec![StateHash {
                 step: 10,
-                state_hash: hash_text(u64::MAX),
+                hash: hash_text(u64::MAX),
             }],
             ..Report::of_this_host()
         };

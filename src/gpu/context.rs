@@ -1,6 +1,8 @@
 //! A device ready for work: the first thing that everything else in `gpu` needs.
 
 use std::mem::ManuallyDrop;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
@@ -8,6 +10,8 @@ use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use raw_window_handle::RawDisplayHandle;
 
+use super::cache::PipelineCache;
+use super::debug::DebugEntries;
 use super::device::Device;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::{Corpse, Graveyard};
@@ -29,6 +33,13 @@ pub struct ContextOptions {
     pub hazard_check: bool,
     /// How long the device may take for what it is waited for.
     pub timeout: Duration,
+    /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
+    pub breadcrumbs: bool,
+    /// Where compiled pipelines are kept for the next start; see
+    /// [`default_cache_folder`](super::default_cache_folder). `None` keeps nothing.
+    pub cache_folder: Option<PathBuf>,
+    /// Values that `debug_value` may tell in a frame.
+    pub debug_capacity: u32,
 }
 
 impl Default for ContextOptions {
@@ -39,6 +50,9 @@ impl Default for ContextOptions {
             window: None,
             hazard_check: true,
             timeout: Duration::from_secs(60),
+            breadcrumbs: true,
+            cache_folder: None,
+            debug_capacity: 65_536,
         }
     }
 }
@@ -49,6 +63,12 @@ pub struct Context {
     pub(crate) transfer: Mutex<Transfer>,
     pub(crate) hazard_check: bool,
     pub(crate) timeout: Duration,
+    pub(crate) breadcrumbs: bool,
+    pub(crate) debug_capacity: u32,
+    /// Some draw includes `debug.glsl`, so passes have to be announced in the debug list.
+    pub(crate) draws_debug: AtomicBool,
+    pub(crate) debug: Mutex<DebugEntries>,
+    pipeline_cache: PipelineCache,
     info: DeviceInfo,
     queue: Mutex<vk::Queue>,
     /// Freed by `drop` before the device goes.
@@ -80,17 +100,25 @@ impl Context {
         })?;
         // SAFETY: the family has one queue, which `Device::new` asked for.
         let queue = unsafe { device.raw.get_device_queue(info.queue_family, 0) };
-        let context = Arc::new(Self {
+        Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
             transfer: Mutex::default(),
             hazard_check: options.hazard_check,
             timeout: options.timeout,
+            breadcrumbs: options.breadcrumbs,
+            debug_capacity: options.debug_capacity,
+            draws_debug: AtomicBool::new(false),
+            debug: Mutex::default(),
+            pipeline_cache: PipelineCache::open(
+                &device.raw,
+                &info,
+                options.cache_folder.as_deref(),
+            ),
             info,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
             device,
-        });
-        Ok(context)
+        }))
     }
 
     /// Facts about the device.
@@ -109,6 +137,12 @@ impl Context {
     #[must_use]
     pub fn take_messages(&self) -> Vec<String> {
         self.device.instance.messages.take()
+    }
+
+    /// What kernels told by `debug_value` in the frames that have been waited for; forgets it.
+    #[must_use]
+    pub fn debug_entries(&self) -> DebugEntries {
+        std::mem::take(&mut *self.debug.lock().unwrap_or_else(|e| e.into_inner()))
     }
 
     /// Waits until the device has nothing to do.
@@ -160,6 +194,10 @@ impl Context {
     #[must_use]
     pub fn allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
+    }
+
+    pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
+        self.pipeline_cache.raw()
     }
 
     pub(crate) fn lock_allocator(&self) -> MutexGuard<'_, Allocator> {
@@ -222,6 +260,7 @@ impl Drop for Context {
         let transfer =
             std::mem::take(&mut *self.transfer.lock().unwrap_or_else(|e| e.into_inner()));
         transfer.destroy(self);
+        std::mem::take(&mut self.pipeline_cache).close(&self.device.raw);
         for corpse in self.graveyard.take_all() {
             self.bury(corpse);
         }

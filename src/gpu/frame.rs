@@ -1,11 +1,13 @@
 //! Frames in flight: the host records one while the device works on those before.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ash::vk;
 
 use super::context::Context;
-use super::error::{Check, GpuResult};
+use super::crumbs::{Crumbs, blame};
+use super::debug::DebugList;
+use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
 use super::recorder::{PendingSpan, Recorder};
 use super::timer::{Span, Timings};
@@ -34,6 +36,8 @@ struct Pending {
     ticket: u64,
     spans: Vec<PendingSpan>,
     queries: u32,
+    works: Vec<String>,
+    debug_kernels: Vec<String>,
 }
 
 /// What one frame records into.
@@ -44,6 +48,8 @@ pub(crate) struct FrameResources {
     pub(crate) fence: vk::Fence,
     pub(crate) queries: vk::QueryPool,
     pub(crate) query_capacity: u32,
+    pub(crate) crumbs: Option<Mutex<Crumbs>>,
+    debug: OnceLock<DebugList>,
 }
 
 impl Frames {
@@ -121,11 +127,11 @@ impl Frames {
         wait: &[(vk::Semaphore, vk::PipelineStageFlags)],
         signal: &[vk::Semaphore],
     ) -> GpuResult<()> {
-        let slot = self
+        let index = self
             .slots
-            .iter_mut()
-            .find(|s| Arc::ptr_eq(&s.resources, &recorder.frame));
-        let slot = slot.expect("a frame is submitted to the ring that began it");
+            .iter()
+            .position(|s| Arc::ptr_eq(&s.resources, &recorder.frame));
+        let index = index.expect("a frame is submitted to the ring that began it");
         recorder.finish();
         let frame = Arc::clone(&recorder.frame);
         let device = &self.ctx.device.raw;
@@ -144,18 +150,23 @@ impl Frames {
             device
                 .reset_fences(&[frame.fence])
                 .check("vkResetFences", "a frame")?;
-            device
-                .queue_submit(*self.ctx.queue(), &info, frame.fence)
-                .check("vkQueueSubmit", "a frame")?;
         }
+        // SAFETY: as above.
+        let submitted = unsafe { device.queue_submit(*self.ctx.queue(), &info, frame.fence) };
+        submitted
+            .check("vkQueueSubmit", "a frame")
+            .map_err(|error| self.blame(error))?;
         self.ctx.graveyard.submitted(recorder.ticket);
         recorder.submitted = true;
+        let slot = &mut self.slots[index];
         slot.wanted = recorder.queries_wanted;
         let queries = recorder.queries_used();
         slot.pending = Some(Pending {
             ticket: recorder.ticket,
             spans: std::mem::take(&mut recorder.spans),
             queries,
+            works: std::mem::take(&mut recorder.works),
+            debug_kernels: std::mem::take(&mut recorder.debug_kernels),
         });
         Ok(())
     }
@@ -183,14 +194,38 @@ impl Frames {
         &mut self.timings
     }
 
+    /// Adds what the crumbs of the unfinished frames tell to an error.
+    fn blame(&self, error: GpuError) -> GpuError {
+        let oldest_first =
+            (0..self.slots.len()).map(|i| &self.slots[(self.next + i) % self.slots.len()]);
+        let begun = oldest_first
+            .filter_map(|slot| Some((slot.resources.works_begun(), slot.pending.as_ref()?)));
+        // The device works in order: the newest frame that has begun is the one.
+        let last = begun.filter(|(count, _)| *count > 0).last();
+        match last {
+            Some((count, pending)) => blame(error, count, &pending.works),
+            None => error,
+        }
+    }
+
     fn wait_slot(&mut self, index: usize) -> GpuResult<()> {
         let slot = &mut self.slots[index];
         if slot.pending.is_none() {
             return Ok(());
         }
-        wait_for(&self.ctx, slot.resources.fence, "a frame")?;
+        if let Err(error) = wait_for(&self.ctx, slot.resources.fence, "a frame") {
+            return Err(self.blame(error));
+        }
         if let Some(pending) = slot.pending.take() {
             self.ctx.graveyard.end(pending.ticket);
+            if !pending.debug_kernels.is_empty() {
+                let told = slot.resources.debug_list().read(&pending.debug_kernels);
+                self.ctx
+                    .debug
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .append(told);
+            }
             self.timings.push(slot.resources.read_spans(pending)?);
         }
         Ok(())
@@ -219,6 +254,12 @@ impl FrameResources {
             fence: vk::Fence::null(),
             queries: vk::QueryPool::null(),
             query_capacity: 0,
+            crumbs: if ctx.breadcrumbs {
+                Some(Mutex::new(Crumbs::new(ctx)?))
+            } else {
+                None
+            },
+            debug: OnceLock::new(),
         };
         let device = &ctx.device.raw;
         // SAFETY: the device is alive; `this` owns each handle as soon as it exists.
@@ -250,7 +291,27 @@ impl FrameResources {
         Ok(this)
     }
 
+    /// Made by the first shader that includes `debug.glsl`.
+    pub(crate) fn debug_list(&self) -> &DebugList {
+        self.debug.get_or_init(|| {
+            let list = DebugList::new(&self.ctx, self.ctx.debug_capacity);
+            list.unwrap_or_else(|error| panic!("no room for the values that kernels tell: {error}"))
+        })
+    }
+
+    fn works_begun(&self) -> usize {
+        self.crumbs.as_ref().map_or(0, |c| {
+            c.lock().unwrap_or_else(PoisonError::into_inner).begun()
+        })
+    }
+
     fn start(&self) -> GpuResult<()> {
+        if let Some(crumbs) = &self.crumbs {
+            crumbs
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .clear();
+        }
         let device = &self.ctx.device.raw;
         let begin = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);

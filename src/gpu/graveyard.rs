@@ -32,6 +32,8 @@ struct Inner {
     pending: BTreeSet<u64>,
     /// Those of `pending` that are not submitted yet.
     open: BTreeSet<u64>,
+    /// Recordings that were thrown away instead of submitted.
+    discarded: BTreeSet<u64>,
     /// Submitted recordings whose owner is gone; their fences are asked instead.
     orphans: Vec<(u64, vk::Fence)>,
     /// The newest ticket when it was dropped, and the object.
@@ -59,6 +61,17 @@ impl Graveyard {
         let mut inner = self.lock();
         inner.pending.remove(&ticket);
         inner.open.remove(&ticket);
+    }
+
+    /// A recording was thrown away.
+    pub(crate) fn discard(&self, ticket: u64) {
+        self.end(ticket);
+        self.lock().discarded.insert(ticket);
+    }
+
+    /// Was this recording thrown away?
+    pub(crate) fn was_discarded(&self, ticket: u64) -> bool {
+        self.lock().discarded.contains(&ticket)
     }
 
     /// Nobody will wait for this recording: from now on its fence is asked.

@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use ash::vk;
+use bytemuck::{Pod, Zeroable};
 
 use super::buffer::{AnyBuffer, BufferCore};
 use super::context::Context;
@@ -149,6 +150,18 @@ impl Threads {
     }
 }
 
+/// Groups of an indirect dispatch, as kernels write them; `index.glsl` has `dispatch_groups` for it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct DispatchGroups {
+    /// Along the first axis.
+    pub x: u32,
+    /// Along the second axis.
+    pub y: u32,
+    /// Along the third axis; 1, or 0 for no dispatch.
+    pub z: u32,
+}
+
 /// A compute pipeline with its layout.
 pub struct Pipeline<K> {
     core: PipelineCore,
@@ -204,7 +217,7 @@ impl PipelineCore {
         let made = unsafe {
             ctx.device
                 .raw
-                .create_compute_pipelines(vk::PipelineCache::null(), &info, None)
+                .create_compute_pipelines(ctx.pipeline_cache(), &info, None)
         };
         let made = made
             .map_err(|(_, e)| e)

@@ -13,7 +13,12 @@
 
 mod access;
 mod buffer;
+mod cache;
+mod clock;
 mod context;
+mod copy;
+mod crumbs;
+mod debug;
 mod device;
 mod error;
 mod frame;
@@ -22,27 +27,36 @@ mod image;
 mod info;
 mod instance;
 mod kernel;
+mod pass;
 mod raster;
+mod readback;
 mod recorder;
 mod texels;
 mod timer;
+mod trace;
 mod transfer;
 
 pub use access::Access;
 pub use buffer::{AnyBuffer, Buffer, BufferCore, Domain};
+pub use cache::default_cache_folder;
+pub use clock::Calibration;
 pub use context::{Context, ContextOptions, devices};
+pub use debug::{DebugEntries, DebugEntry, DebugValue};
 pub use error::{GpuError, GpuResult};
 pub use frame::Frames;
 pub use image::{Format, Image};
 pub use info::{DeviceInfo, DeviceKind, Heap};
 pub use kernel::{
-    Binding, BindingAccess, BindingKind, Constants, Draw, Interface, Kernel, Params, Pipeline,
-    Resource, Threads,
+    Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface, Kernel,
+    Params, Pipeline, Resource, Threads,
 };
-pub use raster::{Blend, PassRecorder, RasterOptions, RasterPipeline, Targets, Topology};
+pub use pass::{PassRecorder, Targets};
+pub use raster::{Blend, RasterOptions, RasterPipeline, Topology};
+pub use readback::Readback;
 pub use recorder::Recorder;
 pub use texels::{TexelScalar, Texels, TexelsCore};
 pub use timer::{Node, Report, Row, Span, SpanKind, Statistics, Timings};
+pub use trace::{HostSpan, Trace};
 
 #[cfg(test)]
 mod tests;

@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::Pod;
 
 use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::context::Context;
 use super::frame::FrameResources;
 use super::kernel::{
-    BindingAccess, Interface, Kernel, Params, Pipeline, PipelineCore, Resource, Threads,
-    descriptor_type,
+    BindingAccess, BindingKind, DispatchGroups, Interface, Kernel, Params, Pipeline, PipelineCore,
+    Resource, Threads, descriptor_type,
 };
 use super::timer::SpanKind;
 
@@ -27,6 +26,10 @@ pub struct Recorder {
     /// More than fit if it exceeds the pool; the next frame gets a larger one.
     pub(crate) queries_wanted: u32,
     pub(crate) submitted: bool,
+    /// What has left a crumb, in order.
+    pub(crate) works: Vec<String>,
+    /// What may have called `debug_value`, in order.
+    pub(crate) debug_kernels: Vec<String>,
 }
 
 /// A span whose times are not known yet.
@@ -49,6 +52,8 @@ impl Recorder {
             queries_used: 0,
             queries_wanted: 0,
             submitted: false,
+            works: Vec::new(),
+            debug_kernels: Vec::new(),
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder
@@ -93,6 +98,43 @@ impl Recorder {
         });
     }
 
+    /// As [`Recorder::dispatch`], with the groups that `groups` holds at `index`; they stay on the device.
+    ///
+    /// # Panics
+    /// If `groups` has no such index, a barrier is missing, or one buffer is bound twice and written.
+    pub fn dispatch_indirect<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        groups: &Buffer<DispatchGroups>,
+        index: usize,
+        args: K::Args<'_>,
+        params: K::Params,
+    ) {
+        assert!(
+            index < groups.len(),
+            "`{}` has {} elements, not {index}",
+            groups.name(),
+            groups.len()
+        );
+        let core = groups.core();
+        core.touch(self.ticket, K::NAME, Access::Indirect, true, false);
+        self.bind::<K>(
+            pipeline.core(),
+            vk::PipelineBindPoint::COMPUTE,
+            Access::Kernel,
+            &args,
+            &params,
+        );
+        self.work(K::NAME, SpanKind::Kernel, |rec| {
+            let offset = (index * size_of::<DispatchGroups>()) as u64;
+            // SAFETY: as in `dispatch`; the groups lie in the buffer, which was made for indirect use.
+            unsafe {
+                rec.device()
+                    .cmd_dispatch_indirect(rec.raw(), core.raw(), offset)
+            };
+        });
+    }
+
     /// What was done by `from` to the buffers happens before, and is seen by, what `to` does next.
     pub fn barrier(&mut self, from: Access, to: Access, buffers: &[&dyn AnyBuffer]) {
         let barriers: Vec<_> = buffers
@@ -109,6 +151,9 @@ impl Recorder {
                     .size(vk::WHOLE_SIZE)
             })
             .collect();
+        if barriers.is_empty() {
+            return;
+        }
         let (before, after) = (from.stage(), to.stage());
         // SAFETY: the buffers are alive, and freed only after this frame.
         unsafe {
@@ -122,126 +167,6 @@ impl Recorder {
                 &[],
             )
         };
-    }
-
-    /// Copies all of `source` to the start of `target`.
-    ///
-    /// # Panics
-    /// If `target` is shorter, both are one, or a barrier is missing.
-    pub fn copy<T: Pod>(&mut self, source: &Buffer<T>, target: &Buffer<T>) {
-        self.copy_range(source, 0..source.len(), target, 0);
-    }
-
-    /// Copies a range of elements of `source` to `target`, from the element `start` on.
-    ///
-    /// # Panics
-    /// If the range does not lie in both, both are one, or a barrier is missing.
-    pub fn copy_range<T: Pod>(
-        &mut self,
-        source: &Buffer<T>,
-        range: std::ops::Range<usize>,
-        target: &Buffer<T>,
-        start: usize,
-    ) {
-        let fits = range.start <= range.end && range.end <= source.len();
-        assert!(
-            fits,
-            "`{}` has {} elements, not {range:?}",
-            source.name(),
-            source.len()
-        );
-        let fits = start
-            .checked_add(range.len())
-            .is_some_and(|end| end <= target.len());
-        assert!(
-            fits,
-            "`{}` has {} elements: {} from {start} on do not fit",
-            target.name(),
-            target.len(),
-            range.len()
-        );
-        let (from, to) = (source.core(), target.core());
-        assert!(
-            from.raw() != to.raw(),
-            "`{}` cannot be copied to itself",
-            source.name()
-        );
-        let element = size_of::<T>() as u64;
-        let copy = vk::BufferCopy {
-            src_offset: range.start as u64 * element,
-            dst_offset: start as u64 * element,
-            size: range.len() as u64 * element,
-        };
-        if copy.size == 0 {
-            return;
-        }
-        from.touch(self.ticket, "copy", Access::Copy, true, false);
-        to.touch(self.ticket, "copy", Access::Copy, false, true);
-        self.work("copy", SpanKind::Copy, |rec| {
-            // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
-            unsafe {
-                rec.device()
-                    .cmd_copy_buffer(rec.raw(), from.raw(), to.raw(), &[copy])
-            };
-        });
-    }
-
-    /// Fills a buffer with a 32-bit value.
-    ///
-    /// # Panics
-    /// If a barrier is missing.
-    pub fn fill(&mut self, buffer: &dyn AnyBuffer, value: u32) {
-        let core = buffer.core();
-        if core.size_in_bytes() == 0 {
-            return;
-        }
-        core.touch(self.ticket, "fill", Access::Copy, false, true);
-        self.work("fill", SpanKind::Copy, |rec| {
-            // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
-            unsafe {
-                rec.device()
-                    .cmd_fill_buffer(rec.raw(), core.raw(), 0, core.size_in_bytes(), value)
-            };
-        });
-    }
-
-    /// Writes a few elements, which travel in the command buffer, from the element `start` on.
-    ///
-    /// # Panics
-    /// If they do not fit the buffer or take more than 65,536 bytes; if a barrier is missing.
-    pub fn update<T: Pod>(&mut self, buffer: &Buffer<T>, start: usize, data: &[T]) {
-        let fits = start
-            .checked_add(data.len())
-            .is_some_and(|end| end <= buffer.len());
-        assert!(
-            fits,
-            "`{}` has {} elements: {} from {start} on do not fit",
-            buffer.name(),
-            buffer.len(),
-            data.len()
-        );
-        assert!(
-            size_of_val(data) <= 65_536,
-            "{} bytes do not fit a command buffer; use an upload buffer",
-            size_of_val(data)
-        );
-        if data.is_empty() {
-            return;
-        }
-        let core = buffer.core();
-        core.touch(self.ticket, "update", Access::Copy, false, true);
-        self.work("update", SpanKind::Copy, |rec| {
-            let offset = (start * size_of::<T>()) as u64;
-            // SAFETY: the buffer is alive and freed only after this frame; elements have a multiple of 4 bytes.
-            unsafe {
-                rec.device().cmd_update_buffer(
-                    rec.raw(),
-                    core.raw(),
-                    offset,
-                    bytemuck::cast_slice(data),
-                )
-            };
-        });
     }
 
     /// Groups what `record` records under a name, in reports and in capture tools.
@@ -268,6 +193,9 @@ impl Recorder {
         );
         let resources = I::resources(args);
         self.check_hazards::<I>(&resources, access);
+        if I::DEBUG_BINDING.is_some() && point == vk::PipelineBindPoint::COMPUTE {
+            self.announce_debug(I::NAME);
+        }
         let buffers: Vec<_> = resources
             .iter()
             .map(|r| {
@@ -283,7 +211,16 @@ impl Recorder {
                 Resource::Buffer(_) => vk::BufferView::null(),
             })
             .collect();
-        let writes: Vec<_> = I::BINDINGS
+        let debug = I::DEBUG_BINDING.map(|number| {
+            let core = self.frame.debug_list().buffer().core();
+            (
+                number,
+                [vk::DescriptorBufferInfo::default()
+                    .buffer(core.raw())
+                    .range(vk::WHOLE_SIZE)],
+            )
+        });
+        let mut writes: Vec<_> = I::BINDINGS
             .iter()
             .enumerate()
             .map(|(i, binding)| {
@@ -295,6 +232,15 @@ impl Recorder {
                     .texel_buffer_view(&views[i..=i])
             })
             .collect();
+        if let Some((number, info)) = &debug {
+            let kind = descriptor_type(BindingKind::Storage);
+            writes.push(
+                vk::WriteDescriptorSet::default()
+                    .dst_binding(*number)
+                    .descriptor_type(kind)
+                    .buffer_info(info),
+            );
+        }
         let mut bytes = [0; 128];
         let bytes = &mut bytes[..<I::Params as Params>::SIZE];
         params.write(bytes);
@@ -358,9 +304,65 @@ impl Recorder {
 
     /// Records one piece of work with its label and its times.
     pub(crate) fn work(&mut self, name: &str, kind: SpanKind, record: impl FnOnce(&Self)) {
+        if kind != SpanKind::Draw {
+            self.leave_crumb(name);
+        }
         self.begin_span(name, kind);
         record(self);
         self.end_span();
+    }
+
+    pub(crate) fn leave_crumb(&mut self, name: &str) {
+        if let Some(crumbs) = &self.frame.crumbs {
+            crumbs
+                .lock()
+                .unwrap_or_else(|e| e.into_inner())
+                .leave(self.raw(), self.works.len() as u32);
+            self.works.push(name.to_owned());
+        }
+    }
+
+    /// Says in the debug list who calls `debug_value` from now on.
+    pub(crate) fn announce_debug(&mut self, name: &str) {
+        let frame = Arc::clone(&self.frame);
+        let list = frame.debug_list();
+        let number = self.debug_kernels.len() as u32;
+        self.debug_kernels.push(name.to_owned());
+        let whole_head = [0, list.capacity, number, 0];
+        // The count is only reset by the frame's first.
+        let (offset, words) = if number == 0 {
+            (0, &whole_head[..])
+        } else {
+            (8, &whole_head[2..3])
+        };
+        self.debug_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
+        // SAFETY: the list is alive as long as the frame; the head lies in it.
+        unsafe {
+            let bytes = bytemuck::cast_slice(words);
+            self.device()
+                .cmd_update_buffer(self.raw(), list.buffer().core().raw(), offset, bytes);
+        }
+        self.debug_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
+    }
+
+    fn debug_barrier(&self, to: vk::PipelineStageFlags) {
+        let host = to.contains(vk::PipelineStageFlags::HOST);
+        let barrier = vk::MemoryBarrier::default()
+            .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
+            .dst_access_mask(if host {
+                vk::AccessFlags::HOST_READ
+            } else {
+                vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE
+            });
+        let (from, none) = (
+            vk::PipelineStageFlags::ALL_COMMANDS,
+            vk::DependencyFlags::empty(),
+        );
+        // SAFETY: the command buffer is being recorded.
+        unsafe {
+            self.device()
+                .cmd_pipeline_barrier(self.raw(), from, to, none, &[barrier], &[], &[])
+        };
     }
 
     pub(crate) fn begin_span(&mut self, name: &str, kind: SpanKind) {
@@ -408,6 +410,9 @@ impl Recorder {
 
     /// Closes the frame's own span.
     pub(crate) fn finish(&mut self) {
+        if !self.debug_kernels.is_empty() {
+            self.debug_barrier(vk::PipelineStageFlags::HOST);
+        }
         self.end_span();
         assert!(self.open.is_empty(), "a scope is still open");
     }
@@ -424,7 +429,7 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         if !self.submitted {
-            self.frame.ctx.graveyard.end(self.ticket);
+            self.frame.ctx.graveyard.discard(self.ticket);
         }
     }
 }

@@ -5,6 +5,16 @@ pub mod colormap;
 pub mod draws;
 pub mod exposure;
 pub mod normals;
+pub mod offscreen;
 pub mod output;
 pub mod pick;
+pub mod renderer;
 pub mod view;
+
+pub use camera::Camera;
+pub use offscreen::Offscreen;
+pub use renderer::{Canvas, Renderer};
+pub use view::View;
+
+#[cfg(test)]
+mod tests;

@@ -95,7 +95,10 @@ impl Reader {
     /// Takes one `KEY=VALUE`. The value is read as TOML; what is not TOML is taken as a bare word.
     pub fn assignment(&mut self, assignment: &str) {
         self.place = Place::Argument(format!("--set {assignment}"));
-        let Some((key, raw)) = assignment.split_once('=') else {
+        let pair = assignment
+            .split_once('=')
+            .filter(|(key, _)| !key.trim().is_empty());
+        let Some((key, raw)) = pair else {
             self.problem(
                 0,
                 "KEY=VALUE is expected, such as trail.decay=0.9".to_owned(),
@@ -237,6 +240,7 @@ impl Reader {
             .and_then(|i: usize| self.settings.objects.get_mut(i))
         else {
             let message = match count {
+                0 => format!("{key}: the scene has no objects"),
                 1 => format!("{key}: the scene has one object, object.0"),
                 _ => format!(
                     "{key}: the scene has {count} objects, object.0 to object.{}",

@@ -270,7 +270,8 @@ fn joined(words: &[&str], conjunction: &str) -> String {
 }
 
 /// A number as people write it, with commas from 10,000 on.
-fn grouped(value: f64) -> String {
+#[must_use]
+pub fn grouped(value: f64) -> String {
     if value.fract() != 0.0 || value.abs() < 10_000.0 {
         return format!("{value}");
     }

@@ -406,7 +406,7 @@ pub fn assertions(mut structs: Vec<&Struct>) -> String {
     structs.dedup_by(|a, b| a == b);
     let mut out = String::new();
     for layout in structs {
-        let ty = format!("crate::sim::types::{}", layout.name);
+        let ty = struct_path(&layout.name);
         put(
             &mut out,
             format_args!(
@@ -452,8 +452,18 @@ fn rust_type(ty: &Ty) -> Result<String, String> {
             _ => return Err(format!("a vector of {scalar:?} has no host type")),
         },
         Ty::Array(element, n) => format!("[{}; {n}]", rust_type(element)?),
-        Ty::Struct(name) => format!("crate::sim::types::{name}"),
+        Ty::Struct(name) => struct_path(name),
     })
+}
+
+/// One struct belongs to `gpu`, which reads it; the others are the simulation's.
+fn struct_path(name: &str) -> String {
+    let module = if name == "DispatchGroups" {
+        "gpu"
+    } else {
+        "sim::types"
+    };
+    format!("crate::{module}::{name}")
 }
 
 fn camel_case(stem: &str) -> String {

@@ -157,11 +157,12 @@ fn to_spirv(
             content,
         })
     });
-    let kind = match stage {
-        Stage::Compute => ShaderKind::Compute,
-        Stage::Vertex => ShaderKind::Vertex,
-        Stage::Fragment => ShaderKind::Fragment,
+    let (kind, macro_name) = match stage {
+        Stage::Compute => (ShaderKind::Compute, "MYXO_COMPUTE"),
+        Stage::Vertex => (ShaderKind::Vertex, "MYXO_VERTEX"),
+        Stage::Fragment => (ShaderKind::Fragment, "MYXO_FRAGMENT"),
     };
+    options.add_macro_definition(macro_name, None);
     let artifact = compiler
         .compile_into_spirv(source, kind, name, "main", Some(&options))
         .map_err(|e| match e {

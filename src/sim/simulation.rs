@@ -7,9 +7,8 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
 use super::step;
-use super::types::{Particle, Pose};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Recorder};
+use crate::gpu::{Context, Recorder};
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
 use crate::scene::settings::Settings;
@@ -91,22 +90,10 @@ impl Simulation {
         &self.setup
     }
 
-    /// The trail after the last step recorded, one value a texel, gutters filled.
+    /// Every buffer, as the last step recorded leaves it.
     #[must_use]
-    pub fn trail(&self) -> &Buffer<f32> {
-        &self.state.trail.front
-    }
-
-    /// The particles after the last step recorded.
-    #[must_use]
-    pub fn particles(&self) -> &Buffer<Particle> {
-        &self.state.particles
-    }
-
-    /// World from object, one an object.
-    #[must_use]
-    pub fn poses(&self) -> &Buffer<Pose> {
-        &self.state.poses
+    pub fn state(&self) -> &State {
+        &self.state
     }
 
     /// Everything, copied to the host. All recorded steps must have been submitted; waits for them.

@@ -9,23 +9,27 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::{DVec2, DVec3};
-use myxo::Result;
+use myxo::gpu::{Context, ContextOptions};
 use myxo::mesh::Mesh;
 use myxo::mesh::surface::Surface;
-use myxo::mesh::walk::{Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
+use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
+use myxo::sim::queries::walk_queries;
+use myxo::sim::twin::walk::WALK_BORDER;
+use myxo::sim::types::Walker;
+use myxo::{Error, Result};
 
 use super::table::{Row, Table};
 use crate::cli::files::Sink;
 use crate::cli::options::DeviceOptions;
-use crate::cli::{Outcome, console, not_built_in};
+use crate::cli::{Outcome, console};
 
 /// Walk straight on a mesh from given points in given directions
 ///
 /// In:  id,face,b0,b1,b2,dx,dy,dz,length
 /// Out: id,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status
 ///
-/// Faces and corners are counted as in the file; status is 0 for the whole length, 1 for stopped at an open border, 2
-/// for a start that is not on the mesh.
+/// Faces and corners are counted as in the file.
+/// Status: 0 the whole length, 1 stopped at an open border, 2 no such walk.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,
@@ -60,8 +64,7 @@ const MESSAGES: usize = 5;
 impl Geodesic {
     /// Reads, walks, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let _ = &self.device;
-        self.run_with(&|_, _| Err(not_built_in("the simulation")))
+        self.run_with(&|surface, queries| on_device(&self.device, surface, queries))
     }
 
     fn run_with(&self, engine: Engine<'_>) -> Result<Outcome> {
@@ -83,6 +86,72 @@ impl Geodesic {
         }
         sink.write(&answers.text)?;
         Ok(Outcome::Done)
+    }
+}
+
+/// The engine that the program uses: the kernel that walks as particles do, in float32.
+fn on_device(
+    options: &DeviceOptions,
+    surface: &Surface,
+    queries: &[WalkQuery],
+) -> Result<Vec<WalkEnd>> {
+    let ctx = Context::new(&ContextOptions {
+        device: options.device.clone(),
+        validation: options.validate,
+        ..ContextOptions::default()
+    })?;
+    let walkers: Vec<Walker> = queries.iter().map(walker).collect();
+    let ends = walk_queries(&ctx, surface, &walkers, BorderRule::Stop)?;
+    let messages = ctx.take_messages();
+    if !messages.is_empty() {
+        return Err(Error::Invalid(format!(
+            "Vulkan's validation complains: {}",
+            messages.join("\n")
+        )));
+    }
+    Ok(ends
+        .iter()
+        .zip(queries)
+        .map(|(end, query)| walk_end(end, query))
+        .collect())
+}
+
+fn walker(query: &WalkQuery) -> Walker {
+    let SurfacePoint { triangle, u, v } = query.start;
+    let heading = query.heading.as_vec2().to_array();
+    Walker {
+        // Rounded from the double weights, which is nearer than what the rounded u and v leave.
+        weight_a: (1.0 - u - v).max(0.0) as f32,
+        ..Walker::at(triangle, u as f32, v as f32, heading, query.length as f32)
+    }
+}
+
+fn walk_end(end: &Walker, query: &WalkQuery) -> WalkEnd {
+    let weights = DVec3::new(
+        end.weight_a.into(),
+        end.weight_b.into(),
+        end.weight_c.into(),
+    );
+    let weights = weights.max(DVec3::ZERO);
+    let weights = weights / weights.element_sum();
+    let stopped = end.status == WALK_BORDER;
+    WalkEnd {
+        point: SurfacePoint {
+            triangle: end.triangle,
+            u: weights.y,
+            v: weights.z,
+        },
+        heading: DVec2::new(end.heading_p.into(), end.heading_h.into()).normalize(),
+        travelled: if stopped {
+            query.length - f64::from(end.remaining)
+        } else {
+            query.length
+        },
+        status: if stopped {
+            WalkStatus::Border
+        } else {
+            WalkStatus::Done
+        },
     }
 }
 
@@ -225,146 +294,4 @@ fn write_end(text: &mut String, id: &str, mesh: &Mesh, surface: &Surface, end: &
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use myxo::mesh::walk::{BorderRule, walk};
-
-    fn reference(surface: &Surface, queries: &[WalkQuery]) -> Result<Vec<WalkEnd>> {
-        let end = |q: &WalkQuery| {
-            walk(
-                surface,
-                q.start,
-                q.heading,
-                q.length,
-                None,
-                BorderRule::Stop,
-            )
-        };
-        Ok(queries.iter().map(end).collect())
-    }
-
-    fn ask(mesh: &Mesh, rows: &str) -> Answers {
-        let text = format!("id,face,b0,b1,b2,dx,dy,dz,length\n{rows}");
-        let table = Table::parse("in.csv", text.as_bytes(), COLUMNS).expect("it is right");
-        answer(mesh, &table, &reference).expect("it can be answered")
-    }
-
-    fn numbers(line: &str) -> Vec<f64> {
-        line.split(',')
-            .map(|field| field.parse().expect("a number"))
-            .collect()
-    }
-
-    #[test]
-    fn rows_that_cannot_be_walked_come_back_with_status_2() {
-        let mesh = Mesh::builtin("cube").expect("it is built in");
-        let answers = ask(
-            &mesh,
-            "a,99,1,0,0,1,0,0,1\nb,0,2,0,0,1,0,0,1\nc,0,1,0,0,0,0,0,1\nd,0,1,0,0,0,0,1,-1\n",
-        );
-        let lines: Vec<_> = answers.text.lines().skip(1).collect();
-        assert_eq!(lines[0], "a,99,1,0,0,0,0,0,1,0,0,0,2");
-        assert!(
-            lines.len() == 4 && lines.iter().all(|line| line.ends_with(",2")),
-            "{lines:#?}"
-        );
-        assert_eq!(answers.refused.len(), 4);
-        assert_eq!(
-            answers.refused[0],
-            "in.csv: line 2: the mesh has no face 99 to walk on; the row gets status 2"
-        );
-        assert!(!answers.text.contains("NaN"), "{}", answers.text);
-    }
-
-    fn from_obj(text: &str) -> Mesh {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("mesh.obj");
-        std::fs::write(&path, text).expect("it can be written");
-        Mesh::load_raw(&path).expect("it is right")
-    }
-
-    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
-
-    /// The worked example of the format, and the same with one face wound the other way.
-    #[test]
-    fn the_worked_example_comes_out_as_written() {
-        let rows = "a,0,0.25,0.5,0.25,0,1,0,0.45\nb,0,0.25,0.5,0.25,0,1,0,0.6\nc,0,0.25,0.5,0.25,0,1,0,2\n";
-        let alike = from_obj(&format!("{SQUARE}f 1 2 3\nf 1 3 4\n"));
-        let opposed = from_obj(&format!("{SQUARE}f 1 2 3\nf 1 4 3\n"));
-        assert!(opposed.is_flipped(1) && !alike.is_flipped(0) && !alike.is_flipped(1));
-        let expected = [
-            [
-                0.0, 0.25, 0.05, 0.7, 0.75, 0.7, 0.0, 0.0, 1.0, 0.0, 0.45, 0.0,
-            ],
-            [
-                1.0, 0.15, 0.75, 0.1, 0.75, 0.85, 0.0, 0.0, 1.0, 0.0, 0.6, 0.0,
-            ],
-            [
-                1.0, 0.0, 0.75, 0.25, 0.75, 1.0, 0.0, 0.0, 1.0, 0.0, 0.75, 1.0,
-            ],
-        ];
-        for (mesh, swapped) in [(&alike, false), (&opposed, true)] {
-            let answers = ask(mesh, rows);
-            let lines: Vec<_> = answers.text.lines().collect();
-            assert_eq!(lines.len(), 4);
-            assert_eq!(lines[0], HEADER);
-            for ((line, id), mut expected) in lines[1..].iter().zip(["a", "b", "c"]).zip(expected) {
-                if swapped && expected[0] == 1.0 {
-                    expected.swap(2, 3);
-                }
-                let (found_id, found) = line.split_once(',').expect("there are columns");
-                assert_eq!(found_id, id);
-                for (found, expected) in numbers(found).iter().zip(expected) {
-                    assert!(
-                        (found - expected).abs() < 1e-6,
-                        "{line}, and {expected} is expected"
-                    );
-                }
-            }
-        }
-    }
-
-    /// A start's weights, direction and length reach the engine in double precision, and its answer the text.
-    #[test]
-    fn no_digit_is_lost_on_the_way() {
-        let mesh = from_obj(&format!("{SQUARE}f 1 2 3\nf 1 3 4\n"));
-        let text = "id,face,b0,b1,b2,dx,dy,dz,length\nx,0,0.2499999999999999,0.5,0.2500000000000001,0,3e-200,0,0.12345678901234566\n";
-        let table = Table::parse("in.csv", text.as_bytes(), COLUMNS).expect("it is right");
-        let echo = |_: &Surface, queries: &[WalkQuery]| {
-            let [query] = queries else {
-                panic!("one query is asked")
-            };
-            assert_eq!((query.start.u, query.start.v), (0.5, 0.2500000000000001));
-            assert_eq!(query.heading, DVec2::Y);
-            Ok(vec![WalkEnd {
-                point: query.start,
-                heading: query.heading,
-                travelled: query.length,
-                status: WalkStatus::Done,
-            }])
-        };
-        let answers = answer(&mesh, &table, &echo).expect("it can be answered");
-        let line = answers.text.lines().nth(1).expect("one row");
-        assert!(line.starts_with("x,0,0.2499999999999999,0.5,0.2500000000000001,0.7500000000000001,0.2500000000000001,0,0,1,0,"), "{line}");
-        assert!(line.ends_with(",0.12345678901234566,0"), "{line}");
-    }
-
-    #[test]
-    fn weights_off_by_rounding_are_taken() {
-        let mesh = Mesh::builtin("cube").expect("it is built in");
-        let answers = ask(&mesh, "a,0,0.5000000001,-1e-9,0.5,1,1,1,0\n");
-        assert!(answers.refused.is_empty(), "{:?}", answers.refused);
-        let weights = &numbers(
-            answers
-                .text
-                .lines()
-                .nth(1)
-                .expect("one row")
-                .trim_start_matches("a,"),
-        )[1..4];
-        assert!(
-            weights.iter().all(|&w| w >= 0.0) && (weights.iter().sum::<f64>() - 1.0).abs() < 1e-12,
-            "{weights:?}"
-        );
-    }
-}
+mod tests;

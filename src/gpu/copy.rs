@@ -1,0 +1,181 @@
+//! Copies, fills and updates inside a frame.
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::access::Access;
+use super::buffer::{AnyBuffer, Buffer};
+use super::image::{Format, Image, ImageState};
+use super::recorder::Recorder;
+use super::timer::SpanKind;
+
+impl Recorder {
+    /// Copies all of `source` to the start of `target`.
+    ///
+    /// # Panics
+    /// If `target` is shorter, both are one, or a barrier is missing.
+    pub fn copy<T: Pod>(&mut self, source: &Buffer<T>, target: &Buffer<T>) {
+        self.copy_range(source, 0..source.len(), target, 0);
+    }
+
+    /// Copies a range of elements of `source` to `target`, from the element `start` on.
+    ///
+    /// # Panics
+    /// If the range does not lie in both, both are one, or a barrier is missing.
+    pub fn copy_range<T: Pod>(
+        &mut self,
+        source: &Buffer<T>,
+        range: std::ops::Range<usize>,
+        target: &Buffer<T>,
+        start: usize,
+    ) {
+        let fits = range.start <= range.end && range.end <= source.len();
+        assert!(
+            fits,
+            "`{}` has {} elements, not {range:?}",
+            source.name(),
+            source.len()
+        );
+        let fits = start
+            .checked_add(range.len())
+            .is_some_and(|end| end <= target.len());
+        assert!(
+            fits,
+            "`{}` has {} elements: {} from {start} on do not fit",
+            target.name(),
+            target.len(),
+            range.len()
+        );
+        let (from, to) = (source.core(), target.core());
+        assert!(
+            from.raw() != to.raw(),
+            "`{}` cannot be copied to itself",
+            source.name()
+        );
+        let element = size_of::<T>() as u64;
+        let copy = vk::BufferCopy {
+            src_offset: range.start as u64 * element,
+            dst_offset: start as u64 * element,
+            size: range.len() as u64 * element,
+        };
+        if copy.size == 0 {
+            return;
+        }
+        from.touch(self.ticket, "copy", Access::Copy, true, false);
+        to.touch(self.ticket, "copy", Access::Copy, false, true);
+        self.work("copy", SpanKind::Copy, |rec| {
+            // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
+            unsafe {
+                rec.device()
+                    .cmd_copy_buffer(rec.raw(), from.raw(), to.raw(), &[copy])
+            };
+        });
+    }
+
+    /// Fills a buffer with a 32-bit value.
+    ///
+    /// # Panics
+    /// If a barrier is missing.
+    pub fn fill(&mut self, buffer: &dyn AnyBuffer, value: u32) {
+        let core = buffer.core();
+        if core.size_in_bytes() == 0 {
+            return;
+        }
+        core.touch(self.ticket, "fill", Access::Copy, false, true);
+        self.work("fill", SpanKind::Copy, |rec| {
+            // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
+            unsafe {
+                rec.device()
+                    .cmd_fill_buffer(rec.raw(), core.raw(), 0, core.size_in_bytes(), value)
+            };
+        });
+    }
+
+    /// Writes a few elements, which travel in the command buffer, from the element `start` on.
+    ///
+    /// # Panics
+    /// If they do not fit the buffer or take more than 65,536 bytes; if a barrier is missing.
+    pub fn update<T: Pod>(&mut self, buffer: &Buffer<T>, start: usize, data: &[T]) {
+        let fits = start
+            .checked_add(data.len())
+            .is_some_and(|end| end <= buffer.len());
+        assert!(
+            fits,
+            "`{}` has {} elements: {} from {start} on do not fit",
+            buffer.name(),
+            buffer.len(),
+            data.len()
+        );
+        assert!(
+            size_of_val(data) <= 65_536,
+            "{} bytes do not fit a command buffer; use an upload buffer",
+            size_of_val(data)
+        );
+        if data.is_empty() {
+            return;
+        }
+        let core = buffer.core();
+        core.touch(self.ticket, "update", Access::Copy, false, true);
+        self.work("update", SpanKind::Copy, |rec| {
+            let offset = (start * size_of::<T>()) as u64;
+            // SAFETY: the buffer is alive and freed only after this frame; elements have a multiple of 4 bytes.
+            unsafe {
+                rec.device().cmd_update_buffer(
+                    rec.raw(),
+                    core.raw(),
+                    offset,
+                    bytemuck::cast_slice(data),
+                )
+            };
+        });
+    }
+
+    /// Copies an image to the start of a buffer, row by row without gaps.
+    ///
+    /// # Panics
+    /// If an element is not as large as a pixel, the buffer is too short, the image has several samples or depth, or a
+    /// barrier is missing.
+    pub fn copy_image<T: Pod>(&mut self, image: &Image, buffer: &Buffer<T>) {
+        let [width, height] = image.size();
+        assert!(
+            image.samples() == 1 && image.format() != Format::Depth32,
+            "`{}` cannot be copied",
+            image.name()
+        );
+        let fits = size_of::<T>() == image.format().pixel_size()
+            && buffer.len() >= width as usize * height as usize;
+        assert!(
+            fits,
+            "`{}` does not hold {width} x {height} pixels of {:?}",
+            buffer.name(),
+            image.format()
+        );
+        let core = buffer.core();
+        core.touch(self.ticket, "copy_image", Access::Copy, false, true);
+        self.transition(image, ImageState::COPY_SOURCE, true);
+        let region = vk::BufferImageCopy::default()
+            .image_subresource(
+                vk::ImageSubresourceLayers::default()
+                    .aspect_mask(vk::ImageAspectFlags::COLOR)
+                    .layer_count(1),
+            )
+            .image_extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            });
+        self.work("copy_image", SpanKind::Copy, |rec| {
+            let layout = ImageState::COPY_SOURCE.layout;
+            // SAFETY: image and buffer are alive and freed only after this frame; the region lies in both.
+            unsafe {
+                rec.device().cmd_copy_image_to_buffer(
+                    rec.raw(),
+                    image.raw(),
+                    layout,
+                    core.raw(),
+                    &[region],
+                );
+            }
+        });
+    }
+}

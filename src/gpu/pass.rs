@@ -1,0 +1,246 @@
+//! Passes: draws into images.
+//!
+//! A pass brings its images into the right layout by itself. Buffers that its shaders read need their barrier, to
+//! [`Access::Vertex`], before the pass begins.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use ash::vk;
+
+use super::access::Access;
+use super::image::{Format, Image, ImageState};
+use super::kernel::Draw;
+use super::raster::{RasterPipeline, no_rendering};
+use super::recorder::Recorder;
+use super::timer::SpanKind;
+
+/// The images of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Targets<'a> {
+    /// What is drawn into.
+    pub color: &'a Image,
+    /// Takes the mean of the samples at the end, where `color` has several.
+    pub resolve: Option<&'a Image>,
+    /// Depth, of the same size and number of samples as `color`; 0 is far away.
+    pub depth: Option<&'a Image>,
+    /// Linear colour and alpha that the picture starts with; `None` keeps what is there.
+    pub clear: Option<[f32; 4]>,
+}
+
+/// Records draws into the targets of a pass.
+pub struct PassRecorder<'a> {
+    rec: &'a mut Recorder,
+    format: Format,
+    samples: u32,
+    depth: bool,
+}
+
+impl Recorder {
+    /// Draws into images. Depth always starts at 0 and is not kept; it is reversed, so greater is nearer, which
+    /// spreads the precision of floats evenly.
+    ///
+    /// # Panics
+    /// If the targets do not fit each other, or the device cannot draw (then no pipeline could be made either).
+    pub fn pass<R>(
+        &mut self,
+        name: &str,
+        targets: &Targets<'_>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        let color = targets.color;
+        for other in targets.resolve.iter().chain(&targets.depth) {
+            assert!(
+                other.size() == color.size(),
+                "`{}` and `{}` differ in size",
+                other.name(),
+                color.name()
+            );
+        }
+        for image in targets.resolve.iter().chain(&targets.depth).chain([&color]) {
+            assert!(
+                Arc::ptr_eq(image.ctx(), self.ctx()),
+                "`{}` belongs to another context",
+                image.name()
+            );
+        }
+        let samples = targets.depth.map_or(color.samples(), Image::samples);
+        assert!(
+            samples == color.samples(),
+            "depth has {samples} samples, `{}` has others",
+            color.name()
+        );
+
+        // Inside a pass there can be neither: the draws share what is noted here.
+        self.leave_crumb(name);
+        if self.ctx().draws_debug.load(Ordering::Relaxed) {
+            self.announce_debug(name);
+        }
+        self.begin_span(name, SpanKind::Scope);
+        self.transition(color, ImageState::COLOR_TARGET, targets.clear.is_none());
+        if let Some(resolve) = targets.resolve {
+            self.transition(resolve, ImageState::COLOR_TARGET, false);
+        }
+        if let Some(depth) = targets.depth {
+            self.transition(depth, ImageState::DEPTH_TARGET, false);
+        }
+        let mut attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(color.view())
+            .image_layout(ImageState::COLOR_TARGET.layout)
+            .load_op(if targets.clear.is_some() {
+                vk::AttachmentLoadOp::CLEAR
+            } else {
+                vk::AttachmentLoadOp::LOAD
+            })
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(vk::ClearValue {
+                color: vk::ClearColorValue {
+                    float32: targets.clear.unwrap_or_default(),
+                },
+            });
+        if let Some(resolve) = targets.resolve {
+            attachment = attachment
+                .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                .resolve_image_view(resolve.view())
+                .resolve_image_layout(ImageState::COLOR_TARGET.layout);
+        }
+        let attachments = [attachment];
+        let [width, height] = color.size();
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width, height },
+        };
+        let mut rendering = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&attachments);
+        let depth_attachment;
+        if let Some(depth) = targets.depth {
+            depth_attachment = vk::RenderingAttachmentInfo::default()
+                .image_view(depth.view())
+                .image_layout(ImageState::DEPTH_TARGET.layout)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .store_op(vk::AttachmentStoreOp::DONT_CARE)
+                .clear_value(vk::ClearValue {
+                    depth_stencil: vk::ClearDepthStencilValue {
+                        depth: 0.0,
+                        stencil: 0,
+                    },
+                });
+            rendering = rendering.depth_attachment(&depth_attachment);
+        }
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: width as f32,
+            height: height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let ctx = Arc::clone(self.ctx());
+        let loader = ctx
+            .device
+            .dynamic_rendering
+            .as_ref()
+            .unwrap_or_else(|| panic!("{}", no_rendering(&ctx, name)));
+        // SAFETY: the images are alive and freed only after this frame; their layouts were set above.
+        unsafe {
+            loader.cmd_begin_rendering(self.raw(), &rendering);
+            self.device().cmd_set_viewport(self.raw(), 0, &[viewport]);
+            self.device().cmd_set_scissor(self.raw(), 0, &[area]);
+        }
+        let (format, depth) = (color.format(), targets.depth.is_some());
+        let result = record(&mut PassRecorder {
+            rec: self,
+            format,
+            samples,
+            depth,
+        });
+        // SAFETY: begun above.
+        unsafe { loader.cmd_end_rendering(self.raw()) };
+        self.end_span();
+        result
+    }
+
+    /// Brings an image from its last state to `next`; its pixels may be lost unless `keep`.
+    pub(crate) fn transition(&mut self, image: &Image, next: ImageState, keep: bool) {
+        let last = image.exchange_state(next);
+        let barrier = vk::ImageMemoryBarrier::default()
+            .src_access_mask(last.access)
+            .dst_access_mask(next.access)
+            .old_layout(if keep {
+                last.layout
+            } else {
+                vk::ImageLayout::UNDEFINED
+            })
+            .new_layout(next.layout)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image.raw())
+            .subresource_range(image.range());
+        let none = vk::DependencyFlags::empty();
+        // SAFETY: the image is alive and freed only after this frame.
+        unsafe {
+            self.device().cmd_pipeline_barrier(
+                self.raw(),
+                last.stage,
+                next.stage,
+                none,
+                &[],
+                &[],
+                &[barrier],
+            );
+        }
+    }
+}
+
+impl PassRecorder<'_> {
+    /// Draws `vertices` vertices `instances` times; none records nothing. Shaders fetch what they need by
+    /// `gl_VertexIndex` and `gl_InstanceIndex`.
+    ///
+    /// # Panics
+    /// If the pipeline was made for other targets, or a barrier is missing before the pass.
+    pub fn draw<D: Draw>(
+        &mut self,
+        pipeline: &RasterPipeline<D>,
+        vertices: u32,
+        instances: u32,
+        args: D::Args<'_>,
+        params: D::Params,
+    ) {
+        let options = pipeline.options();
+        assert!(
+            options.color == self.format
+                && options.samples == self.samples
+                && options.depth == self.depth,
+            "`{}` was made for {:?}, {} samples, depth {}; the pass has {:?}, {} samples, depth {}",
+            D::NAME,
+            options.color,
+            options.samples,
+            options.depth,
+            self.format,
+            self.samples,
+            self.depth
+        );
+        if vertices == 0 || instances == 0 {
+            return;
+        }
+        self.rec.bind::<D>(
+            &pipeline.core,
+            vk::PipelineBindPoint::GRAPHICS,
+            Access::Vertex,
+            &args,
+            &params,
+        );
+        self.rec.work(D::NAME, SpanKind::Draw, |rec| {
+            // SAFETY: pipeline, descriptors and constants were bound for this layout above.
+            unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
+        });
+    }
+
+    /// The raw command buffer, inside the pass, for crates that draw by themselves.
+    #[must_use]
+    pub fn raw(&self) -> vk::CommandBuffer {
+        self.rec.raw()
+    }
+}

@@ -1,0 +1,167 @@
+//! Drawing into images.
+
+use super::selftest::*;
+use super::*;
+
+#[test]
+fn a_picture_is_drawn_and_read_back() {
+    let Some(ctx) = context() else { return };
+    for samples in [1, 4] {
+        let options = RasterOptions {
+            samples,
+            ..RasterOptions::default()
+        };
+        let pipeline = RasterPipeline::<DiscDraw>::new(&ctx, &(), options).unwrap();
+        let size = [37, 21];
+        let color = Image::new(&ctx, "color", size, Format::Rgba8Srgb, samples).unwrap();
+        let resolve =
+            (samples > 1).then(|| Image::new(&ctx, "resolve", size, Format::Rgba8Srgb, 1).unwrap());
+        let depth = Image::new(&ctx, "depth", size, Format::Depth32, samples).unwrap();
+        // Covers the left half of the row in the middle.
+        let centres = Buffer::from_slice(&ctx, "centres", &[glam::Vec2::new(-4.0, 0.0)]).unwrap();
+        let mut pixels =
+            Buffer::<[u8; 4]>::new(&ctx, "pixels", 37 * 21 + 1, Domain::Readback).unwrap();
+        pixels.as_mut_slice()[37 * 21] = [9; 4];
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let mut rec = frames.begin().unwrap();
+        let clear = Some([0.0, 0.0, 1.0, 1.0]);
+        let targets = Targets {
+            color: &color,
+            resolve: resolve.as_ref(),
+            depth: Some(&depth),
+            clear,
+        };
+        rec.pass("picture", &targets, |pass| {
+            let params = DiscParams {
+                color: glam::Vec4::new(1.0, 0.215_86, 0.0, 1.0),
+                size: 4.0,
+            };
+            pass.draw(&pipeline, 3, 1, DiscArgs { centres: &centres }, params);
+        });
+        rec.copy_image(resolve.as_ref().unwrap_or(&color), &pixels);
+        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let pixels = pixels.as_slice();
+        assert_eq!(
+            pixels[10 * 37],
+            [255, 128, 0, 255],
+            "left, {samples} samples"
+        );
+        assert_eq!(
+            pixels[10 * 37 + 36],
+            [0, 0, 255, 255],
+            "right, {samples} samples"
+        );
+        assert_eq!(pixels[37 * 21], [9; 4], "past the end");
+        let frame = frames.timings().frames().next().unwrap();
+        let names: Vec<_> = frame.iter().map(|s| (s.name.as_str(), s.kind)).collect();
+        let expected = [
+            ("frame", SpanKind::Frame),
+            ("picture", SpanKind::Scope),
+            ("disc", SpanKind::Draw),
+            ("copy_image", SpanKind::Copy),
+        ];
+        assert_eq!(names, expected);
+    }
+    assert_silent(&ctx);
+}
+
+#[test]
+fn depth_and_blending_do_what_they_say() {
+    let Some(ctx) = context() else { return };
+    let color = Image::new(&ctx, "color", [8, 8], Format::Rgba32Float, 1).unwrap();
+    let add = RasterOptions {
+        color: Format::Rgba32Float,
+        depth: false,
+        blend: Blend::Add,
+        ..RasterOptions::default()
+    };
+    let add = RasterPipeline::<DiscDraw>::new(&ctx, &(), add).unwrap();
+    let centres = Buffer::from_slice(&ctx, "centres", &[glam::Vec2::ZERO; 3]).unwrap();
+    let pixels = Buffer::<[f32; 4]>::new(&ctx, "pixels", 64, Domain::Readback).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let params = DiscParams {
+        color: glam::Vec4::new(1.0, 2.0, 0.0, 0.5),
+        size: 9.0,
+    };
+    let mut targets = Targets {
+        color: &color,
+        resolve: None,
+        depth: None,
+        clear: Some([1.0, 0.0, 0.0, 0.0]),
+    };
+    rec.pass("first", &targets, |pass| {
+        pass.draw(&add, 3, 3, DiscArgs { centres: &centres }, params)
+    });
+    // A second pass keeps what the first drew.
+    targets.clear = None;
+    rec.pass("second", &targets, |pass| {
+        pass.draw(&add, 3, 1, DiscArgs { centres: &centres }, params)
+    });
+    rec.copy_image(&color, &pixels);
+    rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+    frames.submit(rec).unwrap();
+    frames.wait_idle().unwrap();
+    assert_eq!(pixels.as_slice()[0][..3], [3.0, 4.0, 0.0]);
+    assert_silent(&ctx);
+}
+
+#[test]
+fn a_draw_needs_its_barrier_before_the_pass() {
+    let Some(ctx) = context() else { return };
+    let color = Image::new(&ctx, "color", [8, 8], Format::Rgba8Srgb, 1).unwrap();
+    let options = RasterOptions {
+        depth: false,
+        ..RasterOptions::default()
+    };
+    let pipeline = RasterPipeline::<DiscDraw>::new(&ctx, &(), options).unwrap();
+    let centres = Buffer::<glam::Vec2>::zeroed(&ctx, "centres", 1).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    rec.update(&centres, 0, &[glam::Vec2::ONE]);
+    let targets = Targets {
+        color: &color,
+        resolve: None,
+        depth: None,
+        clear: Some([0.0; 4]),
+    };
+    let text = panic_text(|| {
+        rec.pass("picture", &targets, |pass| {
+            pass.draw(
+                &pipeline,
+                3,
+                1,
+                DiscArgs { centres: &centres },
+                DiscParams::default(),
+            );
+        });
+    });
+    assert!(
+        text.contains("`disc` reads the buffer `centres`, which `update` wrote"),
+        "{text}"
+    );
+    assert!(
+        text.contains("barrier(Access::Copy, Access::Vertex, ..)"),
+        "{text}"
+    );
+}
+
+#[test]
+fn images_that_the_device_cannot_have_are_errors() {
+    let Some(ctx) = context() else { return };
+    let side = ctx.info().max_image_side + 1;
+    let error = Image::new(&ctx, "huge", [side, 1], Format::Rgba8, 1)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("\"huge\"") && error.contains(&ctx.info().max_image_side.to_string()),
+        "{error}"
+    );
+    let error = Image::new(&ctx, "rich", [1, 1], Format::Rgba8, 64)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("64 samples"), "{error}");
+    assert_silent(&ctx);
+}

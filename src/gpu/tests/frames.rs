@@ -1,0 +1,313 @@
+//! Frames in flight, times, breadcrumbs, readback and clocks.
+
+use std::time::{Duration, Instant};
+
+use super::selftest::*;
+use super::*;
+
+#[test]
+fn times_form_a_tree_and_add_up() {
+    let Some(ctx) = context_with(ContextOptions::default()) else {
+        return;
+    };
+    let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 4096).unwrap();
+    let mut frames = Frames::new(&ctx, 2).unwrap();
+    for _ in 0..3 {
+        let mut rec = frames.begin().unwrap();
+        for _ in 0..2 {
+            rec.scope("step", |rec| {
+                rec.scope("inner", |rec| {
+                    let params = SpinParams {
+                        count: 4096,
+                        rounds: 1000,
+                    };
+                    rec.dispatch(&spin, Threads(4096), SpinArgs { values: &values }, params);
+                });
+                rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+                let params = BumpParams {
+                    count: 4096,
+                    amount: 1,
+                };
+                rec.dispatch(&bump, Threads(4096), BumpArgs { values: &values }, params);
+                rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+            });
+        }
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    if !ctx.info().has_timestamps() {
+        assert!(frames.timings().report("step").is_empty());
+        return;
+    }
+    let report = frames.timings().report("step");
+    assert_eq!(report.steps, 6);
+    let tree: Vec<_> = report
+        .tree
+        .iter()
+        .map(|n| (n.name.as_str(), n.depth, n.per_step))
+        .collect();
+    assert_eq!(
+        tree,
+        [("inner", 0, 1.0), ("spin", 1, 1.0), ("bump", 0, 1.0)]
+    );
+    assert_eq!(report.rows[0].name, "spin");
+    assert!(report.rows[0].time.mean_ms > 0.0);
+    let sum: f64 = report.rows.iter().map(|r| r.time.mean_ms).sum();
+    assert!(
+        sum <= report.step.mean_ms && sum > 0.5 * report.step.mean_ms,
+        "{sum} of {}",
+        report.step.mean_ms
+    );
+    let frame = frames.timings().report("frame");
+    assert_eq!(frame.steps, 3);
+    assert!(frame.step.mean_ms >= 2.0 * report.step.min_ms);
+}
+
+#[test]
+fn longer_work_takes_longer() {
+    let Some(ctx) = context_with(ContextOptions::default()) else {
+        return;
+    };
+    if !ctx.info().has_timestamps() {
+        return;
+    }
+    let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 64).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    for (name, rounds) in [("warm-up", 1), ("short", 3_000), ("long", 60_000)] {
+        let mut rec = frames.begin().unwrap();
+        rec.scope(name, |rec| {
+            rec.dispatch(
+                &spin,
+                Threads(64),
+                SpinArgs { values: &values },
+                SpinParams { count: 64, rounds },
+            );
+            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+        });
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    let ms = |name| frames.timings().report(name).rows[0].time.mean_ms;
+    assert!(
+        ms("long") > 3.0 * ms("short"),
+        "{} and {} ms",
+        ms("long"),
+        ms("short")
+    );
+}
+
+#[test]
+fn a_frame_with_more_spans_than_queries_gets_more_the_next_time() {
+    let Some(ctx) = context() else { return };
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 1).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    for _ in 0..2 {
+        let mut rec = frames.begin().unwrap();
+        for _ in 0..700 {
+            rec.dispatch(
+                &bump,
+                Threads(1),
+                BumpArgs { values: &values },
+                BumpParams {
+                    count: 1,
+                    amount: 1,
+                },
+            );
+            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+        }
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    if ctx.info().has_timestamps() {
+        let lengths: Vec<_> = frames.timings().frames().map(<[Span]>::len).collect();
+        assert_eq!(lengths, [256, 701]);
+    }
+    assert_eq!(ctx.download(&values).unwrap(), [1400]);
+    assert_silent(&ctx);
+}
+
+#[test]
+fn a_hang_is_blamed_on_its_kernel() {
+    let options = ContextOptions {
+        timeout: Duration::from_millis(100),
+        ..ContextOptions::default()
+    };
+    let Some(ctx) = context_with(options) else {
+        return;
+    };
+    let (spin, bump) = (
+        Pipeline::<Spin>::new(&ctx, &()).unwrap(),
+        Pipeline::<Bump>::new(&ctx, &()).unwrap(),
+    );
+    let count = 4096;
+    let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    rec.dispatch(
+        &bump,
+        Threads(64),
+        BumpArgs { values: &values },
+        BumpParams {
+            count: 64,
+            amount: 1,
+        },
+    );
+    rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+    // Seconds on a processor; a fast device may finish, and then there is nothing to blame.
+    rec.dispatch(
+        &spin,
+        Threads(count),
+        SpinArgs { values: &values },
+        SpinParams {
+            count,
+            rounds: 60_000,
+        },
+    );
+    rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+    rec.dispatch(
+        &bump,
+        Threads(64),
+        BumpArgs { values: &values },
+        BumpParams {
+            count: 64,
+            amount: 1,
+        },
+    );
+    frames.submit(rec).unwrap();
+    if let Err(error) = frames.wait_idle() {
+        assert!(matches!(error, GpuError::Timeout { .. }), "{error}");
+        let text = error.to_string();
+        assert!(
+            text.contains("the last kernel begun was `spin`, number 2 of 3 in its frame"),
+            "{text}"
+        );
+    } else {
+        assert!(
+            ctx.info().kind != DeviceKind::Cpu,
+            "a processor cannot be that fast"
+        );
+    }
+}
+
+#[test]
+fn objects_outlive_their_owners_while_a_frame_uses_them() {
+    let Some(ctx) = context() else { return };
+    let mut frames = Frames::new(&ctx, 2).unwrap();
+    let back = Buffer::<u32>::new(&ctx, "back", 64, Domain::Readback).unwrap();
+    let mut rec = frames.begin().unwrap();
+    {
+        let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+        let values = Buffer::<u32>::zeroed(&ctx, "values", 64).unwrap();
+        rec.dispatch(
+            &bump,
+            Threads(64),
+            BumpArgs { values: &values },
+            BumpParams {
+                count: 64,
+                amount: 5,
+            },
+        );
+        rec.barrier(Access::Kernel, Access::Copy, &[&values]);
+        rec.copy(&values, &back);
+        rec.barrier(Access::Copy, Access::Readback, &[&back]);
+    }
+    frames.submit(rec).unwrap();
+    // A ring that goes away leaves its frame to the device.
+    drop(frames);
+    ctx.wait_idle().unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    drop(frames.begin().unwrap());
+    assert_eq!(back.as_slice(), [5; 64]);
+    assert_silent(&ctx);
+}
+
+#[test]
+fn results_are_read_back_some_frames_later() {
+    let Some(ctx) = context() else { return };
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 3).unwrap();
+    let mut frames = Frames::new(&ctx, 2).unwrap();
+    let mut readback = Readback::<u32>::new(&ctx, "values", 3, 3).unwrap();
+    let mut found = Vec::new();
+    for step in 0..10 {
+        let mut rec = frames.begin().unwrap();
+        rec.dispatch(
+            &bump,
+            Threads(3),
+            BumpArgs { values: &values },
+            BumpParams {
+                count: 3,
+                amount: 1,
+            },
+        );
+        rec.barrier(Access::Kernel, Access::Copy, &[&values]);
+        assert!(readback.record(&mut rec, &values, step));
+        rec.barrier(Access::Copy, Access::Kernel, &[&values]);
+        frames.submit(rec).unwrap();
+        found.extend(readback.poll());
+    }
+    frames.wait_idle().unwrap();
+    found.extend(std::iter::from_fn(|| readback.poll()));
+    let expected: Vec<_> = (0..10)
+        .map(|step| (step, vec![step as u32 + 1; 3]))
+        .collect();
+    assert_eq!(found, expected);
+    // A frame that is thrown away brings nothing.
+    let mut rec = frames.begin().unwrap();
+    rec.barrier(Access::Kernel, Access::Copy, &[&values]);
+    assert!(readback.record(&mut rec, &values, 99));
+    drop(rec);
+    assert_eq!(readback.poll(), None);
+    assert_silent(&ctx);
+}
+
+#[test]
+fn host_and_device_share_a_clock() {
+    let Some(ctx) = context() else { return };
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 1 << 20).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut trace = Trace::new();
+    let epoch = Instant::now();
+    trace.span("frame", |trace| {
+        let mut rec = frames.begin().unwrap();
+        trace.span("record", |_| rec.fill(&values, 1));
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+    });
+    let end = epoch.elapsed().as_nanos() as f64;
+    let calibration = ctx.calibrate().unwrap();
+    if let (Some(calibration), Some(spans)) = (&calibration, frames.timings().frames().next()) {
+        let slack = calibration.deviation_ns + 1e6;
+        for span in spans {
+            let (begin, finish) = (
+                calibration.since(epoch, span.begin_ns),
+                calibration.since(epoch, span.end_ns),
+            );
+            assert!(
+                -slack < begin && begin <= finish && finish < end + slack,
+                "{} in 0 to {end}: {begin} to {finish}",
+                span.name
+            );
+        }
+    }
+    let mut text = Vec::new();
+    trace
+        .write(&mut text, frames.timings(), calibration.as_ref())
+        .unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let names: Vec<_> = json["traceEvents"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| e["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names[..4],
+        ["thread_name", "thread_name", "frame", "record"]
+    );
+    assert_silent(&ctx);
+}

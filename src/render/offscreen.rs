@@ -1,0 +1,55 @@
+//! Pictures without a window: a canvas and the way of its pixels to the host.
+
+use std::sync::Arc;
+
+use image::RgbaImage;
+
+use super::renderer::Canvas;
+use crate::gpu::{Access, Buffer, Context, Domain, Format, GpuError, Recorder};
+
+/// The format of offscreen pictures: red first, as files have it, and sRGB.
+pub const FORMAT: Format = Format::Rgba8Srgb;
+
+/// A canvas whose picture can be read.
+pub struct Offscreen {
+    canvas: Canvas,
+    pixels: Buffer<[u8; 4]>,
+}
+
+impl Offscreen {
+    /// A canvas of `size` pixels, each side at least 1.
+    ///
+    /// # Errors
+    /// When the device has no images of that size, or no memory for them.
+    pub fn new(ctx: &Arc<Context>, size: [u32; 2]) -> Result<Self, GpuError> {
+        let canvas = Canvas::new(ctx, size, FORMAT)?;
+        let pixel_count = size[0] as usize * size[1] as usize;
+        let pixels = Buffer::new(ctx, "picture.pixels", pixel_count, Domain::Readback)?;
+        Ok(Self { canvas, pixels })
+    }
+
+    /// What to draw on.
+    #[must_use]
+    pub fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
+    /// Records that the host will read the picture, after everything that was drawn.
+    pub fn record_readback(&self, rec: &mut Recorder) {
+        rec.barrier(Access::Readback, Access::Copy, &[&self.pixels]);
+        rec.copy_image(self.canvas.image(), &self.pixels);
+        rec.barrier(Access::Copy, Access::Readback, &[&self.pixels]);
+    }
+
+    /// The picture, top row first, sRGB.
+    ///
+    /// # Panics
+    /// While a frame that draws it has not finished.
+    #[must_use]
+    pub fn image(&self) -> RgbaImage {
+        let [width, height] = self.canvas.size();
+        let bytes = bytemuck::cast_slice(self.pixels.as_slice()).to_vec();
+        RgbaImage::from_raw(width, height, bytes)
+            .expect("the buffer has a pixel for each of the canvas")
+    }
+}

@@ -1,0 +1,362 @@
+//! Draws a simulation: the lit surface with its trail, particles, the unwrapped atlas.
+//!
+//! Shaders write linear light; the images of a [`Canvas`] are of an sRGB format, which encodes it, once. Geometry is
+//! pulled from the simulation's own buffers; the renderer adds only what pictures need, such as smooth normals.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::camera::Camera;
+use super::colormap;
+use super::draws::{
+    AtlasViewArgs, AtlasViewDraw, AtlasViewParams, BackgroundDraw, BackgroundParams, ParticlesArgs,
+    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceDraw, SurfaceParams,
+};
+use super::exposure::{self, Exposure};
+use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
+use super::view::View;
+use crate::gpu::{
+    Access, Blend, Buffer, Context, Format, GpuError, Image, PassRecorder, Pipeline, RasterOptions,
+    RasterPipeline, Recorder, Targets, Threads, Topology,
+};
+use crate::scene::settings::{ColorMap, Show};
+use crate::sim::kernels::{
+    Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramParams,
+};
+use crate::sim::{Setup, State};
+
+/// Samples a pixel, where the device has them.
+const SAMPLES: u32 = 4;
+/// Light that the trail sends out itself, as a share of its colour.
+const GLOW: f32 = 0.34;
+/// How much of the trail is shown under particles, so that they stand out.
+const TRAIL_UNDER_PARTICLES: f32 = 0.0;
+/// From the eye, where the key light comes from: right, up, backward.
+const KEY_FROM_EYE: Vec3 = Vec3::new(-0.55, 0.75, 0.65);
+
+/// The images that a picture is drawn into.
+pub struct Canvas {
+    /// What is drawn into; several samples a pixel, where the device has them.
+    color: Image,
+    /// One sample a pixel, if `color` has more.
+    resolved: Option<Image>,
+    depth: Image,
+}
+
+impl Canvas {
+    /// Images of `size` pixels, each side at least 1.
+    ///
+    /// # Errors
+    /// When the device has no images of that size, or no memory for them.
+    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format) -> Result<Self, GpuError> {
+        let samples = samples(ctx);
+        let resolved = match samples {
+            1 => None,
+            _ => Some(Image::new(ctx, "picture.resolved", size, format, 1)?),
+        };
+        Ok(Self {
+            color: Image::new(ctx, "picture.color", size, format, samples)?,
+            depth: Image::new(ctx, "picture.depth", size, Format::Depth32, samples)?,
+            resolved,
+        })
+    }
+
+    /// Width and height, pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.color.size()
+    }
+
+    /// The finished picture, one sample a pixel.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        self.resolved.as_ref().unwrap_or(&self.color)
+    }
+}
+
+/// As many samples as are wanted, or as the device has.
+fn samples(ctx: &Context) -> u32 {
+    SAMPLES.min(ctx.info().max_samples)
+}
+
+/// Draws the simulations of one setup.
+pub struct Renderer {
+    surface: RasterPipeline<SurfaceDraw>,
+    particles: RasterPipeline<ParticlesDraw>,
+    background: RasterPipeline<BackgroundDraw>,
+    atlas_view: RasterPipeline<AtlasViewDraw>,
+    trail_histogram: Pipeline<TrailHistogram>,
+    expose: Pipeline<Expose>,
+    /// Packed, one for each corner of each triangle.
+    normals: Buffer<u32>,
+    /// The triangle of each texel.
+    texel_owner: Buffer<u32>,
+    /// The chart of each triangle.
+    charts: Buffer<u32>,
+    colors: Buffer<Vec4>,
+    colors_are: Option<ColorMap>,
+    histogram: Buffer<u32>,
+    /// The trail value of the brightest colour, from picture to picture.
+    brightest: Buffer<f32>,
+    is_first: bool,
+    shape: Shape,
+}
+
+/// Sizes of what is drawn.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    corner_count: u32,
+    particle_count: u32,
+    texel_count: u32,
+    size: u32,
+    pitch: u32,
+    radius: f32,
+}
+
+impl Renderer {
+    /// A renderer for pictures of a setup, on canvases of this format.
+    ///
+    /// # Errors
+    /// When the device cannot draw, or has no memory left.
+    pub fn new(ctx: &Arc<Context>, setup: &Setup, format: Format) -> Result<Self, GpuError> {
+        let options = RasterOptions {
+            color: format,
+            samples: samples(ctx),
+            ..RasterOptions::default()
+        };
+        let behind = RasterOptions {
+            depth_write: false,
+            ..options
+        };
+        let points = RasterOptions {
+            topology: Topology::Points,
+            blend: Blend::Add,
+            ..behind
+        };
+        let normals = corner_normals(&setup.surface, CREASE_ANGLE);
+        let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
+        let atlas = &setup.atlas;
+        Ok(Self {
+            surface: RasterPipeline::new(ctx, &(), options)?,
+            particles: RasterPipeline::new(ctx, &(), points)?,
+            background: RasterPipeline::new(ctx, &(), behind)?,
+            atlas_view: RasterPipeline::new(ctx, &(), behind)?,
+            trail_histogram: Pipeline::new(ctx, &())?,
+            expose: Pipeline::new(ctx, &())?,
+            normals: Buffer::from_slice(ctx, "normals", &normals)?,
+            texel_owner: Buffer::from_slice(ctx, "texel_owner", &atlas.owner)?,
+            charts: Buffer::from_slice(ctx, "charts", &atlas.chart)?,
+            colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
+            colors_are: None,
+            histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
+            brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
+            is_first: true,
+            shape: Shape {
+                corner_count: setup.corners.len() as u32,
+                particle_count: setup.particles.len() as u32,
+                texel_count: atlas.density.len() as u32,
+                size: atlas.size,
+                pitch: atlas.pitch,
+                radius: setup.radius,
+            },
+        })
+    }
+
+    /// Records a picture of the simulation as it is after the last step recorded.
+    pub fn draw(&mut self, rec: &mut Recorder, state: &State, view: &View, canvas: &Canvas) {
+        rec.scope("picture", |rec| {
+            self.prepare(rec, state, view);
+            let trail = &state.trail.front;
+            rec.barrier(
+                Access::Kernel,
+                Access::Vertex,
+                &[trail, &state.particles, &self.brightest],
+            );
+            let targets = Targets {
+                color: &canvas.color,
+                resolve: canvas.resolved.as_ref(),
+                depth: Some(&canvas.depth),
+                clear: Some([0.0, 0.0, 0.0, 1.0]),
+            };
+            let [width, height] = canvas.size();
+            let size = Vec2::new(width as f32, height as f32);
+            rec.pass("draw", &targets, |pass| match view.show {
+                Show::Atlas => self.draw_atlas(pass, state, view, size),
+                Show::Surface => self.draw_surface(pass, state, view, size, 1.0),
+                Show::Particles => {
+                    self.draw_surface(pass, state, view, size, TRAIL_UNDER_PARTICLES);
+                    self.draw_particles(pass, state, view, size);
+                }
+            });
+            // The next steps and the next picture write over what was read.
+            rec.barrier(
+                Access::Vertex,
+                Access::Kernel,
+                &[trail, &state.particles, &self.brightest],
+            );
+        });
+    }
+
+    /// Colours and exposure.
+    fn prepare(&mut self, rec: &mut Recorder, state: &State, view: &View) {
+        if self.colors_are != Some(view.color_map) {
+            self.colors_are = Some(view.color_map);
+            rec.barrier(Access::Vertex, Access::Copy, &[&self.colors]);
+            rec.update(&self.colors, 0, &view.color_map.table());
+            rec.barrier(Access::Copy, Access::Vertex, &[&self.colors]);
+        }
+        match view.exposure {
+            Exposure::Fixed(brightest) => {
+                rec.barrier(Access::Kernel, Access::Copy, &[&self.brightest]);
+                rec.fill(&self.brightest, brightest.max(f32::MIN_POSITIVE).to_bits());
+                rec.barrier(Access::Copy, Access::Kernel, &[&self.brightest]);
+                rec.barrier(Access::Copy, Access::Vertex, &[&self.brightest]);
+            }
+            Exposure::Auto {
+                clipped_share,
+                adaptation,
+            } => {
+                let stride = exposure::stride(self.shape.texel_count);
+                let sample_count = self.shape.texel_count.div_ceil(stride);
+                rec.dispatch(
+                    &self.trail_histogram,
+                    Threads(sample_count),
+                    TrailHistogramArgs {
+                        trail: &state.trail.front,
+                        density: &state.density,
+                        histogram: &self.histogram,
+                    },
+                    TrailHistogramParams {
+                        sample_count,
+                        stride,
+                    },
+                );
+                rec.barrier(Access::Kernel, Access::Kernel, &[&self.histogram]);
+                rec.dispatch(
+                    &self.expose,
+                    Threads(1),
+                    ExposeArgs {
+                        histogram: &self.histogram,
+                        brightest: &self.brightest,
+                    },
+                    ExposeParams {
+                        clipped_share,
+                        // The first picture has nothing to follow.
+                        adaptation: if self.is_first { 1.0 } else { adaptation },
+                    },
+                );
+                rec.barrier(
+                    Access::Kernel,
+                    Access::Kernel,
+                    &[&self.histogram, &self.brightest],
+                );
+            }
+        }
+        self.is_first = false;
+    }
+
+    fn draw_surface(
+        &self,
+        pass: &mut PassRecorder<'_>,
+        state: &State,
+        view: &View,
+        size: Vec2,
+        trail_share: f32,
+    ) {
+        let camera = &view.camera;
+        pass.draw(
+            &self.surface,
+            self.shape.corner_count,
+            1,
+            SurfaceArgs {
+                corners: &state.corners,
+                vertices: &state.vertices,
+                normals: &self.normals,
+                atlas_maps: &state.atlas_maps,
+                poses: &state.poses,
+                trail: &state.trail.front,
+                colors: &self.colors,
+                brightest: &self.brightest,
+            },
+            SurfaceParams {
+                clip_from_world: camera.clip_from_world(size),
+                eye: camera.eye(),
+                trail_share,
+                key_direction: key_direction(camera),
+                glow: GLOW,
+                size: self.shape.size,
+                pitch: self.shape.pitch,
+            },
+        );
+        // Last, because then it fills only the pixels that nothing covers.
+        let params = BackgroundParams {
+            color: view.background_light(),
+            aspect: size.x / size.y,
+        };
+        pass.draw(&self.background, 3, 1, (), params);
+    }
+
+    fn draw_particles(&self, pass: &mut PassRecorder<'_>, state: &State, view: &View, size: Vec2) {
+        let camera = &view.camera;
+        pass.draw(
+            &self.particles,
+            self.shape.particle_count,
+            1,
+            ParticlesArgs {
+                particles: &state.particles,
+                corners: &state.corners,
+                vertices: &state.vertices,
+                poses: &state.poses,
+                colors: &self.colors,
+            },
+            ParticlesParams {
+                clip_from_world: camera.clip_from_world(size),
+                eye: camera.eye(),
+                lift: 0.004 * self.shape.radius,
+                diameter: view.particle_size.max(1.0),
+                strength: self.particle_strength(view, size),
+            },
+        );
+    }
+
+    /// Light of one point, such that a crowd of usual density is bright and does not burn out.
+    fn particle_strength(&self, view: &View, size: Vec2) -> f32 {
+        let camera = &view.camera;
+        let radius_in_pixels = 0.5 * size.y * self.shape.radius
+            / (camera.distance * (0.5 * camera.vertical_fov).tan());
+        let area = std::f32::consts::PI * radius_in_pixels * radius_in_pixels;
+        let points_in_a_pixel =
+            0.5 * self.shape.particle_count as f32 * view.particle_size * view.particle_size
+                / area.max(1.0);
+        (0.45 / points_in_a_pixel.max(1e-6)).clamp(0.04, 0.8)
+    }
+
+    fn draw_atlas(&self, pass: &mut PassRecorder<'_>, state: &State, view: &View, size: Vec2) {
+        pass.draw(
+            &self.atlas_view,
+            3,
+            1,
+            AtlasViewArgs {
+                trail: &state.trail.front,
+                texel_owner: &self.texel_owner,
+                charts: &self.charts,
+                colors: &self.colors,
+                brightest: &self.brightest,
+            },
+            AtlasViewParams {
+                origin: view.atlas.origin(self.shape.size, size),
+                texels_per_pixel: view.atlas.texels_per_pixel(self.shape.size, size),
+                chart_share: view.atlas.chart_share,
+                size: self.shape.size,
+                pitch: self.shape.pitch,
+            },
+        );
+    }
+}
+
+/// Where the key light comes from, in world space: it moves with the camera, so that what is seen is lit.
+fn key_direction(camera: &Camera) -> Vec3 {
+    let Vec3 { x, y, z } = KEY_FROM_EYE;
+    (x * camera.right() + y * camera.up() + z * camera.backward()).normalize()
+}

@@ -1,0 +1,230 @@
+//! Scenes load by name and by file, with their overrides.
+
+use std::path::Path;
+
+use crate::scene::parameters::{PARAMETERS, find, restarting};
+use crate::scene::settings::{ObjectSettings, Settings};
+use crate::scene::{Overrides, Scene, builtin};
+
+#[test]
+fn changes_that_restart_are_told_from_those_that_do_not() {
+    let old = Settings::default();
+    let keys = |change: fn(&mut Settings)| {
+        let mut new = old.clone();
+        change(&mut new);
+        restarting(&old, &new, 2)
+            .iter()
+            .map(|p| p.key)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(keys(|_| {}), [""; 0]);
+    assert_eq!(keys(|s| s.trail.decay = 0.5), [""; 0]);
+    assert_eq!(keys(|s| s.trail.diffusion_distance = 2), [""; 0]);
+    assert_eq!(
+        keys(|s| s.trail.diffusion_distance = 3),
+        ["trail.diffusion_distance"]
+    );
+    assert_eq!(
+        keys(|s| (s.seed, s.atlas.size) = (8, 512)),
+        ["seed", "atlas.size"]
+    );
+}
+
+#[test]
+fn every_builtin_scene_and_preset_is_right() {
+    for scene in builtin::SCENES {
+        assert!(scene.summary().ends_with('.'), "{}", scene.name);
+        for preset in builtin::PRESETS {
+            let overrides = Overrides {
+                preset: Some(preset.name.to_owned()),
+                ..Overrides::default()
+            };
+            let (name, settings, _) =
+                Scene::read(Path::new(scene.name), &overrides).expect("it is built in");
+            assert_eq!(name, scene.name);
+            assert!(
+                settings
+                    .objects
+                    .iter()
+                    .all(|object| object.mesh.starts_with("builtin:")),
+                "{}",
+                scene.name
+            );
+        }
+    }
+    for preset in builtin::PRESETS {
+        assert!(preset.summary().ends_with('.'), "{}", preset.name);
+        // A preset is a whole look: what it does not mention would be left over from the one before.
+        let table: toml::Table = preset.text.parse().expect("presets are TOML");
+        for parameter in PARAMETERS {
+            let (section, key) = parameter
+                .key
+                .rsplit_once('.')
+                .unwrap_or(("", parameter.key));
+            let how = ["border", "edge_crossing_attempts", "sensing"].contains(&key);
+            let mentioned = table
+                .get(section)
+                .is_some_and(|section| section.get(key).is_some());
+            assert_eq!(
+                mentioned,
+                ["physarum", "trail"].contains(&section) && !how,
+                "{}: {}",
+                preset.name,
+                parameter.key
+            );
+        }
+    }
+}
+
+#[test]
+fn every_builtin_scene_loads_with_room_in_its_atlas() {
+    for builtin in builtin::SCENES {
+        let scene =
+            Scene::load(Path::new(builtin.name), &Overrides::default()).expect("it is built in");
+        assert_eq!(scene.surface.objects.len(), scene.settings.objects.len());
+        scene.surface.validate().expect("the surface is sound");
+        assert!(
+            scene.radius > 0.1 && scene.radius < 1000.0,
+            "{}: {}",
+            builtin.name,
+            scene.radius
+        );
+        // A grid's cell holds two triangles, a gutter round each, and texels that are worth it.
+        let cells = scene.surface.triangles.len().div_ceil(2);
+        let across = (cells as f64).sqrt().ceil();
+        assert!(
+            f64::from(scene.settings.atlas.size) / across >= 8.0,
+            "{}",
+            builtin.name
+        );
+    }
+}
+
+#[test]
+fn the_reference_scenes_have_their_sizes() {
+    for (name, triangles) in [("cube", 12), ("torus", 2 * 144 * 96)] {
+        let scene = Scene::load(Path::new(name), &Overrides::default()).expect("it is built in");
+        assert_eq!(scene.surface.triangles.len(), triangles);
+        assert_eq!(scene.settings.particles.count, 500_000);
+        assert_eq!(scene.settings.atlas.size, 1024);
+    }
+}
+
+#[test]
+fn overrides_come_in_order() {
+    let overrides = Overrides {
+        preset: Some("rings".to_owned()),
+        set: vec!["physarum.sensor_angle=12".to_owned(), "seed=1".to_owned()],
+        seed: Some(9),
+    };
+    let (_, settings, _) = Scene::read(Path::new("torus"), &overrides).expect("all are right");
+    assert_eq!(settings.physarum.sensor_angle, 12.0);
+    let rotation = find("physarum.rotation_angle").expect("it is in the table");
+    assert!(
+        rotation.differs(&settings, &Settings::default()),
+        "the preset was applied"
+    );
+    assert_eq!(settings.seed, 9);
+}
+
+#[test]
+fn unknown_names_are_answered_with_the_nearest() {
+    let message = Scene::load(Path::new("tours"), &Overrides::default())
+        .expect_err("no such scene")
+        .to_string();
+    assert!(
+        message.starts_with("there is no scene `tours`, did you mean `torus`?"),
+        "{message}"
+    );
+    let overrides = Overrides {
+        preset: Some("ringz".to_owned()),
+        ..Overrides::default()
+    };
+    let message = Scene::load(Path::new("torus"), &overrides)
+        .expect_err("no such preset")
+        .to_string();
+    assert!(
+        message.starts_with("there is no preset `ringz`, did you mean `rings`?"),
+        "{message}"
+    );
+}
+
+#[test]
+fn the_radius_reaches_from_the_box_to_the_farthest_vertex() {
+    let load = |set: &[&str]| {
+        let set = set.iter().map(|s| (*s).to_owned()).collect();
+        Scene::load(
+            Path::new("cube"),
+            &Overrides {
+                set,
+                ..Overrides::default()
+            },
+        )
+        .expect("all are right")
+    };
+    let near = |a: f32, b: f32| assert!((a - b).abs() < 1e-5 * b.abs().max(1.0), "{a} is not {b}");
+    let cube = load(&[]);
+    near(cube.radius, 3.0_f32.sqrt());
+    assert_eq!(cube.settings.radius, cube.radius);
+    let moved = load(&["object.0.position=[10, 0, 0]", "object.0.scale=2"]);
+    near(moved.radius, 2.0 * 3.0_f32.sqrt());
+    near(moved.center.x, 10.0);
+    // Turned by 45 degrees about Y, the box is wider but no vertex is farther away.
+    near(load(&["object.0.rotation.1=45"]).radius, 3.0_f32.sqrt());
+    assert_eq!(load(&["radius=2.5"]).radius, 2.5);
+}
+
+#[test]
+fn rotations_go_about_x_then_y_then_z() {
+    let object = ObjectSettings {
+        rotation: [90.0, 90.0, 0.0],
+        position: [1.0, 0.0, 0.0],
+        ..ObjectSettings::default()
+    };
+    // X takes +Y to +Z; then Y takes +Z to +X; then it is moved.
+    let moved = object.world_from_object().transform_point3(glam::Vec3::Y);
+    assert!(
+        moved.distance(glam::Vec3::new(2.0, 0.0, 0.0)) < 1e-6,
+        "{moved}"
+    );
+}
+
+#[test]
+fn a_saved_scene_loads_as_the_same() {
+    let overrides = Overrides {
+        set: vec!["object.0.rotation=[10, 20, 30]".to_owned()],
+        seed: Some(3),
+        preset: None,
+    };
+    let scene = Scene::load(Path::new("pair"), &overrides).expect("it is built in");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("saved.toml");
+    std::fs::write(&path, scene.to_toml()).expect("it can be written");
+    let again = Scene::load(&path, &Overrides::default()).expect("what was saved is right");
+    assert_eq!(again.settings, scene.settings);
+    assert_eq!(again.radius.to_bits(), scene.radius.to_bits());
+}
+
+#[test]
+fn objects_are_named_after_their_meshes_and_kept_apart() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("three.toml");
+    let text = "[[object]]\nmesh = \"builtin:cube\"\n[[object]]\nmesh = \"builtin:cube\"\n[[object]]\nname = \"cube\"\nmesh = \"builtin:plane\"\n";
+    std::fs::write(&path, text).expect("it can be written");
+    let scene = Scene::load(&path, &Overrides::default()).expect("it is right");
+    let names: Vec<_> = scene
+        .settings
+        .objects
+        .iter()
+        .map(|object| object.name.as_str())
+        .collect();
+    assert_eq!(names, ["cube", "cube 2", "cube 3"]);
+    assert_eq!(scene.name, "three");
+}
+
+#[test]
+fn a_bare_builtin_mesh_is_a_scene() {
+    let scene =
+        Scene::load(Path::new("builtin:capsule"), &Overrides::default()).expect("it is built in");
+    assert_eq!((scene.name.as_str(), scene.meshes.len()), ("capsule", 1));
+}

@@ -1,0 +1,433 @@
+//! Texts and assignments become settings, or messages.
+
+use std::path::Path;
+
+use crate::scene::file::Reader;
+use crate::scene::parameters::{Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter, out_of_range};
+use crate::scene::settings::{Border, ObjectSettings, Sensing, Settings, Show, Start};
+
+fn read(text: &str) -> Result<Settings, Vec<String>> {
+    let mut reader = Reader::new(Settings::default());
+    reader.text("", text);
+    finish(reader)
+}
+
+fn set(assignments: &[&str]) -> Result<Settings, Vec<String>> {
+    let mut reader = Reader::new(Settings::default());
+    for assignment in assignments {
+        reader.assignment(assignment);
+    }
+    finish(reader)
+}
+
+fn finish(reader: Reader) -> Result<Settings, Vec<String>> {
+    reader
+        .finish()
+        .map_err(|problems| problems.iter().map(ToString::to_string).collect())
+}
+
+fn only_problem(result: Result<Settings, Vec<String>>) -> String {
+    let problems = result.expect_err("something is wrong");
+    assert_eq!(problems.len(), 1, "{problems:#?}");
+    problems.into_iter().next().expect("there is one")
+}
+
+/// Moves a value away from where it is, staying in its range.
+fn nudge<T>(parameter: &Parameter<T>, target: &mut T) {
+    match &parameter.kind {
+        Kind::Number(number) => {
+            let (low, high) = number.slider;
+            let middle = if number.integer {
+                ((low + high) / 2.0).floor()
+            } else {
+                low * 0.375 + high * 0.625
+            };
+            let value = if (number.get)(target) == middle {
+                high
+            } else {
+                middle
+            };
+            (number.set)(target, value);
+        }
+        Kind::Choice { words, get, set } => set(target, (get(target) + 1) % words.len()),
+        Kind::Vector { range, get, set } => {
+            set(
+                target,
+                get(target).map(|c| (c + 0.125).clamp(range.0 as f32, range.1 as f32)),
+            );
+        }
+    }
+}
+
+#[test]
+fn every_parameter_round_trips_through_a_file() {
+    let mut settings = Settings::default();
+    settings.objects.push(ObjectSettings {
+        name: "a \"quoted\" name".into(),
+        mesh: "models/ä b.glb".into(),
+        ..ObjectSettings::default()
+    });
+    for parameter in PARAMETERS {
+        nudge(parameter, &mut settings);
+    }
+    for parameter in OBJECT_PARAMETERS {
+        nudge(parameter, &mut settings.objects[1]);
+    }
+    // Every word has another one to change to, except the only atlas method.
+    let defaults = Settings::default();
+    let unchanged: Vec<_> = PARAMETERS
+        .iter()
+        .filter(|p| !p.differs(&settings, &defaults))
+        .map(|p| p.key)
+        .collect();
+    assert_eq!(unchanged, ["atlas.method"]);
+
+    assert_eq!(read(&settings.to_toml()), Ok(settings));
+}
+
+#[test]
+fn files_show_numbers_as_people_write_them() {
+    let text = Settings::default().to_toml();
+    for line in [
+        "speed = 0.004",
+        "decay = 0.95",
+        "count = 500000",
+        "position = [0.0, 0.0, 0.0]",
+        "[[object]]",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line} in\n{text}");
+    }
+}
+
+/// Every leaf of the written file is in the table, and every row of the table is in the file.
+#[test]
+fn the_table_and_the_file_have_the_same_keys() {
+    fn leaves(prefix: &str, table: &toml::Table, found: &mut Vec<String>) {
+        for (key, value) in table {
+            match value {
+                toml::Value::Table(inner) => leaves(&format!("{prefix}{key}."), inner, found),
+                _ if key == "object" => {
+                    let first = value[0].as_table().expect("objects are tables");
+                    leaves("object.", first, found);
+                }
+                _ => found.push(format!("{prefix}{key}")),
+            }
+        }
+    }
+    let table: toml::Table = Settings::default()
+        .to_toml()
+        .parse()
+        .expect("what is written can be read");
+    let mut in_file = Vec::new();
+    leaves("", &table, &mut in_file);
+    let mut in_table: Vec<String> = PARAMETERS.iter().map(|p| p.key.to_owned()).collect();
+    in_table.extend(
+        OBJECT_PARAMETERS
+            .iter()
+            .map(|p| format!("object.{}", p.key)),
+    );
+    in_table.extend(["object.name".to_owned(), "object.mesh".to_owned()]);
+    in_file.sort();
+    in_table.sort();
+    assert_eq!(in_file, in_table);
+}
+
+#[test]
+fn defaults_are_in_range_and_documented() {
+    assert_eq!(out_of_range(&Settings::default()), []);
+    for parameter in PARAMETERS {
+        assert!(parameter.help.ends_with('.'), "{}", parameter.key);
+        if let Kind::Number(number) = &parameter.kind {
+            assert!(
+                number.allows(number.slider.0) && number.allows(number.slider.1),
+                "{}",
+                parameter.key
+            );
+            assert!(number.slider.0 < number.slider.1, "{}", parameter.key);
+        }
+    }
+}
+
+#[test]
+fn an_empty_file_is_the_default_scene() {
+    assert_eq!(read(""), Ok(Settings::default()));
+}
+
+#[test]
+fn mistyped_keys_are_named_with_their_line_and_the_nearest_right_one() {
+    let problem = only_problem(read("seed = 1\n\n[trail]\ndecya = 0.9\n"));
+    assert_eq!(
+        problem,
+        "line 4: trail.decya: no such key; did you mean trail.decay?"
+    );
+    let problem = only_problem(read("[physarun]\nspeed = 1\n"));
+    assert_eq!(
+        problem,
+        "line 1: [physarun]: no such section; did you mean [physarum]?"
+    );
+    let problem = only_problem(read(
+        "[[object]]\nposition = [0, 0, 0]\n[[object]]\nmehs = \"x\"\n",
+    ));
+    assert_eq!(
+        problem,
+        "line 4: object.1.mehs: no such key; did you mean object.1.mesh?"
+    );
+    // The right word in the wrong section.
+    let problem = only_problem(read("[trail]\nspeed = 0.1\n"));
+    assert_eq!(
+        problem,
+        "line 2: trail.speed: no such key; did you mean physarum.speed?"
+    );
+    // Nothing is near.
+    let problem = only_problem(read("[trail]\nxyzzyq = 0.1\n"));
+    assert_eq!(
+        problem,
+        "line 2: trail.xyzzyq: no such key; `myxo scenes --keys` lists all of them"
+    );
+}
+
+#[test]
+fn wrong_types_are_named_with_their_line() {
+    let cases = [
+        (
+            "seed = \"a\"",
+            "line 1: seed: a whole number is expected, not the text \"a\"",
+        ),
+        (
+            "seed = 1.5",
+            "line 1: seed: a whole number is expected, not 1.5",
+        ),
+        (
+            "[particles]\ncount = true",
+            "line 2: particles.count: a whole number is expected, not true",
+        ),
+        (
+            "[trail]\ndecay = [1]",
+            "line 2: trail.decay: a number is expected, not a list of 1",
+        ),
+        (
+            "[physarum]\nborder = 3",
+            "line 2: physarum.border: a word (reflect or stop) is expected, not 3",
+        ),
+        (
+            "[physarum]\nborder = \"relfect\"",
+            "line 2: physarum.border = \"relfect\": it can be reflect or stop; did you mean reflect?",
+        ),
+        (
+            "[picture]\ncolor_map = \"virids\"",
+            "line 2: picture.color_map = \"virids\": it can be myxo, viridis, magma, inferno, plasma, ice, moss or grayscale; did you mean viridis?",
+        ),
+        (
+            "[[object]]\nposition = [0, 1]",
+            "line 2: object.0.position: a list of three numbers is expected, not a list of 2",
+        ),
+        (
+            "[[object]]\nmesh = 7",
+            "line 2: object.0.mesh: a text is expected, not 7",
+        ),
+        (
+            "[object]\nmesh = \"x\"",
+            "line 1: object: [[object]] is expected, once for each object",
+        ),
+        (
+            "trail = 3",
+            "line 1: trail is a section: keys such as trail.diffusion stand in it",
+        ),
+        (
+            "seed = 1979-05-27",
+            "line 1: seed: a whole number is expected, not a date",
+        ),
+    ];
+    for (text, expected) in cases {
+        assert_eq!(only_problem(read(text)), expected, "{text}");
+    }
+}
+
+#[test]
+fn broken_toml_is_named_with_its_line() {
+    let problem = only_problem(read("seed = 1\n[trail\ndecay = 1\n"));
+    assert!(problem.starts_with("line 2: not valid TOML: "), "{problem}");
+    assert!(!problem.contains('\n'), "{problem}");
+    let problem = only_problem(read("seed = 1\nseed = 2\n"));
+    assert!(
+        problem.starts_with("line 2: not valid TOML: ") && problem.contains("duplicate"),
+        "{problem}"
+    );
+}
+
+#[test]
+fn everything_wrong_is_in_one_error() {
+    let text = "seed = 4294967296\n[particles]\ncount = -5\n[trail]\ndecay = 1.5\ndiffusion = nan\n\
+        diffusion_distance = 5\ncolour = 1\n[[object]]\nscale = 0\nposition = [1e30, 0, 0]\n";
+    let problems = read(text).expect_err("much is wrong");
+    assert_eq!(
+        problems,
+        [
+            "line 1: seed = 4294967296 is out of range: whole numbers 0 to 4,294,967,295",
+            "line 3: particles.count = -5 is out of range: whole numbers 1 to 1,073,741,824 particles",
+            "line 5: trail.decay = 1.5 is out of range: 0 to 1",
+            "line 6: trail.diffusion = nan is out of range: 0 to 1",
+            "line 7: trail.diffusion_distance = 5 is out of range: whole numbers 1 to 4 texels",
+            "line 8: trail.colour: no such key; `myxo scenes --keys` lists all of them",
+            "line 10: object.0.scale = 0 is out of range: 0.000001 to 1,000,000",
+            "line 11: object.0.position = [1e30, 0, 0] is out of range: three numbers from -1,000,000,000 to 1,000,000,000 world units",
+        ]
+    );
+}
+
+#[test]
+fn the_ends_of_every_range_are_allowed_and_what_lies_beyond_is_not() {
+    for parameter in PARAMETERS {
+        let Kind::Number(number) = &parameter.kind else {
+            continue;
+        };
+        for end in [number.range.0, number.range.1] {
+            let result = set(&[&format!("{}={end}", parameter.key)]);
+            assert!(result.is_ok(), "{} = {end}: {result:?}", parameter.key);
+        }
+        let beyond = [number.range.0 - 1.0, number.range.1 * 1.01 + 1.0];
+        for value in beyond {
+            let value = if number.integer { value.floor() } else { value };
+            assert!(
+                set(&[&format!("{}={value}", parameter.key)]).is_err(),
+                "{} = {value}",
+                parameter.key
+            );
+        }
+    }
+}
+
+#[test]
+fn assignments_take_every_kind_of_value() {
+    let settings = set(&[
+        "particles.count=1_000_000",
+        "trail.decay = 0.9",
+        "physarum.border=stop",
+        "physarum.sensing=\"walk\"",
+        "particles.start=ring",
+        "picture.show=atlas",
+        "object.0.mesh=builtin:cube",
+        "object.0.position=[1, 2.5, -3]",
+        "object.0.rotation.1=90",
+        "seed=0x1F",
+        "atlas={size=2048, cell_size=7}",
+    ])
+    .expect("all are right");
+    assert_eq!(settings.particles.count, 1_000_000);
+    assert_eq!(settings.trail.decay, 0.9);
+    assert_eq!(settings.physarum.border, Border::Stop);
+    assert_eq!(settings.physarum.sensing, Sensing::Walk);
+    assert_eq!(settings.particles.start, Start::Ring);
+    assert_eq!(settings.picture.show, Show::Atlas);
+    assert_eq!(settings.objects[0].mesh, "builtin:cube");
+    assert_eq!(settings.objects[0].position, [1.0, 2.5, -3.0]);
+    assert_eq!(settings.objects[0].rotation, [0.0, 90.0, 0.0]);
+    assert_eq!(settings.seed, 31);
+    assert_eq!((settings.atlas.size, settings.atlas.cell_size), (2048, 7));
+    // Whole numbers may be written as floats, and floats as whole numbers.
+    assert_eq!(
+        set(&["particles.count=2e6"]).map(|s| s.particles.count),
+        Ok(2_000_000)
+    );
+    assert_eq!(set(&["trail.decay=1"]).map(|s| s.trail.decay), Ok(1.0));
+    // Later ones win.
+    assert_eq!(set(&["seed=1", "seed=2"]).map(|s| s.seed), Ok(2));
+}
+
+#[test]
+fn assignments_that_are_wrong_say_so_as_they_were_typed() {
+    let cases = [
+        (
+            "trail.decya=0.9",
+            "--set trail.decya=0.9: trail.decya: no such key; did you mean trail.decay?",
+        ),
+        (
+            "trail.decay",
+            "--set trail.decay: KEY=VALUE is expected, such as trail.decay=0.9",
+        ),
+        (
+            "trail.decay=0,9",
+            "--set trail.decay=0,9: trail.decay: a number is expected, not the text \"0,9\"",
+        ),
+        (
+            "trail.decay=",
+            "--set trail.decay=: trail.decay: a number is expected, not the text \"\"",
+        ),
+        (
+            "object.1.scale=2",
+            "--set object.1.scale=2: object.1.scale: the scene has one object, object.0",
+        ),
+        (
+            "object.0.position.3=2",
+            "--set object.0.position.3=2: object.0.position.3: no such key; did you mean object.0.position?",
+        ),
+        (
+            "object.0.position.0=x",
+            "--set object.0.position.0=x: object.0.position.0: a number is expected, not the text \"x\"",
+        ),
+    ];
+    for (assignment, expected) in cases {
+        assert_eq!(only_problem(set(&[assignment])), expected, "{assignment}");
+    }
+}
+
+#[test]
+fn mesh_paths_on_the_command_line_begin_where_it_was_typed() {
+    let settings = set(&["object.0.mesh=models/fish.obj"]).expect("a path is a text");
+    assert!(Path::new(&settings.objects[0].mesh).is_absolute());
+    assert!(settings.objects[0].mesh.ends_with("models/fish.obj"));
+    let settings = read("[[object]]\nmesh = \"models/fish.obj\"").expect("a path is a text");
+    assert_eq!(settings.objects[0].mesh, "models/fish.obj");
+}
+
+/// Whatever is typed, the answer is settings or a message.
+#[test]
+fn nothing_that_can_be_typed_panics() {
+    let values = [
+        "",
+        "=",
+        "[]",
+        "{}",
+        "[[]]",
+        "nan",
+        "-inf",
+        "1e999",
+        "0x",
+        "0xffffffffffffffffffff",
+        "-1",
+        "'",
+        "\"",
+        "[1,2,3,4]",
+        "[nan,0,0]",
+        "{a=1}",
+        "1979-05-27T07:32:00Z",
+        "\u{0}",
+        "ä",
+    ];
+    let others = [
+        "object",
+        "object.",
+        "object.0",
+        "object.0.",
+        "object.99999999999999999999.scale",
+        "trail",
+        ".",
+        "..",
+        "",
+    ];
+    let keys = PARAMETERS.iter().map(|p| p.key.to_owned());
+    let keys = keys.chain(
+        OBJECT_PARAMETERS
+            .iter()
+            .map(|p| format!("object.0.{}", p.key)),
+    );
+    for key in keys.chain(others.map(str::to_owned)) {
+        for value in values {
+            let assignment = format!("{key}={value}");
+            let _ = set(&["object=[]", &assignment]);
+            if let Ok(settings) = set(&[&assignment]) {
+                assert_eq!(read(&settings.to_toml()), Ok(settings), "{assignment}");
+            }
+        }
+    }
+}
