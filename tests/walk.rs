@@ -55,7 +55,7 @@ fn twin_walk(surface: &Surface, start: SurfacePoint, heading: DVec2, length: f64
         heading,
         length as f32,
     );
-    twin::walk(
+    twin::walk::<false>(
         &surface.triangles,
         &surface.halfedges,
         &mut w,
@@ -366,7 +366,7 @@ fn open_borders_stop_when_asked() {
             heading.as_vec2().to_array(),
             100.0,
         );
-        twin::walk(
+        twin::walk::<false>(
             &surface.triangles,
             &surface.halfedges,
             &mut w,
@@ -398,7 +398,7 @@ fn capped_walks_go_on_where_they_stopped() {
             );
             let mut pieces = 0;
             loop {
-                twin::walk(&surface.triangles, &surface.halfedges, &mut w, 2, true);
+                twin::walk::<false>(&surface.triangles, &surface.halfedges, &mut w, 2, true);
                 if w.status != twin::WALK_OUT_OF_ATTEMPTS {
                     break;
                 }
