@@ -39,8 +39,8 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
 layout(std430, set = 0, binding = 1) buffer Motions { Motion motions[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, set = 0, binding = 3) readonly buffer HalfEdges { HalfEdge halfedges[]; };
+layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
+layout(set = 0, binding = 3) uniform usamplerBuffer halfedges;
 layout(std430, set = 0, binding = 4) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Trail { float trail[]; };
 layout(std430, set = 0, binding = 6) readonly buffer PreviousDeposits { uint previous_deposits[]; };
@@ -55,7 +55,7 @@ const bool WALK_CARRIES = false;
 
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
-    vec4 row = poses[triangles[triangle].object].y;
+    vec4 row = poses[texelFetch(triangles, int(triangle)).w].y;
     precise float a = dot(row, vec4(vertices[corners[3u * triangle]].position, 1.0));
     precise float b = dot(row, vec4(vertices[corners[3u * triangle + 1u]].position, 1.0));
     precise float c = dot(row, vec4(vertices[corners[3u * triangle + 2u]].position, 1.0));

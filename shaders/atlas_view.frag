@@ -27,26 +27,35 @@ vec3 chart_tint(uint chart) {
     return 0.5 + 0.5 * cos(phase);
 }
 
-vec3 texel_color(ivec2 texel) {
-    if (any(lessThan(texel, ivec2(0))) || any(greaterThanEqual(texel, ivec2(params.size)))) return OUTSIDE;
-    uint place = uint(texel.y) * params.pitch + uint(texel.x);
-    uint owner = texel_owner[place];
-    if (owner == NONE) return UNOWNED;
-    vec3 shown = max(color_of(tone(trail[place], brightest[0])), BARE);
-    return mix(shown, (0.12 + shown) * chart_tint(charts[owner]), params.chart_share);
-}
-
 void main() {
     const int most_taps = 4;
     vec2 middle = params.origin + gl_FragCoord.xy * params.texels_per_pixel;
+    if (any(lessThan(middle, vec2(0.0))) || any(greaterThanEqual(middle, vec2(params.size)))) {
+        color = vec4(OUTSIDE, 1.0);
+        return;
+    }
     int taps = clamp(int(ceil(params.texels_per_pixel)), 1, most_taps);
     float apart = params.texels_per_pixel / float(taps);
-    vec3 sum = vec3(0.0);
+    float sum = 0.0;
+    float owned = 0.0;
+    uint triangle = NONE;
     for (int y = 0; y < taps; y++) {
         for (int x = 0; x < taps; x++) {
-            vec2 offset = (vec2(x, y) - 0.5 * float(taps - 1)) * apart;
-            sum += texel_color(ivec2(floor(middle + offset)));
+            vec2 tap = middle + (vec2(x, y) - 0.5 * float(taps - 1)) * apart;
+            uvec2 texel = uvec2(clamp(tap, vec2(0.0), vec2(params.size) - 0.5));
+            uint place = texel.y * params.pitch + texel.x;
+            uint owner = texel_owner[place];
+            if (owner != NONE) {
+                sum += trail[place];
+                owned += 1.0;
+                triangle = owner;
+            }
         }
     }
-    color = vec4(sum / float(taps * taps), 1.0);
+    float brightness = tone(sum / max(owned, 1.0), brightest[0]);
+    vec3 shown = BARE * (1.0 - brightness) + color_of(brightness);
+    if (triangle != NONE && params.chart_share > 0.0) {
+        shown = mix(shown, (0.12 + shown) * chart_tint(charts[triangle]), params.chart_share);
+    }
+    color = vec4(mix(UNOWNED, shown, owned / float(taps * taps)), 1.0);
 }

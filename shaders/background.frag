@@ -19,6 +19,6 @@ void main() {
     vec2 from_middle = (place - vec2(0.5, 0.46)) * vec2(min(params.aspect, 1.6), 1.0);
     float vignette = exp(-2.2 * dot(from_middle, from_middle));
     float height = mix(1.12, 0.72, place.y);
-    vec3 light = params.color * height * (0.45 + 0.95 * vignette);
+    vec3 light = params.color * height * (0.5 + 1.5 * vignette);
     color = vec4(dithered(light, gl_FragCoord.xy), 1.0);
 }

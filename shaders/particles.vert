@@ -1,8 +1,8 @@
 // particles: a point of light for each particle, on the surface.
 // Reads   particles, corners, vertices, poses, colors.
 // Writes  the point's place, size and light.
-// One invocation per particle.
-// Overflow: cannot happen; the draw has as many points as there are particles.
+// One invocation per drawn particle: every stride-th.
+// Overflow: cannot happen; the draw has no more points than there are particles.
 #version 460
 #include "types.glsl"
 #include "shading.glsl"
@@ -19,7 +19,7 @@ layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 layout(location = 0) flat out vec3 light;
 
 void main() {
-    Particle particle = particles[gl_VertexIndex];
+    Particle particle = particles[uint(gl_VertexIndex) * params.stride];
     uint first = 3u * particle.triangle;
     Vertex a = vertices[corners[first]];
     vec3 b = vertices[corners[first + 1u]].position;

@@ -18,8 +18,8 @@ layout(push_constant) uniform Params {
     uint attempts;
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, set = 0, binding = 1) readonly buffer HalfEdges { HalfEdge halfedges[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer triangles;
+layout(set = 0, binding = 1) uniform usamplerBuffer halfedges;
 
 const bool WALK_CARRIES = true;
 #include "walk.glsl"

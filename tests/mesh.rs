@@ -62,10 +62,11 @@ fn plain_meshes_have_nothing_to_report() {
 #[test]
 fn validate_sees_what_is_broken() {
     let mesh = Mesh::builtin("torus?major=8&minor=6").unwrap();
-    let breakages: [(&str, fn(&mut Surface)); 7] = [
+    let breakages: [(&str, fn(&mut Surface)); 8] = [
         ("twin", |s| s.halfedges[5].twin = s.halfedges[6].twin),
         ("does not exist", |s| s.halfedges[0].twin = 4_000_000),
         ("rotation", |s| s.halfedges[7].sin += 1e-4),
+        ("rotation", |s| s.halfedges[7].fine ^= 0x4000_0000),
         ("no shape", |s| s.triangles[3].ch = 0.0),
         ("not the shape", |s| s.triangles[3].cp *= 1.001),
         ("corner outside", |s| s.corners[2][1] = 4_000_000),
@@ -434,4 +435,49 @@ fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
     let Triangle { ab, ch, .. } = surface.triangles[0];
     assert!((f64::from(ab) * f64::from(ch) / area - 1.0).abs() < 1e-5);
     surface.validate().unwrap();
+}
+
+#[test]
+fn a_triangle_that_a_scale_rounds_to_a_line_or_a_point_has_a_frame() {
+    let near = |x: f32| f32::from_bits(x.to_bits() + 1);
+    // Thin in one direction, and tiny in both: at some scales corners fall together.
+    let mut without_area = 0;
+    for (width, height) in [(1.0, 1e-7), (2e-7, 1.0), (2e-7, 2e-7)] {
+        let at = |x: f32, y: f32| glam::Vec3::new(1.0 + x, 1.0 + y, 0.5);
+        let positions = [
+            at(0.0, 0.0),
+            at(width, 0.0),
+            at(0.5 * width, near(height)),
+            at(0.5 * width, -1.0),
+        ];
+        let soup = [[0, 1, 2], [1, 0, 3]];
+        let mesh = suite::mesh("thin", &positions, &soup);
+        for scale in [1.0, 1.1, 1e-3, 0.3, 0.7] {
+            let surface = Surface::build(&[(&mesh, scale)]);
+            surface.validate().unwrap();
+            for triangle in 0..surface.corners.len() as u32 {
+                let frame = Frame::of(&surface, triangle);
+                let corners = surface.corners[triangle as usize];
+                let [a, b, c] = corners.map(|i| surface.positions[i as usize].as_dvec3());
+                without_area += u32::from(!Frame::from_corners(a, b, c).has_area());
+                assert!(frame.has_area(), "{frame:?}");
+                assert!((frame.p.length() - 1.0).abs() < 1e-12);
+                assert!((frame.h.length() - 1.0).abs() < 1e-12);
+                assert!(frame.p.dot(frame.h).abs() < 1e-6, "{frame:?}");
+            }
+        }
+    }
+    assert!(without_area >= 5, "{without_area} are tested");
+    // Whatever the corners, no NaN.
+    let (a, b) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.1, -0.2, 0.3));
+    for [a, b, c] in [
+        [a, a, a],
+        [a, a, b],
+        [a, b, a],
+        [a, b, b],
+        [a, b, 0.5 * (a + b)],
+    ] {
+        let frame = Frame::from_corners(a, b, c);
+        assert!(frame.p.is_normalized() && frame.h.is_normalized() && frame.cp.is_finite());
+    }
 }

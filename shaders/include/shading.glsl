@@ -45,7 +45,7 @@ vec3 diffuse_light(vec3 normal, vec3 key_direction) {
 // What a damp skin adds: a soft highlight of the key, and the rim light at grazing angles.
 // The highlight is Blinn and Phong's, normalized, with Schlick's Fresnel term for water (0.02).
 vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction) {
-    const float sharpness = 42.0;
+    const float sharpness = 60.0;
     vec3 halfway = normalize(key_direction + to_eye);
     float lobe = pow(max(dot(normal, halfway), 0.0), sharpness) * (sharpness + 8.0) / 8.0;
     float facing = clamp(dot(normal, to_eye), 0.0, 1.0);
@@ -53,7 +53,7 @@ vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction) {
     grazing *= grazing;
     float fresnel = 0.02 + 0.98 * grazing * (1.0 - facing);
     float key = max(dot(normal, key_direction), 0.0);
-    return KEY * (0.04 * lobe * key) + RIM * (fresnel * (0.45 + 0.55 * normal.y) * 0.5);
+    return KEY * (0.02 * lobe * key) + RIM * (fresnel * (0.45 + 0.55 * normal.y) * 0.5);
 }
 
 // Half a step of an 8-bit image of noise, which keeps smooth gradients from showing bands.

@@ -1,10 +1,11 @@
 // walk: the straightest path on the surface, in the tangent frame. Twin of src/sim/twin/walk.rs.
 // Straight in each triangle; over an edge the point keeps its place on the edge and the heading turns by the stored
 // rotation. No world coordinates, no trigonometry, so nothing drifts off the surface.
-// The includer declares `triangles` (Triangle[]), `halfedges` (HalfEdge[]) and `const bool WALK_CARRIES` first.
+// The includer declares `triangles` and `halfedges` first: texel buffers of the structs' four words, which CPU drivers
+// read faster than storage buffers; and `const bool WALK_CARRIES`.
 //
-// Each crossing rounds, and over many edges that adds up to some 1e-6 of the way. Particles do not mind. Where
-// WALK_CARRIES, what rounding drops of a walker's numbers is carried along, and long walks are as good as short ones.
+// Each crossing rounds, and over hundreds of edges that adds up to a millionth of the way. Particles do not mind. Where
+// WALK_CARRIES, what rounding drops of a walker's numbers is carried along, and long walks are as exact as short ones.
 
 #ifndef MYXO_WALK
 #define MYXO_WALK
@@ -65,128 +66,117 @@ vec2 from_other_end(vec2 along) {
     return vec2(rest, 0.0);
 }
 
-void set_weights(inout Walker w, vec2 a, vec2 b, vec2 c) {
-    w.weight_a = a.x; w.weight_b = b.x; w.weight_c = c.x;
-    w.carry_a = a.y; w.carry_b = b.y; w.carry_c = c.y;
-}
-
-// Puts the walker on the half-edge of a corner: the weights of its start and of its end.
-void set_on_edge(inout Walker w, uint corner, vec2 start, vec2 end) {
-    const vec2 zero = vec2(0.0);
-    set_weights(w,
-        corner == 0u ? start : corner == 2u ? end : zero,
-        corner == 1u ? start : corner == 0u ? end : zero,
-        corner == 2u ? start : corner == 1u ? end : zero);
-}
-
-void shorten(inout Walker w, float distance) {
+// What remains after some way, and its carry.
+vec2 shortened(float remaining, float carry, float distance) {
     if (WALK_CARRIES) {
-        precise float way = distance - w.carry_remaining;
-        precise float left = max(w.remaining - way, 0.0);
-        precise float carry = (w.remaining - left) - way;
-        w.remaining = left;
-        w.carry_remaining = carry;
-    } else {
-        precise float left = w.remaining - distance;
-        w.remaining = left;
+        precise float way = distance - carry;
+        precise float left = max(remaining - way, 0.0);
+        precise float dropped = (remaining - left) - way;
+        return vec2(left, dropped);
     }
+    precise float left = remaining - distance;
+    return vec2(left, 0.0);
 }
 
-void turn(inout Walker w, HalfEdge edge) {
+// A heading and its carry after a rotation: p, h, and what rounding dropped of each.
+vec4 turned_by(vec2 heading, vec2 carry, vec2 rotation, uint fine) {
     if (WALK_CARRIES) {
-        vec2 fine = FINE_UNIT * unpackSnorm2x16(edge.fine);
-        vec2 cos_p = exact_product(edge.cos, w.heading_p);
-        vec2 sin_p = exact_product(edge.sin, w.heading_p);
-        vec2 cos_h = exact_product(edge.cos, w.heading_h);
-        vec2 sin_h = exact_product(edge.sin, w.heading_h);
+        vec2 more = FINE_UNIT * unpackSnorm2x16(fine);
+        vec2 cos_p = exact_product(rotation.x, heading.x);
+        vec2 sin_p = exact_product(rotation.y, heading.x);
+        vec2 cos_h = exact_product(rotation.x, heading.y);
+        vec2 sin_h = exact_product(rotation.y, heading.y);
         vec2 p = exact_sum(cos_p.x, -sin_h.x);
         vec2 h = exact_sum(sin_p.x, cos_h.x);
         precise float dropped_p = p.y + (cos_p.y - sin_h.y);
         precise float dropped_h = h.y + (sin_p.y + cos_h.y);
-        dropped_p += edge.cos * w.carry_p - edge.sin * w.carry_h;
-        dropped_h += edge.sin * w.carry_p + edge.cos * w.carry_h;
-        dropped_p += fine.x * w.heading_p - fine.y * w.heading_h;
-        dropped_h += fine.y * w.heading_p + fine.x * w.heading_h;
+        dropped_p += rotation.x * carry.x - rotation.y * carry.y;
+        dropped_h += rotation.y * carry.x + rotation.x * carry.y;
+        dropped_p += more.x * heading.x - more.y * heading.y;
+        dropped_h += more.y * heading.x + more.x * heading.y;
         p = exact_sum(p.x, dropped_p);
         h = exact_sum(h.x, dropped_h);
-        w.heading_p = p.x; w.carry_p = p.y;
-        w.heading_h = h.x; w.carry_h = h.y;
-    } else {
-        precise float p = edge.cos * w.heading_p - edge.sin * w.heading_h;
-        precise float h = edge.sin * w.heading_p + edge.cos * w.heading_h;
-        w.heading_p = p;
-        w.heading_h = h;
+        return vec4(p.x, h.x, p.y, h.y);
     }
+    precise float p = rotation.x * heading.x - rotation.y * heading.y;
+    precise float h = rotation.y * heading.x + rotation.x * heading.y;
+    return vec4(p, h, 0.0, 0.0);
 }
 
 // Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
+// One way through the loop and one way out: devices that run both sides of every branch pay for each of them.
 void walk(inout Walker w, uint attempts, bool reflects) {
-    for (;;) {
-        Triangle t = triangles[w.triangle];
-        precise float rate_c = w.heading_h / t.ch;
-        precise float rate_b = (w.heading_p - rate_c * t.cp) / t.ab;
+    bool crosses = true;
+    while (crosses) {
+        vec3 shape = uintBitsToFloat(texelFetch(triangles, int(w.triangle)).xyz);
+        float ab = shape.x;
+        float cp = shape.y;
+        float ch = shape.z;
+        precise float rate_c = w.heading_h / ch;
+        precise float rate_b = (w.heading_p - rate_c * cp) / ab;
         precise float rate_a = -rate_b - rate_c;
 
         // The half-edge of corner k lies opposite corner k + 2: it is reached when that corner's weight is zero.
         // The one that the walk came in by is left out: rounding must not send it straight back.
-        precise float distance = w.remaining;
-        uint corner = NONE;
-        if (rate_c < 0.0 && w.entered_by != 0u) {
-            precise float d = w.weight_c / -rate_c;
-            if (d < distance) { distance = d; corner = 0u; }
-        }
-        if (rate_a < 0.0 && w.entered_by != 1u) {
-            precise float d = w.weight_a / -rate_a;
-            if (d < distance) { distance = d; corner = 1u; }
-        }
-        if (rate_b < 0.0 && w.entered_by != 2u) {
-            precise float d = w.weight_b / -rate_b;
-            if (d < distance) { distance = d; corner = 2u; }
-        }
+        bool towards_ab = rate_c < 0.0 && w.entered_by != 0u;
+        bool towards_bc = rate_a < 0.0 && w.entered_by != 1u;
+        bool towards_ca = rate_b < 0.0 && w.entered_by != 2u;
+        precise float to_ab = towards_ab ? w.weight_c / -rate_c : w.remaining;
+        precise float to_bc = towards_bc ? w.weight_a / -rate_a : w.remaining;
+        precise float to_ca = towards_ca ? w.weight_b / -rate_b : w.remaining;
+        float distance = min(min(to_ab, to_bc), min(to_ca, w.remaining));
+        bool ends = distance == w.remaining;
+        uint corner = to_ab == distance ? 0u : to_bc == distance ? 1u : 2u;
+
         vec2 a = moved(w.weight_a, w.carry_a, rate_a, distance);
         vec2 b = moved(w.weight_b, w.carry_b, rate_b, distance);
         vec2 c = moved(w.weight_c, w.carry_c, rate_c, distance);
-        shorten(w, distance);
-        if (corner == NONE) {
-            set_weights(w, a, b, c);
-            w.remaining = 0.0;
-            w.carry_remaining = 0.0;
-            w.status = WALK_DONE;
-            return;
-        }
+        vec2 remaining = shortened(w.remaining, w.carry_remaining, distance);
 
-        // Where on the half-edge, measured from its start.
+        // Where on the half-edge, measured from its start. Across, the twin's start is the end; at an open border the
+        // half-edge is its own twin.
+        uvec4 edge = texelFetch(halfedges, int(3u * w.triangle + corner));
+        uint twin = edge.x;
+        vec2 rotation = uintBitsToFloat(edge.yz);
+        bool at_border = twin == NONE;
+        bool stops = ends || attempts == 0u || (at_border && !reflects);
+        bool stays = stops || at_border;
         vec2 along = corner == 0u ? b : corner == 1u ? c : a;
         if (WALK_CARRIES) {
             // Of the two weights on the edge, the one that has changed less is known better; in a needle much better.
             float end_rate = corner == 0u ? rate_b : corner == 1u ? rate_c : rate_a;
             float start_rate = corner == 0u ? rate_a : corner == 1u ? rate_b : rate_c;
-            if (abs(start_rate) < abs(end_rate)) {
-                along = from_other_end(corner == 0u ? a : corner == 1u ? b : c);
-            }
-            if (along.x < 0.0) { along = vec2(0.0); }
+            vec2 from_start = from_other_end(corner == 0u ? a : corner == 1u ? b : c);
+            along = abs(start_rate) < abs(end_rate) ? from_start : along;
+            along = along.x < 0.0 ? vec2(0.0) : along.x > 1.0 ? vec2(1.0, 0.0) : along;
         }
-        if (along.x > 1.0) { along = vec2(1.0, 0.0); }
+        along.x = min(along.x, 1.0);
         vec2 rest = from_other_end(along);
-        HalfEdge edge = halfedges[3u * w.triangle + corner];
-        bool at_border = edge.twin == NONE;
-        bool stops = at_border && !reflects;
-        if (stops || attempts == 0u) {
-            set_on_edge(w, corner, rest, along);
-            w.status = stops ? WALK_BORDER : WALK_OUT_OF_ATTEMPTS;
-            return;
-        }
-        attempts -= 1u;
+        uint next_corner = stays ? corner : twin % 3u;
+        vec2 start = stays ? rest : along;
+        vec2 end = stays ? along : rest;
+        a = ends ? a : next_corner == 0u ? start : next_corner == 2u ? end : vec2(0.0);
+        b = ends ? b : next_corner == 1u ? start : next_corner == 0u ? end : vec2(0.0);
+        c = ends ? c : next_corner == 2u ? start : next_corner == 1u ? end : vec2(0.0);
+        w.weight_a = a.x; w.carry_a = a.y;
+        w.weight_b = b.x; w.carry_b = b.y;
+        w.weight_c = c.x; w.carry_c = c.y;
+        w.remaining = WALK_CARRIES && ends ? 0.0 : remaining.x;
+        w.carry_remaining = ends ? 0.0 : remaining.y;
+        w.status = ends ? WALK_DONE : at_border && !reflects ? WALK_BORDER : WALK_OUT_OF_ATTEMPTS;
+        crosses = !stops;
 
-        // At a border the half-edge is its own twin: the place stays, and (cos, sin) is the direction of the edge,
-        // doubled, for the reflection.
-        uint next_corner = at_border ? corner : edge.twin % 3u;
-        w.triangle = at_border ? w.triangle : edge.twin / 3u;
-        set_on_edge(w, next_corner, at_border ? rest : along, at_border ? along : rest);
-        w.entered_by = next_corner;
-        w.heading_h = at_border ? -w.heading_h : w.heading_h;
-        w.carry_h = at_border ? -w.carry_h : w.carry_h;
-        turn(w, edge);
+        // At a border (cos, sin) is the direction of the edge, doubled, which mirrors the heading with its h negated.
+        vec2 heading = vec2(w.heading_p, at_border ? -w.heading_h : w.heading_h);
+        vec2 carry = vec2(w.carry_p, at_border ? -w.carry_h : w.carry_h);
+        vec4 turned = turned_by(heading, carry, rotation, edge.w);
+        w.heading_p = crosses ? turned.x : w.heading_p;
+        w.heading_h = crosses ? turned.y : w.heading_h;
+        w.carry_p = crosses ? turned.z : w.carry_p;
+        w.carry_h = crosses ? turned.w : w.carry_h;
+        w.triangle = stays ? w.triangle : twin / 3u;
+        w.entered_by = crosses ? next_corner : w.entered_by;
+        attempts -= 1u;
     }
 }
 

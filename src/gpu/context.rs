@@ -225,6 +225,9 @@ impl Context {
                     raw.destroy_buffer(buffer, None);
                     self.free(allocation);
                 }
+                Corpse::Semaphore(semaphore) => raw.destroy_semaphore(semaphore, None),
+                Corpse::Swapchain(loader, swapchain) => loader.destroy_swapchain(swapchain, None),
+                Corpse::Surface(loader, surface) => loader.destroy_surface(surface, None),
                 Corpse::BufferView(view) => raw.destroy_buffer_view(view, None),
                 Corpse::Image(view, image, allocation) => {
                     raw.destroy_image_view(view, None);

@@ -130,6 +130,71 @@ impl Recorder {
         });
     }
 
+    /// Copies the bytes of `source` to `target`, with its upper left corner at `place`; what reaches over the edge is
+    /// cut off, and the rest of `target` is kept.
+    ///
+    /// # Panics
+    /// If the formats do not match, either has several samples, or both are one.
+    pub fn copy_image_to(&mut self, source: &Image, target: &Image, place: [u32; 2]) {
+        assert!(
+            source.format().matches(target.format())
+                && source.samples() == 1
+                && target.samples() == 1,
+            "`{}` ({:?}, {} samples) cannot be copied to `{}` ({:?}, {} samples)",
+            source.name(),
+            source.format(),
+            source.samples(),
+            target.name(),
+            target.format(),
+            target.samples()
+        );
+        assert!(
+            source.format() != Format::Depth32 && source.raw() != target.raw(),
+            "`{}` cannot be copied",
+            source.name()
+        );
+        let room = |axis: usize| target.size()[axis].saturating_sub(place[axis]);
+        let [width, height] = [0, 1].map(|axis| source.size()[axis].min(room(axis)));
+        if width == 0 || height == 0 {
+            return;
+        }
+        self.transition(source, ImageState::COPY_SOURCE, true);
+        self.transition(target, ImageState::COPY_TARGET, true);
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .layer_count(1);
+        let region = vk::ImageCopy::default()
+            .src_subresource(layers)
+            .dst_subresource(layers)
+            .dst_offset(vk::Offset3D {
+                x: place[0] as i32,
+                y: place[1] as i32,
+                z: 0,
+            })
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            });
+        self.work("copy_image", SpanKind::Copy, |rec| {
+            let (from, to) = (
+                ImageState::COPY_SOURCE.layout,
+                ImageState::COPY_TARGET.layout,
+            );
+            // SAFETY: both images are alive and freed only after this frame; the region lies in both.
+            unsafe {
+                rec.device().cmd_copy_image(
+                    rec.raw(),
+                    source.raw(),
+                    from,
+                    target.raw(),
+                    to,
+                    &[region],
+                )
+            };
+        });
+    }
+
     /// Copies an image to the start of a buffer, row by row without gaps.
     ///
     /// # Panics

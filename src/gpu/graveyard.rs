@@ -6,13 +6,16 @@
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard};
 
-use ash::vk;
+use ash::{khr, vk};
 use gpu_allocator::vulkan::Allocation;
 
 /// Something to destroy.
 pub(crate) enum Corpse {
     Buffer(vk::Buffer, Allocation),
     BufferView(vk::BufferView),
+    Semaphore(vk::Semaphore),
+    Swapchain(khr::swapchain::Device, vk::SwapchainKHR),
+    Surface(khr::surface::Instance, vk::SurfaceKHR),
     Image(vk::ImageView, vk::Image, Option<Allocation>),
     Pipeline(vk::Pipeline, vk::PipelineLayout, vk::DescriptorSetLayout),
     Frame {

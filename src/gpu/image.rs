@@ -39,6 +39,21 @@ impl Format {
         }
     }
 
+    /// The same bytes, without the encoding.
+    fn layout(self) -> Self {
+        match self {
+            Format::Rgba8Srgb => Format::Rgba8,
+            Format::Bgra8Srgb => Format::Bgra8,
+            other => other,
+        }
+    }
+
+    /// Have both the same bytes in the same order, so that pixels can be copied as they are?
+    #[must_use]
+    pub fn matches(self, other: Self) -> bool {
+        self.layout() == other.layout()
+    }
+
     /// Bytes of a pixel.
     #[must_use]
     pub fn pixel_size(self) -> usize {
@@ -59,8 +74,10 @@ pub struct Image {
     samples: u32,
     raw: vk::Image,
     view: vk::ImageView,
-    /// Taken by `drop` only; `None` for images that somebody else owns.
+    /// Taken by `drop` only.
     allocation: Option<Allocation>,
+    /// Belongs to a window, which destroys it.
+    foreign: bool,
     state: Mutex<ImageState>,
 }
 
@@ -96,6 +113,20 @@ impl ImageState {
             vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
                 | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
         ),
+    };
+    pub(crate) const COPY_TARGET: Self = Self {
+        layout: vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+        stage: vk::PipelineStageFlags::TRANSFER,
+        access: vk::AccessFlags::TRANSFER_WRITE,
+    };
+    /// Given to the window. What comes next waits for the image at these stages.
+    pub(crate) const SHOWN: Self = Self {
+        layout: vk::ImageLayout::PRESENT_SRC_KHR,
+        stage: vk::PipelineStageFlags::from_raw(
+            vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT.as_raw()
+                | vk::PipelineStageFlags::TRANSFER.as_raw(),
+        ),
+        access: vk::AccessFlags::empty(),
     };
     pub(crate) const COPY_SOURCE: Self = Self {
         layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
@@ -140,7 +171,11 @@ impl Image {
         }
         let usage = match (format.is_depth(), samples) {
             (true, _) => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-            (false, 1) => vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            (false, 1) => {
+                vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::TRANSFER_DST
+            }
             (false, _) => vk::ImageUsageFlags::COLOR_ATTACHMENT,
         };
         let create = vk::ImageCreateInfo::default()
@@ -168,6 +203,7 @@ impl Image {
             raw,
             view: vk::ImageView::null(),
             allocation: None,
+            foreign: false,
             state: Mutex::new(ImageState::UNUSED),
         };
         ctx.device.set_name(raw, name);
@@ -194,15 +230,47 @@ impl Image {
         // SAFETY: the allocation fits the image's requirements and is used by nothing else.
         unsafe { device.bind_image_memory(raw, memory, offset) }
             .check("vkBindImageMemory", name)?;
-        let view = vk::ImageViewCreateInfo::default()
-            .image(raw)
-            .view_type(vk::ImageViewType::TYPE_2D)
-            .format(format.raw())
-            .subresource_range(image.range());
-        // SAFETY: the image is alive and bound.
-        image.view =
-            unsafe { device.create_image_view(&view, None) }.check("vkCreateImageView", name)?;
+        image.add_view()?;
         Ok(image)
+    }
+
+    /// An image of a window.
+    pub(crate) fn foreign(
+        ctx: &Arc<Context>,
+        name: &str,
+        raw: vk::Image,
+        size: [u32; 2],
+        format: Format,
+    ) -> GpuResult<Self> {
+        let mut image = Self {
+            ctx: Arc::clone(ctx),
+            name: name.to_owned(),
+            size,
+            format,
+            samples: 1,
+            raw,
+            view: vk::ImageView::null(),
+            allocation: None,
+            foreign: true,
+            state: Mutex::new(ImageState {
+                layout: vk::ImageLayout::UNDEFINED,
+                ..ImageState::SHOWN
+            }),
+        };
+        image.add_view()?;
+        Ok(image)
+    }
+
+    fn add_view(&mut self) -> GpuResult<()> {
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(self.format.raw())
+            .subresource_range(self.range());
+        // SAFETY: the image is alive and has memory.
+        self.view = unsafe { self.ctx.device.raw.create_image_view(&info, None) }
+            .check("vkCreateImageView", &self.name)?;
+        Ok(())
     }
 
     /// The name it was made with.
@@ -275,8 +343,13 @@ impl std::fmt::Debug for Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
+        let raw = if self.foreign {
+            vk::Image::null()
+        } else {
+            self.raw
+        };
         self.ctx
             .graveyard
-            .add(Corpse::Image(self.view, self.raw, self.allocation.take()));
+            .add(Corpse::Image(self.view, raw, self.allocation.take()));
     }
 }

@@ -145,7 +145,7 @@ impl<D: Draw> RasterPipeline<D> {
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(options.depth)
             .depth_write_enable(options.depth && options.depth_write)
-            .depth_compare_op(vk::CompareOp::LESS_OR_EQUAL);
+            .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let attachments = [blend_state(options.blend)];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];

@@ -61,7 +61,7 @@ fn bin_edge(bin: u32) -> f32 {
     f32::from_bits((FIRST_BIN_BITS + bin) << BIN_SHIFT)
 }
 
-/// Twin of `trail_histogram.comp`.
+/// Twin of `shaders/trail_histogram.comp`.
 pub fn trail_histogram(
     sample_count: u32,
     stride: u32,
@@ -78,8 +78,26 @@ pub fn trail_histogram(
     }
 }
 
-/// Twin of `expose.comp`.
-pub fn expose(clipped_share: f32, adaptation: f32, histogram: &mut [u32], brightest: &mut f32) {
+/// Twin of `shaders/expose.comp`.
+pub fn expose(
+    count: u32,
+    clipped_share: f32,
+    adaptation: f32,
+    histogram: &mut [u32],
+    brightest: &mut [f32],
+) {
+    for i in 0..count as usize {
+        let bins = i * BIN_COUNT as usize..(i + 1) * BIN_COUNT as usize;
+        expose_one(
+            clipped_share,
+            adaptation,
+            &mut histogram[bins],
+            &mut brightest[i],
+        );
+    }
+}
+
+fn expose_one(clipped_share: f32, adaptation: f32, histogram: &mut [u32], brightest: &mut f32) {
     let mut mass = 0.0;
     for bin in 0..BIN_COUNT {
         mass += histogram[bin as usize] as f32 * bin_edge(bin);
@@ -109,7 +127,7 @@ mod tests {
         let density = vec![1.0; trail.len()];
         trail_histogram(trail.len() as u32, 1, trail, &density, &mut histogram);
         let mut brightest = 0.0;
-        expose(clipped_share, 1.0, &mut histogram, &mut brightest);
+        expose_one(clipped_share, 1.0, &mut histogram, &mut brightest);
         assert!(
             histogram.iter().all(|&count| count == 0),
             "left for the next picture"
@@ -180,7 +198,7 @@ mod tests {
         let mut histogram = vec![0; BIN_COUNT as usize];
         let mut brightest = 2.0;
         histogram[bin_of(10.0) as usize] = 7;
-        expose(0.08, 0.25, &mut histogram, &mut brightest);
+        expose_one(0.08, 0.25, &mut histogram, &mut brightest);
         assert!(
             (3.9..=4.4).contains(&brightest),
             "a quarter of the way from 2 to about 10: {brightest}"

@@ -241,6 +241,7 @@ impl Renderer {
                         brightest: &self.brightest,
                     },
                     ExposeParams {
+                        count: 1,
                         clipped_share,
                         // The first picture has nothing to follow.
                         adaptation: if self.is_first { 1.0 } else { adaptation },
@@ -299,9 +300,14 @@ impl Renderer {
 
     fn draw_particles(&self, pass: &mut PassRecorder<'_>, state: &State, view: &View, size: Vec2) {
         let camera = &view.camera;
+        let stride = self
+            .shape
+            .particle_count
+            .div_ceil(view.most_particles.max(1));
+        let drawn = self.shape.particle_count.div_ceil(stride.max(1));
         pass.draw(
             &self.particles,
-            self.shape.particle_count,
+            drawn,
             1,
             ParticlesArgs {
                 particles: &state.particles,
@@ -313,23 +319,13 @@ impl Renderer {
             ParticlesParams {
                 clip_from_world: camera.clip_from_world(size),
                 eye: camera.eye(),
-                lift: 0.004 * self.shape.radius,
+                lift: 0.003 * self.shape.radius
+                    + view.particle_size * world_per_pixel(camera, size),
                 diameter: view.particle_size.max(1.0),
-                strength: self.particle_strength(view, size),
+                strength: particle_strength(drawn, self.shape.radius, view, size),
+                stride,
             },
         );
-    }
-
-    /// Light of one point, such that a crowd of usual density is bright and does not burn out.
-    fn particle_strength(&self, view: &View, size: Vec2) -> f32 {
-        let camera = &view.camera;
-        let radius_in_pixels = 0.5 * size.y * self.shape.radius
-            / (camera.distance * (0.5 * camera.vertical_fov).tan());
-        let area = std::f32::consts::PI * radius_in_pixels * radius_in_pixels;
-        let points_in_a_pixel =
-            0.5 * self.shape.particle_count as f32 * view.particle_size * view.particle_size
-                / area.max(1.0);
-        (0.45 / points_in_a_pixel.max(1e-6)).clamp(0.04, 0.8)
     }
 
     fn draw_atlas(&self, pass: &mut PassRecorder<'_>, state: &State, view: &View, size: Vec2) {
@@ -353,6 +349,20 @@ impl Renderer {
             },
         );
     }
+}
+
+/// World units that a pixel covers at the target's distance.
+fn world_per_pixel(camera: &Camera, size: Vec2) -> f32 {
+    2.0 * camera.distance * (0.5 * camera.vertical_fov).tan() / size.y
+}
+
+/// Light of one point, such that a crowd of usual density is bright and does not burn out.
+fn particle_strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
+    let radius_in_pixels = radius / world_per_pixel(&view.camera, size);
+    let area = (std::f32::consts::PI * radius_in_pixels * radius_in_pixels).max(1.0);
+    // Half of them are on the far side.
+    let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
+    (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8)
 }
 
 /// Where the key light comes from, in world space: it moves with the camera, so that what is seen is lit.

@@ -21,6 +21,8 @@ pub struct View {
     pub exposure: Exposure,
     /// Diameter of a drawn particle, pixels.
     pub particle_size: f32,
+    /// The most particles that are drawn; of more, every second is, or every third, and so on.
+    pub most_particles: u32,
     /// Behind the objects, in sRGB, 0 to 1.
     pub background: Vec3,
     /// The part of the atlas that is shown.
@@ -48,8 +50,13 @@ impl View {
     #[must_use]
     pub fn of(scene: &Scene, size: Vec2) -> Self {
         let picture = &scene.settings.picture;
+        let mut camera =
+            Camera::from_settings(&scene.settings.camera, scene.center, scene.radius, size);
+        if scene.settings.camera.distance <= 0.0 {
+            camera.fit_points(points(scene), size);
+        }
         Self {
-            camera: Camera::from_settings(&scene.settings.camera, scene.center, scene.radius, size),
+            camera,
             show: picture.show,
             color_map: picture.color_map,
             exposure: match picture.brightest {
@@ -57,6 +64,7 @@ impl View {
                 _ => Exposure::default(),
             },
             particle_size: picture.particle_size,
+            most_particles: u32::MAX,
             background: Vec3::from_array(picture.background),
             atlas: AtlasWindow::default(),
         }
@@ -67,6 +75,23 @@ impl View {
     pub fn background_light(&self) -> Vec3 {
         Vec3::from_array(self.background.to_array().map(linear_from_srgb))
     }
+}
+
+/// Every vertex of a scene, in world space.
+pub fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
+    let poses = scene.world_from_object();
+    scene
+        .surface
+        .objects
+        .iter()
+        .zip(poses)
+        .flat_map(|(range, world_from_object)| {
+            let vertices = range.vertices.0 as usize..range.vertices.1 as usize;
+            let positions = &scene.surface.positions[vertices];
+            positions
+                .iter()
+                .map(move |&position| world_from_object.transform_point3(position))
+        })
 }
 
 impl Camera {
@@ -184,6 +209,27 @@ mod tests {
             fitted
         });
         assert!(camera.distance > 4.0 && camera.distance < 10.0);
+    }
+
+    #[test]
+    fn a_scene_without_a_distance_is_whole_and_large_in_its_picture() {
+        let mut settings = Settings::default();
+        settings.objects[0].position = [3.0, 0.0, 0.0];
+        let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
+        let size = Vec2::new(320.0, 200.0);
+        let camera = View::of(&scene, size).camera;
+        let (low, high) = points(&scene)
+            .map(|point| camera.pixel(point, size).unwrap())
+            .fold(
+                (Vec2::INFINITY, Vec2::NEG_INFINITY),
+                |(low, high), pixel| (low.min(pixel), high.max(pixel)),
+            );
+        assert!(
+            low.min_element() > 0.0 && high.cmplt(size).all(),
+            "{low} to {high}"
+        );
+        let filled = (high - low) / size;
+        assert!(filled.max_element() > 0.7, "{filled}");
     }
 
     #[test]

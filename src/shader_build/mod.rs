@@ -1,15 +1,18 @@
 //! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here knows Vulkan.
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
-//! optimised one is shipped. `reflect` reads SPIR-V into a small model and `generate` writes the model as Rust.
+//! optimised one is shipped. `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
 pub mod generate;
+pub mod interface;
+pub mod model;
 pub mod reflect;
+pub mod source;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use reflect::{Shader, Stage};
+use model::{Shader, Stage};
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude,
     ShaderKind, TargetEnv,
@@ -99,7 +102,7 @@ pub fn compile(path: &Path, include: &Path) -> Result<Shader, String> {
 }
 
 /// The structs of `include/types.glsl` as the compiler lays them out, by way of a shader that binds one of each.
-fn shared_structs(include: &Path) -> Result<Vec<reflect::Struct>, String> {
+fn shared_structs(include: &Path) -> Result<Vec<model::Struct>, String> {
     let file = include.join("types.glsl");
     let Ok(text) = fs::read_to_string(&file) else {
         return Ok(Vec::new());

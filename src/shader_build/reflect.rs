@@ -1,153 +1,17 @@
 //! Reads a SPIR-V module into the few facts that the handles need: bindings, push constants, specialization
 //! constants, the group size and the layout of every struct.
 
-use std::collections::BTreeMap;
-
 use spirq::ReflectConfig;
 use spirq::ty::{AccessType, DescriptorType, ScalarType, SpirvType, StructType, Type};
 use spirq::var::Variable;
 
-/// The name of the block that `include/debug.glsl` declares; the recorder binds it by itself.
-pub const DEBUG_BLOCK: &str = "myxo_debug";
-
-/// What a shader is run by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// `.comp`
-    Compute,
-    /// `.vert`
-    Vertex,
-    /// `.frag`
-    Fragment,
-}
-
-/// One reflected shader.
-#[derive(Clone, Debug)]
-pub struct Shader {
-    /// File name without its ending.
-    pub stem: String,
-    /// From the file's ending.
-    pub stage: Stage,
-    /// Invocations in a group; 1 for draws.
-    pub group_size: u32,
-    /// Storage blocks and texel buffers, by binding number, without the debug block.
-    pub bindings: Vec<Binding>,
-    /// The binding of the debug block, where the shader includes `debug.glsl`.
-    pub debug_binding: Option<u32>,
-    /// Push constants.
-    pub params: Option<Struct>,
-    /// Specialization constants by number.
-    pub constants: Vec<Constant>,
-    /// Every named struct that lies in a buffer.
-    pub structs: Vec<Struct>,
-    /// The comment at the head of the file.
-    pub header: Vec<String>,
-    /// Remarks behind declarations, by the declared name.
-    pub remarks: BTreeMap<String, String>,
-    /// The module to ship.
-    pub optimized: Vec<u32>,
-    /// What the compiler warned of.
-    pub warnings: Vec<String>,
-}
-
-impl Shader {
-    /// The file that holds the optimised module.
-    pub fn spirv_file(&self) -> String {
-        let stage = match self.stage {
-            Stage::Compute => "comp",
-            Stage::Vertex => "vert",
-            Stage::Fragment => "frag",
-        };
-        format!("{}.{stage}.spv", self.stem)
-    }
-}
-
-/// How a block is declared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
-    /// `readonly`
-    Read,
-    /// `writeonly`
-    Write,
-    /// neither
-    ReadWrite,
-}
-
-/// What is bound.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Resource {
-    /// A storage block; the type is that of one element.
-    Storage(Ty),
-    /// `samplerBuffer`, `usamplerBuffer` or `isamplerBuffer`: the scalar that a fetch gives four of.
-    Texels(Ty),
-}
-
-/// One binding.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Binding {
-    /// Number in set 0.
-    pub number: u32,
-    /// Name of the host's field.
-    pub name: String,
-    /// From `readonly` and `writeonly`.
-    pub access: Access,
-    /// Element type.
-    pub resource: Resource,
-}
-
-/// A type that host and shader share.
-#[derive(Clone, Debug, PartialEq)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum Ty {
-    U32,
-    I32,
-    F32,
-    Bool,
-    /// Scalar and number of components.
-    Vector(Box<Ty>, u32),
-    /// Column-major 4 x 4.
-    Mat4,
-    Array(Box<Ty>, u32),
-    Struct(String),
-}
-
-/// A member with its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Field {
-    /// Name in the shader.
-    pub name: String,
-    /// Bytes from the start of the struct.
-    pub offset: usize,
-    /// Type.
-    pub ty: Ty,
-}
-
-/// A struct with its layout.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Struct {
-    /// Name in the shader.
-    pub name: String,
-    /// Bytes from one element of an array to the next; for push constants the bytes in use.
-    pub size: usize,
-    /// Members in order.
-    pub fields: Vec<Field>,
-}
-
-/// A specialization constant.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Constant {
-    /// `constant_id`
-    pub id: u32,
-    /// Name in the shader.
-    pub name: String,
-    /// `Bool`, `U32`, `I32` or `F32`.
-    pub ty: Ty,
-    /// The default's bits.
-    pub default: u32,
-}
+use super::model::{
+    Access, Binding, Constant, DEBUG_BLOCK, Field, Resource, Shader, Stage, Struct, Ty,
+};
+use super::source::{self, RawModule};
 
 /// Reflects an unoptimised module.
-pub fn reflect(stem: &str, stage: Stage, words: &[u32], source: &str) -> Result<Shader, String> {
+pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Shader, String> {
     let entries = ReflectConfig::new()
         .spv(words.to_vec())
         .ref_all_rscs(true)
@@ -164,8 +28,8 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], source: &str) -> Result<
         params: None,
         constants: Vec::new(),
         structs: Vec::new(),
-        header: header(source),
-        remarks: remarks(source),
+        header: source::header(text),
+        remarks: source::remarks(text),
         optimized: Vec::new(),
         warnings: Vec::new(),
     };
@@ -430,115 +294,4 @@ fn scalar_type(scalar: &ScalarType) -> Result<Ty, String> {
         ScalarType::Float { bits: 32 } => Ok(Ty::F32),
         other => Err(format!("{other:?}: shared scalars have 32 bits")),
     }
-}
-
-impl Ty {
-    /// Bytes of the host's type, where it does not depend on a struct.
-    pub fn size(&self) -> Option<usize> {
-        match self {
-            Ty::U32 | Ty::I32 | Ty::F32 | Ty::Bool => Some(4),
-            Ty::Vector(_, n) => Some(4 * *n as usize),
-            Ty::Mat4 => Some(64),
-            Ty::Array(element, n) => Some(element.size()? * *n as usize),
-            Ty::Struct(_) => None,
-        }
-    }
-}
-
-/// What spirq does not say: defaults of specialization constants, the literal group size, and one built-in.
-struct RawModule {
-    group_size: [u32; 3],
-    defaults: BTreeMap<u32, u32>,
-    uses_global_invocation_id: bool,
-}
-
-impl RawModule {
-    fn scan(words: &[u32]) -> Self {
-        const EXECUTION_MODE: u32 = 16;
-        const SPEC_CONSTANT_TRUE: u32 = 48;
-        const SPEC_CONSTANT_FALSE: u32 = 49;
-        const SPEC_CONSTANT: u32 = 50;
-        const DECORATE: u32 = 71;
-        const DECORATION_SPEC_ID: u32 = 1;
-        const DECORATION_BUILT_IN: u32 = 11;
-        const BUILT_IN_GLOBAL_INVOCATION_ID: u32 = 28;
-        const MODE_LOCAL_SIZE: u32 = 17;
-        let mut module = Self {
-            group_size: [1; 3],
-            defaults: BTreeMap::new(),
-            uses_global_invocation_id: false,
-        };
-        let mut spec_ids = BTreeMap::new();
-        let mut at = 5;
-        while at < words.len() {
-            let (count, op) = ((words[at] >> 16) as usize, words[at] & 0xffff);
-            if count == 0 || at + count > words.len() {
-                break;
-            }
-            match (op, &words[at + 1..at + count]) {
-                (EXECUTION_MODE, [_, MODE_LOCAL_SIZE, x, y, z]) => module.group_size = [*x, *y, *z],
-                (DECORATE, [target, DECORATION_SPEC_ID, id]) => {
-                    spec_ids.insert(*target, *id);
-                }
-                (DECORATE, [_, DECORATION_BUILT_IN, BUILT_IN_GLOBAL_INVOCATION_ID]) => {
-                    module.uses_global_invocation_id = true
-                }
-                (SPEC_CONSTANT_TRUE | SPEC_CONSTANT_FALSE, [_, target]) => {
-                    if let Some(id) = spec_ids.get(target) {
-                        module
-                            .defaults
-                            .insert(*id, u32::from(op == SPEC_CONSTANT_TRUE));
-                    }
-                }
-                (SPEC_CONSTANT, [_, target, value]) => {
-                    if let Some(id) = spec_ids.get(target) {
-                        module.defaults.insert(*id, *value);
-                    }
-                }
-                _ => {}
-            }
-            at += count;
-        }
-        module
-    }
-}
-
-/// The comment lines that a file begins with.
-fn header(source: &str) -> Vec<String> {
-    source
-        .lines()
-        .skip_while(|line| line.trim().is_empty() || line.starts_with("#version"))
-        .take_while(|line| line.starts_with("//"))
-        .map(|line| line.trim_start_matches('/').trim().to_owned())
-        .collect()
-}
-
-/// `uint count; // how many` gives `count` its remark.
-fn remarks(source: &str) -> BTreeMap<String, String> {
-    source
-        .lines()
-        .filter_map(|line| {
-            let (code, remark) = line.split_once("//")?;
-            let declared = code.trim_end().strip_suffix(';')?;
-            let declared = if code.trim_start().starts_with("layout") {
-                declared.split_once(')')?.1
-            } else {
-                declared
-            };
-            let declared = declared
-                .split('=')
-                .next()?
-                .trim_end()
-                .trim_end_matches([']', '['])
-                .trim_end();
-            let name: String = declared
-                .chars()
-                .rev()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect();
-            let name: String = name.chars().rev().collect();
-            let remark = remark.trim();
-            (!name.is_empty() && !remark.is_empty()).then(|| (name, remark.to_owned()))
-        })
-        .collect()
 }

@@ -11,7 +11,7 @@ use super::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQue
 use super::twin::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use super::types::Walker;
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Context, Domain, Frames, Pipeline, Threads};
+use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::{NONE, Surface};
 use crate::mesh::walk::{BorderRule, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
 
@@ -43,16 +43,19 @@ pub fn walk_queries(
         border_reflects: border == BorderRule::Reflect,
     };
     let pipeline = Pipeline::<WalkQueries>::new(ctx, &constants)?;
-    let triangles = Buffer::new(ctx, "triangles", surface.triangles.len(), Domain::Device)?;
-    ctx.upload(&triangles, &surface.triangles)?;
-    let halfedges = Buffer::new(ctx, "halfedges", surface.halfedges.len(), Domain::Device)?;
-    ctx.upload(&halfedges, &surface.halfedges)?;
+    let triangles = Texels::new(
+        &Buffer::from_slice(ctx, "triangles", &surface.triangles)?,
+        4,
+    )?;
+    let halfedges = Texels::new(
+        &Buffer::from_slice(ctx, "halfedges", &surface.halfedges)?,
+        4,
+    )?;
     let mut frames = Frames::new(ctx, 1)?;
 
     for batch in queries.chunks(BATCH) {
         let mut walkers: Vec<Walker> = batch.iter().map(walker_of).collect();
-        let buffer = Buffer::new(ctx, "walkers", walkers.len(), Domain::Device)?;
-        ctx.upload(&buffer, &walkers)?;
+        let buffer = Buffer::from_slice(ctx, "walkers", &walkers)?;
         let attempts = (CROSSINGS / walkers.len()).clamp(1, 4096);
         // A walk through a vertex may cross all its edges without getting further.
         let mut patience = surface.halfedges.len() / attempts + 2;

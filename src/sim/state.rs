@@ -7,8 +7,8 @@ use bytemuck::Pod;
 use super::kernels::{Advance, Diffuse, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
-use super::types::{AtlasMap, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex};
-use crate::gpu::{Buffer, Context, GpuError, Pipeline};
+use super::types::{AtlasMap, Motion, Particle, Pose, Seam, Vertex};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline, Texels};
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
@@ -68,9 +68,9 @@ pub struct State {
     /// One a gutter texel that is read.
     pub seams: Buffer<Seam>,
     /// One a triangle: its shape.
-    pub triangles: Buffer<Triangle>,
+    pub triangles: Texels<u32>,
     /// Three a triangle: its crossings.
-    pub halfedges: Buffer<HalfEdge>,
+    pub halfedges: Texels<u32>,
     /// One a triangle: its place in the atlas.
     pub atlas_maps: Buffer<AtlasMap>,
     /// Three vertex indices a triangle.
@@ -92,8 +92,14 @@ impl State {
             deposits: PingPong::new(ctx, "deposits", texels)?,
             density: Buffer::from_slice(ctx, "density", &setup.atlas.density)?,
             seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
-            triangles: Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,
-            halfedges: Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
+            triangles: Texels::new(
+                &Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,
+                4,
+            )?,
+            halfedges: Texels::new(
+                &Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
+                4,
+            )?,
             atlas_maps: Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?,
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,

@@ -109,6 +109,35 @@ fn depth_and_blending_do_what_they_say() {
 }
 
 #[test]
+fn pictures_are_copied_into_pictures_and_cut_at_the_edge() {
+    let Some(ctx) = context() else { return };
+    let small = Image::new(&ctx, "small", [4, 4], Format::Rgba8Srgb, 1).unwrap();
+    let large = Image::new(&ctx, "large", [8, 8], Format::Rgba8, 1).unwrap();
+    let pixels = Buffer::<[u8; 4]>::new(&ctx, "pixels", 64, Domain::Readback).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let target = |color, red| Targets {
+        color,
+        resolve: None,
+        depth: None,
+        clear: Some([red, 0.0, 0.0, 1.0]),
+    };
+    rec.pass("small", &target(&small, 0.215_86), |_| ());
+    rec.pass("large", &target(&large, 1.0), |_| ());
+    rec.copy_image_to(&small, &large, [6, 1]);
+    rec.copy_image_to(&small, &large, [8, 0]);
+    rec.copy_image(&large, &pixels);
+    rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+    frames.submit(rec).unwrap();
+    frames.wait_idle().unwrap();
+    for (i, pixel) in pixels.as_slice().iter().enumerate() {
+        let inside = i % 8 >= 6 && (1..5).contains(&(i / 8));
+        assert_eq!(pixel[0], if inside { 128 } else { 255 }, "pixel {i}");
+    }
+    assert_silent(&ctx);
+}
+
+#[test]
 fn a_draw_needs_its_barrier_before_the_pass() {
     let Some(ctx) = context() else { return };
     let color = Image::new(&ctx, "color", [8, 8], Format::Rgba8Srgb, 1).unwrap();

@@ -6,6 +6,8 @@ mod draw;
 mod frames;
 mod hazards;
 mod kernels;
+#[cfg(target_os = "linux")]
+mod window;
 
 use std::sync::Arc;
 

@@ -1,0 +1,302 @@
+//! Writes what kernels and draws have in common: the handle, and the structs of its arguments, parameters and constants.
+
+use std::fmt::Write;
+
+use super::model::{Access, Binding, Constant, Field, Resource, Shader, Struct, Ty};
+
+/// What a kernel and a draw have in common.
+pub struct Interface<'a> {
+    pub stem: &'a str,
+    pub handle: &'a str,
+    pub bindings: &'a [Binding],
+    pub debug_binding: Option<u32>,
+    pub params: Option<&'a Struct>,
+    pub constants: &'a [Constant],
+    pub sources: Vec<&'a Shader>,
+}
+
+impl Interface<'_> {
+    /// The handle with its arguments, parameters and constants.
+    pub fn write(&self, out: &mut String, ending: &str) -> Result<(), String> {
+        let base = camel_case(self.stem);
+        put(
+            out,
+            format_args!(
+                "/// The handle of `{}.{ending}`:\n///\n/// ```text\n",
+                self.stem
+            ),
+        );
+        for line in &self.sources[0].header {
+            put(out, format_args!("/// {line}\n"));
+        }
+        put(
+            out,
+            format_args!(
+                "/// ```\n#[derive(Clone, Copy, Debug)]\npub struct {};\n\n",
+                self.handle
+            ),
+        );
+        let args = self.write_args(out, &base)?;
+        let params = self.write_params(out, &base)?;
+        let constants = self.write_constants(out, &base)?;
+        put(
+            out,
+            format_args!(
+                "impl crate::gpu::Interface for {} {{\n    const NAME: &'static str = \"{}\";\n",
+                self.handle, self.stem
+            ),
+        );
+        put(
+            out,
+            format_args!("    const BINDINGS: &'static [crate::gpu::Binding] = &[\n"),
+        );
+        for binding in self.bindings {
+            let kind = match binding.resource {
+                Resource::Storage(_) => "Storage",
+                Resource::Texels(_) => "Texels",
+            };
+            put(
+                out,
+                format_args!(
+                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind} }},\n",
+                    binding.number, binding.name, binding.access
+                ),
+            );
+        }
+        let debug = self.debug_binding;
+        put(
+            out,
+            format_args!("    ];\n    const DEBUG_BINDING: Option<u32> = {debug:?};\n"),
+        );
+        put(
+            out,
+            format_args!(
+                "    type Args<'a> = {args};\n    type Params = {params};\n    type Constants = {constants};\n"
+            ),
+        );
+        put(
+            out,
+            format_args!(
+                "    fn resources<'a>(args: &Self::Args<'a>) -> Vec<crate::gpu::Resource<'a>> {{\n"
+            ),
+        );
+        if self.bindings.is_empty() {
+            put(out, format_args!("        let () = args;\n"));
+        }
+        let list: Vec<String> = self
+            .bindings
+            .iter()
+            .map(|b| match b.resource {
+                Resource::Storage(_) => format!("crate::gpu::Resource::Buffer(args.{})", b.name),
+                Resource::Texels(_) => {
+                    format!("crate::gpu::Resource::Texels(args.{}.as_dyn())", b.name)
+                }
+            })
+            .collect();
+        put(
+            out,
+            format_args!("        vec![{}]\n    }}\n}}\n\n", list.join(", ")),
+        );
+        Ok(())
+    }
+
+    fn remark(&self, name: &str) -> Option<String> {
+        self.sources
+            .iter()
+            .find_map(|s| s.remarks.get(name))
+            .cloned()
+    }
+
+    fn write_args(&self, out: &mut String, base: &str) -> Result<String, String> {
+        if self.bindings.is_empty() {
+            return Ok("()".to_owned());
+        }
+        put(
+            out,
+            format_args!(
+                "/// What `{}` reads and writes.\n#[derive(Clone, Copy)]\npub struct {base}Args<'a> {{\n",
+                self.stem
+            ),
+        );
+        for binding in self.bindings {
+            let what = match binding.access {
+                Access::Read => "Read",
+                Access::Write => "Written",
+                Access::ReadWrite => "Read and written",
+            };
+            let remark = self
+                .remark(&binding.name)
+                .map_or(String::new(), |r| format!(": {}", r.trim_end_matches('.')));
+            let ty = match &binding.resource {
+                Resource::Storage(element) => {
+                    format!("crate::gpu::Buffer<{}>", rust_type(element)?)
+                }
+                Resource::Texels(scalar) => format!("crate::gpu::Texels<{}>", rust_type(scalar)?),
+            };
+            put(
+                out,
+                format_args!(
+                    "    /// {what}{remark}.\n    pub {}: &'a {ty},\n",
+                    binding.name
+                ),
+            );
+        }
+        put(out, format_args!("}}\n\n"));
+        Ok(format!("{base}Args<'a>"))
+    }
+
+    fn write_params(&self, out: &mut String, base: &str) -> Result<String, String> {
+        let Some(params) = self.params else {
+            return Ok("()".to_owned());
+        };
+        put(
+            out,
+            format_args!(
+                "/// The push constants of `{}`.\n#[derive(Clone, Copy, Debug, Default, PartialEq)]\npub struct {base}Params {{\n",
+                self.stem
+            ),
+        );
+        for Field { name, ty, .. } in &params.fields {
+            let remark = self
+                .remark(name)
+                .unwrap_or_else(|| format!("`{name}` in the shader."));
+            put(
+                out,
+                format_args!("    /// {remark}\n    pub {name}: {},\n", rust_type(ty)?),
+            );
+        }
+        put(
+            out,
+            format_args!(
+                "}}\n\nimpl crate::gpu::Params for {base}Params {{\n    const SIZE: usize = {};\n",
+                params.size
+            ),
+        );
+        put(
+            out,
+            format_args!("    fn write(&self, bytes: &mut [u8]) {{\n"),
+        );
+        for Field { name, offset, ty } in &params.fields {
+            let rust = rust_type(ty)?;
+            put(
+                out,
+                format_args!(
+                    "        bytes[{offset}..{offset} + size_of::<{rust}>()].copy_from_slice(bytemuck::bytes_of(&self.{name}));\n"
+                ),
+            );
+        }
+        put(out, format_args!("    }}\n}}\n\n"));
+        Ok(format!("{base}Params"))
+    }
+
+    fn write_constants(&self, out: &mut String, base: &str) -> Result<String, String> {
+        if self.constants.is_empty() {
+            return Ok("()".to_owned());
+        }
+        put(
+            out,
+            format_args!(
+                "/// The specialization constants of `{}`.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {base}Constants {{\n",
+                self.stem
+            ),
+        );
+        for constant in self.constants {
+            let name = snake_case(&constant.name);
+            let remark = self
+                .remark(&constant.name)
+                .unwrap_or_else(|| format!("`{}` in the shader.", constant.name));
+            put(
+                out,
+                format_args!(
+                    "    /// {remark}\n    pub {name}: {},\n",
+                    rust_type(&constant.ty)?
+                ),
+            );
+        }
+        put(
+            out,
+            format_args!(
+                "}}\n\nimpl Default for {base}Constants {{\n    fn default() -> Self {{\n        Self {{\n"
+            ),
+        );
+        for constant in self.constants {
+            let value = match constant.ty {
+                Ty::Bool => format!("{}", constant.default != 0),
+                Ty::I32 => format!("{}", constant.default as i32),
+                Ty::F32 => format!("f32::from_bits({})", constant.default),
+                _ => format!("{}", constant.default),
+            };
+            put(
+                out,
+                format_args!("            {}: {value},\n", snake_case(&constant.name)),
+            );
+        }
+        put(
+            out,
+            format_args!(
+                "        }}\n    }}\n}}\n\nimpl crate::gpu::Constants for {base}Constants {{\n"
+            ),
+        );
+        put(
+            out,
+            format_args!("    fn values(&self) -> Vec<(u32, [u8; 4])> {{\n        vec![\n"),
+        );
+        for constant in self.constants {
+            let name = snake_case(&constant.name);
+            let bytes = match constant.ty {
+                Ty::Bool => format!("u32::from(self.{name}).to_ne_bytes()"),
+                _ => format!("self.{name}.to_ne_bytes()"),
+            };
+            put(
+                out,
+                format_args!("            ({}, {bytes}),\n", constant.id),
+            );
+        }
+        put(out, format_args!("        ]\n    }}\n}}\n\n"));
+        Ok(format!("{base}Constants"))
+    }
+}
+
+pub fn rust_type(ty: &Ty) -> Result<String, String> {
+    Ok(match ty {
+        Ty::U32 => "u32".to_owned(),
+        Ty::I32 => "i32".to_owned(),
+        Ty::F32 => "f32".to_owned(),
+        Ty::Bool => "bool".to_owned(),
+        Ty::Mat4 => "glam::Mat4".to_owned(),
+        Ty::Vector(scalar, n) => match **scalar {
+            Ty::F32 => format!("glam::Vec{n}"),
+            Ty::U32 => format!("glam::UVec{n}"),
+            Ty::I32 => format!("glam::IVec{n}"),
+            _ => return Err(format!("a vector of {scalar:?} has no host type")),
+        },
+        Ty::Array(element, n) => format!("[{}; {n}]", rust_type(element)?),
+        Ty::Struct(name) => struct_path(name),
+    })
+}
+
+/// One struct belongs to `gpu`, which reads it; the others are the simulation's.
+pub fn struct_path(name: &str) -> String {
+    let module = if name == "DispatchGroups" {
+        "gpu"
+    } else {
+        "sim::types"
+    };
+    format!("crate::{module}::{name}")
+}
+
+pub fn camel_case(stem: &str) -> String {
+    stem.split('_')
+        .filter(|part| !part.is_empty())
+        .map(|part| part[..1].to_uppercase() + &part[1..])
+        .collect()
+}
+
+/// Constants are written in capitals in shaders; fields are not.
+fn snake_case(name: &str) -> String {
+    name.to_lowercase()
+}
+
+pub fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
+    out.write_fmt(text).expect("a String takes everything");
+}

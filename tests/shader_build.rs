@@ -1,0 +1,273 @@
+//! The build's own work on shaders: errors with file and line, and handles that do not compile where host and shader
+//! disagree.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Runs the build script on a folder of shaders, given as name and text. Returns what it generates, or its errors.
+fn build(files: &[(&str, &str)]) -> Result<String, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let (shaders, out) = (folder.path().join("shaders"), folder.path().join("out"));
+    std::fs::create_dir_all(shaders.join("include")).unwrap();
+    std::fs::create_dir_all(&out).unwrap();
+    for (name, text) in files {
+        std::fs::write(shaders.join(name), text).unwrap();
+    }
+    let output = Command::new(env!("MYXO_BUILD_SCRIPT"))
+        .current_dir(folder.path())
+        .env("OUT_DIR", &out)
+        .output()
+        .unwrap();
+    if output.status.success() {
+        let read = |name| std::fs::read_to_string(out.join(name)).unwrap();
+        return Ok(read("kernels.rs") + &read("draws.rs"));
+    }
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    let errors = stdout
+        .lines()
+        .filter_map(|line| line.strip_prefix("cargo::error="));
+    Err(errors.collect::<Vec<_>>().join("\n"))
+}
+
+/// A kernel of one group size with these lines before `main` and in it.
+fn kernel(declarations: &str, body: &str) -> String {
+    format!(
+        "#version 460\nlayout(local_size_x = 64) in;\n{declarations}\nvoid main() {{ {body} }}\n"
+    )
+}
+
+#[track_caller]
+fn error_of(declarations: &str, body: &str) -> String {
+    build(&[("bad.comp", &kernel(declarations, body))]).expect_err("this does not build")
+}
+
+#[test]
+fn a_shader_error_has_file_and_line() {
+    let text = build(&[
+        ("good.comp", &kernel("", "")),
+        ("bad.comp", "#version 460\n\nvoid main() {\n    x = 1;\n}\n"),
+    ]);
+    let text = text.unwrap_err();
+    assert!(
+        text.contains("shaders/bad.comp:4: error:") && text.contains("'x'"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_error_in_an_include_has_its_own_file_and_line() {
+    let include = (
+        "include/helper.glsl",
+        "float one() {\n    return nothing;\n}\n",
+    );
+    let text = build(&[
+        include,
+        ("bad.comp", &kernel("#include \"helper.glsl\"", "")),
+    ])
+    .unwrap_err();
+    assert!(text.contains("include/helper.glsl:2: error:"), "{text}");
+    let text = error_of("#include \"absent.glsl\"", "");
+    assert!(
+        text.contains("absent.glsl") && text.contains("bad.comp"),
+        "{text}"
+    );
+}
+
+#[test]
+fn every_problem_of_every_file_is_reported() {
+    let text = build(&[
+        ("a.comp", "#version 460\nx\n"),
+        ("b.comp", "#version 460\ny\n"),
+    ])
+    .unwrap_err();
+    assert!(
+        text.contains("a.comp:") && text.contains("b.comp:"),
+        "{text}"
+    );
+}
+
+#[test]
+fn handles_say_what_the_shader_says() {
+    let source = "#version 460
+// sum_up: adds.
+// Reads   values.
+layout(local_size_x = 32) in;
+layout(constant_id = 4) const float LIMIT = 0.5; // Largest sum.
+layout(std430, binding = 2) readonly buffer Values { vec4 values[]; }; // What is added.
+layout(std430, binding = 5) buffer Total { uint count; } total;
+layout(push_constant) uniform Params { uint first; vec2 weight; float table[3]; } params;
+void main() { total.count = uint(values[params.first].x * params.weight.x + LIMIT); }
+";
+    let text = build(&[("sum_up.comp", source)]).unwrap();
+    for part in [
+        "pub struct SumUp;",
+        "/// sum_up: adds.",
+        "/// Read: What is added.\n    pub values: &'a crate::gpu::Buffer<glam::Vec4>,",
+        "/// Read and written.\n    pub total: &'a crate::gpu::Buffer<u32>,",
+        "number: 2, name: \"values\", access: crate::gpu::BindingAccess::Read,",
+        "number: 5, name: \"total\", access: crate::gpu::BindingAccess::ReadWrite,",
+        "bytes[8..8 + size_of::<glam::Vec2>()]",
+        "bytes[16..16 + size_of::<[f32; 3]>()]",
+        "const SIZE: usize = 28;",
+        "/// Largest sum.\n    pub limit: f32,",
+        "limit: f32::from_bits(1056964608)",
+        "(4, self.limit.to_ne_bytes())",
+        "const GROUP_SIZE: u32 = 32;",
+    ] {
+        assert!(text.contains(part), "{part:?} is not in:\n{text}");
+    }
+}
+
+#[test]
+fn mistakes_are_refused_with_what_to_do() {
+    let cases = [
+        (
+            "",
+            "uint i = gl_GlobalInvocationID.x; if (i > 3) return;",
+            "invocation_index()",
+        ),
+        (
+            "layout(binding = 0) buffer A { vec3 a[]; };",
+            "a[0] = vec3(1);",
+            "use vec4 or a struct",
+        ),
+        (
+            "layout(set = 1, binding = 0) buffer A { uint a[]; };",
+            "a[0] = 1;",
+            "set 0",
+        ),
+        (
+            "layout(binding = 0) buffer A { uint a; uint b; };",
+            "a = b;",
+            "needs an instance name",
+        ),
+        (
+            "layout(push_constant) uniform P { mat4 a; mat4 b; float c; } p;",
+            "if (p.c > 0) return;",
+            "132 bytes",
+        ),
+        (
+            "layout(binding = 0) buffer A { double a[]; };",
+            "a[0] = 1;",
+            "32 bits",
+        ),
+        (
+            "layout(binding = 0, rgba8) uniform image2D a;",
+            "imageStore(a, ivec2(0), vec4(0));",
+            "storage blocks",
+        ),
+    ];
+    for (declarations, body, expected) in cases {
+        let text = error_of(declarations, body);
+        assert!(
+            text.contains("bad.comp: ") && text.contains(expected),
+            "{expected:?} is not in: {text}"
+        );
+    }
+    let flat = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nvoid main() {}\n";
+    let text = build(&[("flat.comp", flat)]).unwrap_err();
+    assert!(text.contains("one-dimensional"), "{text}");
+}
+
+#[test]
+fn a_vertex_and_a_fragment_shader_agree_or_do_not_build() {
+    let vertex = |binding| {
+        format!(
+            "#version 460\nlayout(binding = {binding}) readonly buffer A {{ vec4 a[]; }};\nvoid main() {{ gl_Position = a[gl_VertexIndex]; }}\n"
+        )
+    };
+    let fragment = "#version 460\nlayout(binding = 1) readonly buffer A { vec4 a[]; };\nlayout(location = 0) out vec4 c;\nvoid main() { c = a[0]; }\n";
+    let text = build(&[("x.vert", &vertex(1)), ("x.frag", fragment)]).unwrap();
+    assert!(
+        text.contains("pub struct XDraw;") && text.matches("pub a: ").count() == 1,
+        "{text}"
+    );
+    let text = build(&[("x.vert", &vertex(0)), ("x.frag", fragment)]).unwrap_err();
+    assert!(
+        text.contains("x: .vert has a at binding 0, .frag has a at binding 1"),
+        "{text}"
+    );
+    let text = build(&[("x.frag", fragment)]).unwrap_err();
+    assert!(text.contains("x.frag has no x.vert"), "{text}");
+}
+
+/// Compiles the generated assertions against a Rust struct; the compiler's messages if it refuses.
+fn compile_against(rust_struct: &str) -> Result<(), String> {
+    let types = "struct Probe { uint id; vec2 place; float weight[2]; };\n";
+    let folder = tempfile::tempdir().unwrap();
+    let shader = kernel(
+        "#include \"types.glsl\"\nlayout(std430, binding = 0) buffer Probes { Probe probes[]; };",
+        "probes[0].id = 1;",
+    );
+    let generated = build(&[("include/types.glsl", types), ("touch.comp", &shader)])?;
+    let assertions: String = generated
+        .lines()
+        .filter(|l| l.starts_with("const _:"))
+        .map(|l| format!("{l}\n"))
+        .collect();
+    assert_eq!(
+        assertions
+            .matches("size_of::<crate::sim::types::Probe>() == 24")
+            .count(),
+        1,
+        "{assertions}"
+    );
+    // A stand-in for glam, so that the compiler needs nothing but this file.
+    let source = format!(
+        "#![allow(dead_code)]\n\
+         mod glam {{ #[repr(C)] pub struct Vec2 {{ pub x: f32, pub y: f32 }} }}\n\
+         pub mod sim {{ pub mod types {{ use crate::glam; {rust_struct} }} }}\n{assertions}"
+    );
+    let file = folder.path().join("probe.rs");
+    std::fs::write(&file, source).unwrap();
+    check(&file)
+}
+
+fn check(file: &Path) -> Result<(), String> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output = Command::new(rustc)
+        .args([
+            "--edition",
+            "2024",
+            "--crate-type",
+            "lib",
+            "--emit",
+            "metadata",
+            "--out-dir",
+        ])
+        .arg(file.parent().unwrap())
+        .arg(file)
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(text)
+    }
+}
+
+#[test]
+fn a_struct_that_differs_from_the_shaders_does_not_compile() {
+    let probe =
+        |fields: &str| compile_against(&format!("#[repr(C)] pub struct Probe {{ {fields} }}"));
+    // vec2 is aligned to 8 bytes in the shader.
+    probe("pub id: u32, pub pad0: u32, pub place: glam::Vec2, pub weight: [f32; 2]").unwrap();
+    let text = probe("pub id: u32, pub place: glam::Vec2, pub weight: [f32; 2]").unwrap_err();
+    assert!(
+        text.contains("Probe: the shaders' struct has 24 bytes"),
+        "{text}"
+    );
+    let text = probe("pub id: u32, pub pad0: u32, pub weight: [f32; 2], pub place: glam::Vec2")
+        .unwrap_err();
+    assert!(
+        text.contains("Probe.place: at byte 8 in the shaders"),
+        "{text}"
+    );
+    let text = probe("pub id: i32, pub pad0: u32, pub place: glam::Vec2, pub weight: [f32; 2]")
+        .unwrap_err();
+    assert!(text.contains("mismatched types"), "{text}");
+    let text = probe("pub number: u32, pub pad0: u32, pub place: glam::Vec2, pub weight: [f32; 2]")
+        .unwrap_err();
+    assert!(text.contains("no field `id`"), "{text}");
+}
