@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 use myxo::mesh::surface::{NONE, Surface, Triangle};
-use myxo::mesh::walk::{Frame, SurfacePoint};
+use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
 use myxo::mesh::{Mesh, suite};
 
 fn surface_of(mesh: &Mesh) -> Surface {
@@ -411,16 +411,20 @@ fn the_models_that_come_along_load_and_are_what_they_should_be() {
     }
 }
 
-#[test]
-fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
-    // One unit in the last place apart at 1.9; times 1.1 they fall on the same float32.
+/// Two numbers one unit in the last place apart, which times 1.1 are the same float32.
+fn one_when_scaled() -> (f32, f32) {
     let near = f32::from_bits(1.9_f32.to_bits() + 1);
     let found = (0..64).find_map(|i| {
         let low = f32::from_bits(near.to_bits() + i);
         let high = f32::from_bits(low.to_bits() + 1);
         (low * 1.1 == high * 1.1).then_some((low, high))
     });
-    let (low, high) = found.unwrap();
+    found.unwrap()
+}
+
+#[test]
+fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
+    let (low, high) = one_when_scaled();
     let positions = [
         [0.0, low, 0.0],
         [1.0, low, 0.0],
@@ -439,35 +443,39 @@ fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
 
 #[test]
 fn a_triangle_that_a_scale_rounds_to_a_line_or_a_point_has_a_frame() {
-    let near = |x: f32| f32::from_bits(x.to_bits() + 1);
-    // Thin in one direction, and tiny in both: at some scales corners fall together.
-    let mut without_area = 0;
-    for (width, height) in [(1.0, 1e-7), (2e-7, 1.0), (2e-7, 2e-7)] {
-        let at = |x: f32, y: f32| glam::Vec3::new(1.0 + x, 1.0 + y, 0.5);
-        let positions = [
-            at(0.0, 0.0),
-            at(width, 0.0),
-            at(0.5 * width, near(height)),
-            at(0.5 * width, -1.0),
-        ];
-        let soup = [[0, 1, 2], [1, 0, 3]];
-        let mesh = suite::mesh("thin", &positions, &soup);
-        for scale in [1.0, 1.1, 1e-3, 0.3, 0.7] {
-            let surface = Surface::build(&[(&mesh, scale)]);
-            surface.validate().unwrap();
-            for triangle in 0..surface.corners.len() as u32 {
-                let frame = Frame::of(&surface, triangle);
-                let corners = surface.corners[triangle as usize];
-                let [a, b, c] = corners.map(|i| surface.positions[i as usize].as_dvec3());
-                without_area += u32::from(!Frame::from_corners(a, b, c).has_area());
-                assert!(frame.has_area(), "{frame:?}");
-                assert!((frame.p.length() - 1.0).abs() < 1e-12);
-                assert!((frame.h.length() - 1.0).abs() < 1e-12);
-                assert!(frame.p.dot(frame.h).abs() < 1e-6, "{frame:?}");
-            }
+    let (low, high) = one_when_scaled();
+    let middle = 0.5 * (low + 3.0);
+    // A flat one, a needle, and one that is tiny both ways.
+    for corners in [
+        [[low, low], [3.0, low], [middle, high]],
+        [[low, low], [high, low], [low, 3.0]],
+        [[low, low], [high, low], [low, high]],
+    ] {
+        let [a, b, c] = corners.map(|[x, y]| glam::Vec3::new(x, y, 0.5));
+        let outer = glam::Vec3::new(2.5, -4.0, 0.5);
+        let mesh = suite::mesh("thin", &[a, b, c, outer], &[[0, 1, 2], [1, 0, 3]]);
+        let surface = Surface::build(&[(&mesh, 1.1)]);
+        surface.validate().unwrap();
+        let [a, b, c] = surface.corners[0].map(|i| surface.positions[i as usize].as_dvec3());
+        assert!(!Frame::from_corners(a, b, c).has_area());
+        let frame = Frame::of(&surface, 0);
+        assert!(frame.has_area(), "{frame:?}");
+        assert!((frame.p.length() - 1.0).abs() < 1e-12);
+        assert!((frame.h.length() - 1.0).abs() < 1e-12);
+        assert!(frame.p.dot(frame.h).abs() < 1e-12, "{frame:?}");
+        // Walks come through it.
+        let start = SurfacePoint {
+            triangle: 0,
+            u: 0.3,
+            v: 0.3,
+        };
+        for id in 0..16 {
+            let heading = DVec2::from_angle(0.1 + f64::from(id));
+            let end = walk(&surface, start, heading, 0.5, None, BorderRule::Reflect);
+            assert!(end.point.u.is_finite() && end.heading.is_normalized());
+            assert_eq!(end.travelled, 0.5);
         }
     }
-    assert!(without_area >= 5, "{without_area} are tested");
     // Whatever the corners, no NaN.
     let (a, b) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.1, -0.2, 0.3));
     for [a, b, c] in [
