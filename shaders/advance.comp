@@ -49,6 +49,7 @@ layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
 layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
 
+const bool WALK_CARRIES = false;
 #include "walk.glsl"
 #include "trail.glsl"
 

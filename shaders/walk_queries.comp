@@ -1,7 +1,7 @@
 // walk_queries: straight walks of any length, for `myxo query geodesic`.
 // Reads   triangles, halfedges.
 // Writes  walkers in place: one that is out of attempts goes on in the next dispatch, where it stopped.
-// One invocation a walk.
+// One invocation a walk; a walker that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.
 
 #version 460
@@ -21,6 +21,7 @@ layout(push_constant) uniform Params {
 layout(set = 0, binding = 0) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 1) uniform usamplerBuffer halfedges;
 
+const bool WALK_CARRIES = true;
 #include "walk.glsl"
 
 layout(std430, set = 0, binding = 2) buffer Walkers { Walker walkers[]; };
@@ -29,10 +30,7 @@ void main() {
     uint i = invocation_index();
     if (i >= params.walk_count) return;
     Walker w = walkers[i];
-    if (w.remaining <= 0.0 || w.status == WALK_BORDER) return;
+    if (w.status != WALK_OUT_OF_ATTEMPTS) return;
     walk(w, params.attempts, BORDER_REFLECTS);
-    vec2 heading = walker_heading(w);
-    w.heading_p = heading.x;
-    w.heading_h = heading.y;
     walkers[i] = w;
 }

@@ -3,15 +3,20 @@
 mod common;
 
 use common::{Gpu, awkward_sizes, gpu, scene};
-use glam::{UVec4, Vec4};
-use myxo::gpu::{Buffer, Context, Domain, Pipeline, Threads};
+use glam::{DVec2, UVec4, Vec4};
+use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
+use myxo::mesh::surface::Surface;
+use myxo::mesh::walk::{SurfacePoint, WalkQuery};
+use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::settings::{Border, Settings};
 use myxo::sim::kernels::{
     Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, ExchangeSeams, ExchangeSeamsArgs,
-    ExchangeSeamsParams,
+    ExchangeSeamsParams, WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams,
 };
-use myxo::sim::types::Seam;
+use myxo::sim::queries::walker_of;
+use myxo::sim::twin::walk::WALK_OUT_OF_ATTEMPTS;
+use myxo::sim::types::{Seam, Walker};
 use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, TINY_TRAIL, twin};
 use std::sync::Arc;
 
@@ -173,6 +178,109 @@ fn exchange_seams_agrees_with_its_twin() {
             &expected,
             1e-6,
         );
+    }
+    gpu.finish();
+}
+
+/// Walks at random over a mesh, some of them long, some on their first edge already.
+fn walkers(surface: &Surface, count: u32) -> Vec<Walker> {
+    let walker = |i| {
+        let [a, b, c, d] = random(29, i, 0, Purpose::Start).map(|w| f64::from(unit(w)));
+        let (u, v) = if b + c > 1.0 {
+            (1.0 - b, 1.0 - c)
+        } else {
+            (b, c)
+        };
+        let on_edge = if i % 7 == 3 { 0.0 } else { 1.0 };
+        walker_of(&WalkQuery {
+            start: SurfacePoint {
+                triangle: (a * surface.triangles.len() as f64) as u32,
+                u: on_edge * u,
+                v,
+            },
+            heading: DVec2::from_angle(std::f64::consts::TAU * d),
+            length: [0.0, 0.01, 1.0, 5.0][i as usize % 4] * (1.0 + d),
+        })
+    };
+    (0..count).map(walker).collect()
+}
+
+#[test]
+fn walk_queries_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [
+        Mesh::builtin("torus?major=24&minor=16").unwrap(),
+        suite::tube(12, 5),
+        suite::slivers(),
+    ];
+    for (mesh, border_reflects) in meshes.iter().flat_map(|m| [(m, false), (m, true)]) {
+        let surface = Surface::build(&[(mesh, 1.0)]);
+        let constants = WalkQueriesConstants { border_reflects };
+        let pipeline = Pipeline::<WalkQueries>::new(&gpu.ctx, &constants).unwrap();
+        let triangles = buffer(&gpu.ctx, "triangles", &surface.triangles);
+        let halfedges = buffer(&gpu.ctx, "halfedges", &surface.halfedges);
+        let triangles = Texels::new(&triangles, 4).unwrap();
+        let halfedges = Texels::new(&halfedges, 4).unwrap();
+        for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+            let mut twin = walkers(&surface, count);
+            let walkers = buffer(&gpu.ctx, "walkers", &twin);
+            let mut elsewhere = 0;
+            // In pieces: where it stopped a walk goes on.
+            for attempts in [3, 0, 40, 1000] {
+                let params = WalkQueriesParams {
+                    walk_count: count,
+                    attempts,
+                };
+                let (t, h) = (&surface.triangles, &surface.halfedges);
+                twin::walk_queries(&constants, &params, t, h, &mut twin);
+                gpu.run(|rec| {
+                    rec.dispatch(
+                        &pipeline,
+                        Threads(count),
+                        WalkQueriesArgs {
+                            triangles: &triangles,
+                            halfedges: &halfedges,
+                            walkers: &walkers,
+                        },
+                        params,
+                    );
+                });
+                let kernel = gpu.ctx.download(&walkers).unwrap();
+                elsewhere = 0;
+                for (i, (a, b)) in kernel.iter().zip(&twin).enumerate() {
+                    let what = format!("{}, {attempts} attempts, walk {i} of {count}", mesh.name);
+                    // On an edge, the last bit decides the triangle.
+                    if a.triangle != b.triangle || a.status != b.status {
+                        elsewhere += 1;
+                        continue;
+                    }
+                    let numbers = |w: &Walker| {
+                        [
+                            [w.weight_a, w.carry_a],
+                            [w.weight_b, w.carry_b],
+                            [w.weight_c, w.carry_c],
+                            [w.remaining, w.carry_remaining],
+                            [w.heading_p, w.carry_p],
+                            [w.heading_h, w.carry_h],
+                        ]
+                        .map(|[rounded, dropped]| f64::from(rounded) + f64::from(dropped))
+                    };
+                    // Headings are only multiplied and added, and what is dropped is carried; weights are divided.
+                    let bounds = [2e-5, 2e-5, 2e-5, 2e-5, 1e-10, 1e-10];
+                    for ((x, y), bound) in numbers(a).into_iter().zip(numbers(b)).zip(bounds) {
+                        assert!((x - y).abs() <= bound, "{what}: {a:?}\n{b:?}");
+                    }
+                }
+                assert!(elsewhere * 100 <= count, "{elsewhere} of {count} elsewhere");
+            }
+            assert!(
+                twin.iter()
+                    .filter(|w| w.status == WALK_OUT_OF_ATTEMPTS)
+                    .count() as u32
+                    <= elsewhere,
+                "all get to their ends"
+            );
+        }
     }
     gpu.finish();
 }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 use myxo::mesh::surface::{NONE, Surface, Triangle};
-use myxo::mesh::walk::{Frame, SurfacePoint};
+use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
 use myxo::mesh::{Mesh, suite};
 
 fn surface_of(mesh: &Mesh) -> Surface {
@@ -52,7 +52,7 @@ fn plain_meshes_have_nothing_to_report() {
             "{}",
             mesh.name
         );
-        assert!(mesh.flipped.iter().all(|&flipped| !flipped));
+        assert!((0..mesh.corners.len() as u32).all(|triangle| !mesh.is_flipped(triangle)));
     }
     assert!(suite::closed().iter().all(|mesh| mesh.report.is_closed()));
     assert!(suite::closed().iter().all(|mesh| volume(mesh) > 0.0));
@@ -62,10 +62,11 @@ fn plain_meshes_have_nothing_to_report() {
 #[test]
 fn validate_sees_what_is_broken() {
     let mesh = Mesh::builtin("torus?major=8&minor=6").unwrap();
-    let breakages: [(&str, fn(&mut Surface)); 7] = [
+    let breakages: [(&str, fn(&mut Surface)); 8] = [
         ("twin", |s| s.halfedges[5].twin = s.halfedges[6].twin),
-        ("does not exist", |s| s.halfedges[5].twin = 4_000_000),
+        ("does not exist", |s| s.halfedges[0].twin = 4_000_000),
         ("rotation", |s| s.halfedges[7].sin += 1e-4),
+        ("rotation", |s| s.halfedges[7].fine ^= 0x4000_0000),
         ("no shape", |s| s.triangles[3].ch = 0.0),
         ("not the shape", |s| s.triangles[3].cp *= 1.001),
         ("corner outside", |s| s.corners[2][1] = 4_000_000),
@@ -271,8 +272,14 @@ fn touching_parts_are_told_from_joined_ones() {
 #[test]
 fn slivers_are_as_thin_as_they_should_be() {
     let surface = surface_of(&suite::slivers());
-    let skewness = |shape: &Triangle| shape.ab.max(shape.cp.abs()) / shape.ch;
-    let worst = surface.triangles.iter().map(skewness).fold(0.0, f32::max);
+    // The longest edge over the height above it.
+    let skewness = |triangle| {
+        let frame = Frame::of(&surface, triangle);
+        let longest = (0..3).map(|k| frame.edge(k).length()).fold(0.0, f64::max);
+        longest * longest / (frame.ab * frame.ch)
+    };
+    let triangles = 0..surface.triangles.len() as u32;
+    let worst = triangles.map(skewness).fold(0.0, f64::max);
     assert!(worst > 3000.0, "{worst}");
 }
 
@@ -340,7 +347,11 @@ fn a_point_keeps_its_place_through_the_numbering_of_the_file() {
             let (face, weights) = mesh.point_to_file(point);
             assert_eq!(mesh.point_from_file(face, weights), Some(point));
             assert_eq!(weights.iter().sum::<f64>(), 1.0);
-            assert_eq!(weights[0], 0.625);
+            let [first, second, third] = mesh.file_corners[triangle as usize].map(usize::from);
+            assert_eq!(
+                [weights[first], weights[second], weights[third]],
+                [0.625, 0.25, 0.125]
+            );
         }
     }
     // By hand: the last triangle comes wound against the others, so its corners 1 and 2 change places.
@@ -400,16 +411,20 @@ fn the_models_that_come_along_load_and_are_what_they_should_be() {
     }
 }
 
-#[test]
-fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
-    // One unit in the last place apart at 1.9; times 1.1 they fall on the same float32.
+/// Two numbers one unit in the last place apart, which times 1.1 are the same float32.
+fn one_when_scaled() -> (f32, f32) {
     let near = f32::from_bits(1.9_f32.to_bits() + 1);
     let found = (0..64).find_map(|i| {
         let low = f32::from_bits(near.to_bits() + i);
         let high = f32::from_bits(low.to_bits() + 1);
         (low * 1.1 == high * 1.1).then_some((low, high))
     });
-    let (low, high) = found.unwrap();
+    found.unwrap()
+}
+
+#[test]
+fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
+    let (low, high) = one_when_scaled();
     let positions = [
         [0.0, low, 0.0],
         [1.0, low, 0.0],
@@ -420,7 +435,57 @@ fn a_sliver_that_a_scale_rounds_away_keeps_its_shape() {
     let mesh = suite::mesh("sliver", &positions, &[[0, 1, 2], [0, 2, 3], [2, 1, 3]]);
     let surface = Surface::build(&[(&mesh, 1.1)]);
     assert_eq!(surface.positions[0].y, surface.positions[2].y);
-    let height = 1.1 * (f64::from(high) - f64::from(low));
-    assert!((f64::from(surface.triangles[0].ch) / height - 1.0).abs() < 1e-5);
+    let area = 1.1 * 1.1 * (f64::from(high) - f64::from(low));
+    let Triangle { ab, ch, .. } = surface.triangles[0];
+    assert!((f64::from(ab) * f64::from(ch) / area - 1.0).abs() < 1e-5);
     surface.validate().unwrap();
+}
+
+#[test]
+fn a_triangle_that_a_scale_rounds_to_a_line_or_a_point_has_a_frame() {
+    let (low, high) = one_when_scaled();
+    let middle = 0.5 * (low + 3.0);
+    // A flat one, a needle, and one that is tiny both ways.
+    for corners in [
+        [[low, low], [3.0, low], [middle, high]],
+        [[low, low], [high, low], [low, 3.0]],
+        [[low, low], [high, low], [low, high]],
+    ] {
+        let [a, b, c] = corners.map(|[x, y]| glam::Vec3::new(x, y, 0.5));
+        let outer = glam::Vec3::new(2.5, -4.0, 0.5);
+        let mesh = suite::mesh("thin", &[a, b, c, outer], &[[0, 1, 2], [1, 0, 3]]);
+        let surface = Surface::build(&[(&mesh, 1.1)]);
+        surface.validate().unwrap();
+        let [a, b, c] = surface.corners[0].map(|i| surface.positions[i as usize].as_dvec3());
+        assert!(!Frame::from_corners(a, b, c).has_area());
+        let frame = Frame::of(&surface, 0);
+        assert!(frame.has_area(), "{frame:?}");
+        assert!((frame.p.length() - 1.0).abs() < 1e-12);
+        assert!((frame.h.length() - 1.0).abs() < 1e-12);
+        assert!(frame.p.dot(frame.h).abs() < 1e-12, "{frame:?}");
+        // Walks come through it.
+        let start = SurfacePoint {
+            triangle: 0,
+            u: 0.3,
+            v: 0.3,
+        };
+        for id in 0..16 {
+            let heading = DVec2::from_angle(0.1 + f64::from(id));
+            let end = walk(&surface, start, heading, 1e-4, None, BorderRule::Reflect);
+            assert!(end.point.u.is_finite() && end.heading.is_normalized());
+            assert_eq!(end.travelled, 1e-4);
+        }
+    }
+    // Whatever the corners, no NaN.
+    let (a, b) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.1, -0.2, 0.3));
+    for [a, b, c] in [
+        [a, a, a],
+        [a, a, b],
+        [a, b, a],
+        [a, b, b],
+        [a, b, 0.5 * (a + b)],
+    ] {
+        let frame = Frame::from_corners(a, b, c);
+        assert!(frame.p.is_normalized() && frame.h.is_normalized() && frame.cp.is_finite());
+    }
 }

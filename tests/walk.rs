@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DMat3, DVec2, DVec3};
 use myxo::mesh::surface::Surface;
-use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, WalkStatus, walk};
+use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus, walk};
 use myxo::mesh::{Mesh, primitive, suite};
 use myxo::rng::{Purpose, random};
+use myxo::sim::queries::{self, walker_of};
 use myxo::sim::twin::walk as twin;
 use myxo::sim::types::Walker;
 
@@ -55,7 +56,7 @@ fn twin_walk(surface: &Surface, start: SurfacePoint, heading: DVec2, length: f64
         heading,
         length as f32,
     );
-    twin::walk(
+    twin::walk::<false>(
         &surface.triangles,
         &surface.halfedges,
         &mut w,
@@ -366,7 +367,7 @@ fn open_borders_stop_when_asked() {
             heading.as_vec2().to_array(),
             100.0,
         );
-        twin::walk(
+        twin::walk::<false>(
             &surface.triangles,
             &surface.halfedges,
             &mut w,
@@ -398,7 +399,7 @@ fn capped_walks_go_on_where_they_stopped() {
             );
             let mut pieces = 0;
             loop {
-                twin::walk(&surface.triangles, &surface.halfedges, &mut w, 2, true);
+                twin::walk::<false>(&surface.triangles, &surface.halfedges, &mut w, 2, true);
                 if w.status != twin::WALK_OUT_OF_ATTEMPTS {
                     break;
                 }
@@ -414,31 +415,83 @@ fn capped_walks_go_on_where_they_stopped() {
     }
 }
 
-/// Float32 against double precision. The paths may part at a vertex, where no straight continuation exists, so a
-/// hundredth of the walks is left out of the bound.
+/// The 500 errors of walks of three lengths against double precision, sorted.
+fn errors(surface: &Surface, walked: impl Fn(&WalkQuery) -> SurfacePoint) -> Vec<f64> {
+    let error = |id| {
+        let (start, heading) = random_start(surface, id);
+        let start = SurfacePoint {
+            u: f64::from(start.u as f32),
+            v: f64::from(start.v as f32),
+            ..start
+        };
+        let query = WalkQuery {
+            start,
+            heading,
+            length: 3.0,
+        };
+        let end = full_walk(surface, start, heading, 3.0);
+        position(surface, walked(&query)).distance(position(surface, end.point))
+    };
+    let mut errors: Vec<f64> = (0..500).map(error).collect();
+    errors.sort_by(f64::total_cmp);
+    errors
+}
+
+/// The suite, and needles that a walk crosses by the thousand.
+fn meshes_and_needles() -> Vec<Mesh> {
+    let mut meshes = suite::all();
+    for name in [
+        "torus?major=3&minor=2000",
+        "torus?major=4000&minor=3&tube=0.1",
+    ] {
+        meshes.push(Mesh::builtin(name).unwrap());
+    }
+    meshes
+}
+
+/// Float32 against double precision. Each crossing rounds, so errors grow with the root of their number: about 300 on
+/// a torus of 27,648 triangles, 6,000 over needles. The paths may part at a vertex, where no straight continuation
+/// exists, so a fiftieth of the walks is left out of the bound.
 #[test]
 fn twin_stays_near_the_reference() {
-    for mesh in suite::all() {
-        let name = mesh.name.clone();
+    for mesh in meshes_and_needles() {
         let surface = surface(&mesh);
-        let mut errors: Vec<f64> = (0..500)
-            .map(|id| {
-                let (start, heading) = random_start(&surface, id);
-                let start = SurfacePoint {
-                    u: f64::from(start.u as f32),
-                    v: f64::from(start.v as f32),
-                    ..start
-                };
-                let end = full_walk(&surface, start, heading, 3.0);
-                position(&surface, end_of(&twin_walk(&surface, start, heading, 3.0)))
-                    .distance(position(&surface, end.point))
-            })
-            .collect();
-        errors.sort_by(f64::total_cmp);
-        assert!(errors[250] < 2e-6, "{name}: median error {}", errors[250]);
+        let errors = errors(&surface, |q| {
+            end_of(&twin_walk(&surface, q.start, q.heading, q.length))
+        });
+        let needles = mesh.name == "torus" && mesh.report.triangles < 30_000;
+        let (median, most) = if needles { (1e-5, 4e-5) } else { (2e-6, 6e-6) };
         assert!(
-            errors[490] < 2e-4,
-            "{name}: 98 % of the errors are below {}",
+            errors[250] < median && errors[490] < most,
+            "{}: median error {:e}, 98 % below {:e}",
+            mesh.name,
+            errors[250],
+            errors[490]
+        );
+    }
+}
+
+/// What carrying along the roundings is for: no error grows, over however many edges and however thin triangles.
+#[test]
+fn twin_that_carries_its_roundings_stays_much_nearer() {
+    for mesh in meshes_and_needles() {
+        let surface = surface(&mesh);
+        let errors = errors(&surface, |q| {
+            let mut w = walker_of(q);
+            twin::walk::<true>(
+                &surface.triangles,
+                &surface.halfedges,
+                &mut w,
+                u32::MAX,
+                true,
+            );
+            queries::end_of(&w, q).point
+        });
+        assert!(
+            errors[250] < 2e-7 && errors[490] < 6e-7,
+            "{}: median error {:e}, 98 % below {:e}",
+            mesh.name,
+            errors[250],
             errors[490]
         );
     }

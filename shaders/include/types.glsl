@@ -9,7 +9,7 @@ const uint NONE = 0xffffffffu;
 struct Particle { uint triangle; float u; float v; uint id; };
 struct Motion { float heading_p; float heading_h; float pending; uint flags; };
 struct Triangle { float ab; float cp; float ch; uint object; };
-struct HalfEdge { uint twin; float cos; float sin; uint pad0; };
+struct HalfEdge { uint twin; float cos; float sin; uint fine; };
 struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };
 struct Vertex { vec3 position; uint object; };
 struct Pose { vec4 x; vec4 y; vec4 z; };

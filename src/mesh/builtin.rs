@@ -263,7 +263,7 @@ mod tests {
             ("tours", "did you mean `torus`?"),
             ("teapot", "the names are cube, torus"),
             ("torus?mayor=5", "did you mean `major`?"),
-            ("torus?major=2", "`major=2` is not a number from 3 to 4096"),
+            ("torus?major=2", "`major=2` is not a number from 3 to 8192"),
             ("torus?major", "not of the form NAME=VALUE"),
             ("torus?tube=nan", "not a number from 0.001 to 0.999"),
             ("torus?major=5&major=6", "given twice"),

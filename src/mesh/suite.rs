@@ -75,13 +75,13 @@ fn builtin(name: &str) -> Mesh {
     mesh
 }
 
-/// One triangle, scalene and tilted.
+/// One triangle, scalene and tilted, its shortest edge first.
 #[must_use]
 pub fn triangle() -> Mesh {
     let corners = [
-        Vec3::new(0.1, 0.2, -0.3),
         Vec3::new(1.4, 0.3, 0.2),
         Vec3::new(0.9, 1.1, 0.7),
+        Vec3::new(0.1, 0.2, -0.3),
     ];
     mesh("triangle", &corners, &[[0, 1, 2]])
 }

@@ -38,8 +38,45 @@ pub struct HalfEdge {
     pub cos: f32,
     /// Sine of the same angle.
     pub sin: f32,
-    /// Keeps the stride at 16 bytes.
-    pub pad0: u32,
+    /// What rounding dropped of `cos` (low half) and `sin` (high half): 16-bit signed normalised numbers in units of
+    /// 2^-25. Long walks need it.
+    pub fine: u32,
+}
+
+/// Half the distance of two neighbouring float32 numbers just below 1: as much as rounding can drop of a cosine.
+const FINE_UNIT: f64 = 1.0 / 33_554_432.0;
+
+impl HalfEdge {
+    /// With the rotation by the angle of a unit vector.
+    fn new(twin: u32, rotation: DVec2) -> Self {
+        let (cos, sin) = (rotation.x as f32, rotation.y as f32);
+        let pack = |exact: f64, rounded: f32| {
+            let share = ((exact - f64::from(rounded)) / FINE_UNIT).clamp(-1.0, 1.0);
+            u32::from((share * 32_767.0).round() as i16 as u16)
+        };
+        Self {
+            twin,
+            cos,
+            sin,
+            fine: pack(rotation.x, cos) | pack(rotation.y, sin) << 16,
+        }
+    }
+
+    /// What rounding dropped of `cos` and `sin`.
+    #[must_use]
+    pub fn fine_parts(&self) -> [f32; 2] {
+        [self.fine as i16, (self.fine >> 16) as i16]
+            .map(|share| FINE_UNIT as f32 * (f32::from(share) / 32_767.0).max(-1.0))
+    }
+
+    /// Cosine and sine to a dozen digits.
+    fn rotation(&self) -> DVec2 {
+        let [cos, sin] = self.fine_parts();
+        DVec2::new(
+            f64::from(self.cos) + f64::from(cos),
+            f64::from(self.sin) + f64::from(sin),
+        )
+    }
 }
 
 /// The affine map from a triangle's `uv` to atlas texels: `origin + u * du + v * dv`; texel centres lie at `+ 0.5`.
@@ -157,22 +194,13 @@ impl Surface {
                 let edge = frames[h / 3].edge(h % 3);
                 if twin == NONE {
                     let along = edge.normalize();
-                    let doubled = along.rotate(along);
-                    return HalfEdge {
-                        twin: NONE,
-                        cos: doubled.x as f32,
-                        sin: doubled.y as f32,
-                        pad0: 0,
-                    };
+                    return HalfEdge::new(NONE, along.rotate(along));
                 }
                 let twin_edge = frames[twin as usize / 3].edge(twin as usize % 3);
-                let rotation = rotate_across(edge, twin_edge, DVec2::X);
-                HalfEdge {
-                    twin: first_halfedge + twin,
-                    cos: rotation.x as f32,
-                    sin: rotation.y as f32,
-                    pad0: 0,
-                }
+                HalfEdge::new(
+                    first_halfedge + twin,
+                    rotate_across(edge, twin_edge, DVec2::X),
+                )
             })
             .collect();
         self.halfedges.extend(halfedges);
@@ -255,13 +283,25 @@ impl Surface {
         Ok(())
     }
 
+    /// How well the directions of a triangle's edges can be recomputed: to all digits that are kept, but where
+    /// rounding has left the corners without area, only from the shape in float32.
+    fn precision(&self, triangle: u32) -> f64 {
+        let [a, b, c] =
+            self.corners[triangle as usize].map(|i| self.positions[i as usize].as_dvec3());
+        if Frame::from_corners(a, b, c).has_area() {
+            1e-10
+        } else {
+            1e-6
+        }
+    }
+
     fn validate_halfedge(&self, h: u32) -> Result<(), String> {
         let HalfEdge { twin, cos, sin, .. } = self.halfedges[h as usize];
+        let rotation = self.halfedges[h as usize].rotation();
+        let along = Frame::of(self, h / 3).edge(h as usize % 3).normalize();
         if twin == NONE {
-            let along = Frame::of(self, h / 3).edge(h as usize % 3);
-            let turned =
-                DVec2::new(f64::from(cos), f64::from(sin)).rotate(along * DVec2::new(1.0, -1.0));
-            if (turned - along).length() > 1e-6 * along.length() {
+            let turned = rotation.rotate(along * DVec2::new(1.0, -1.0));
+            if (turned - along).length() > self.precision(h / 3) {
                 return Err(format!(
                     "the border half-edge {h} is not mirrored onto itself"
                 ));
@@ -285,12 +325,11 @@ impl Surface {
                 "half-edge {h} does not run against its twin {twin}"
             ));
         }
-        let along = Frame::of(self, h / 3).edge(h as usize % 3).normalize();
         let against = Frame::of(self, twin / 3)
             .edge(twin as usize % 3)
             .normalize();
-        let turned = DVec2::new(f64::from(cos), f64::from(sin)).rotate(along);
-        if (turned + against).length() > 1e-6 {
+        let turned = rotation.rotate(along);
+        if (turned + against).length() > self.precision(h / 3).max(self.precision(twin / 3)) {
             return Err(format!(
                 "the rotation across half-edge {h} does not carry it onto its twin"
             ));
@@ -310,7 +349,7 @@ fn frame_of(mesh: &Mesh, corners: &[u32; 3], scale: f32) -> Frame {
     let [a, b, c] = corners.map(|vertex| mesh.positions[vertex as usize]);
     let rounded = [a * scale, b * scale, c * scale].map(|position| position.as_dvec3());
     let frame = Frame::from_corners(rounded[0], rounded[1], rounded[2]);
-    if (frame.ch as f32).is_normal() && (frame.ab as f32).is_normal() {
+    if frame.has_area() {
         return frame;
     }
     let exact = [a, b, c].map(|position| position.as_dvec3() * f64::from(scale));

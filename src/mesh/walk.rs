@@ -79,28 +79,54 @@ pub struct Frame {
 
 impl Frame {
     /// The frame of one triangle of a surface.
+    ///
+    /// Where rounding the scaled corners to float32 left no area, the shape is the one that kernels walk on, and the
+    /// triangle's plane is some plane through its longest edge.
     #[must_use]
     pub fn of(surface: &Surface, triangle: u32) -> Self {
-        let [a, b, c] =
+        let corners =
             surface.corners[triangle as usize].map(|i| surface.positions[i as usize].as_dvec3());
-        Self::from_corners(a, b, c)
+        let [a, b, c] = corners;
+        let frame = Self::from_corners(a, b, c);
+        if frame.has_area() {
+            return frame;
+        }
+        let shape = surface.triangles[triangle as usize];
+        let mut frame = Self {
+            ab: f64::from(shape.ab),
+            cp: f64::from(shape.cp),
+            ch: f64::from(shape.ch),
+            ..frame
+        };
+        let length = |k: usize| frame.edge(k).length_squared();
+        let longest = (0..3).max_by(|&j, &k| length(j).total_cmp(&length(k)));
+        let longest = longest.expect("a triangle has three edges");
+        let along = (corners[(longest + 1) % 3] - corners[longest]).normalize_or(DVec3::X);
+        let across = along.any_orthonormal_vector();
+        let edge = frame.edge(longest).normalize();
+        frame.p = edge.x * along - edge.y * across;
+        frame.h = edge.y * along + edge.x * across;
+        frame
     }
 
-    /// The frame of the triangle A, B, C.
+    /// The frame of the triangle A, B, C. Without area it has some direction for `p` and `h`, and never NaN.
     #[must_use]
     pub fn from_corners(a: DVec3, b: DVec3, c: DVec3) -> Self {
         let ab = (b - a).length();
-        let p = (b - a) / ab;
+        let p = (b - a).try_normalize().unwrap_or(DVec3::X);
         let cp = (c - a).dot(p);
         let across = (c - a) - cp * p;
         let ch = across.length();
-        Self {
-            ab,
-            cp,
-            ch,
-            p,
-            h: across / ch,
-        }
+        let h = across
+            .try_normalize()
+            .unwrap_or_else(|| p.any_orthonormal_vector());
+        Self { ab, cp, ch, p, h }
+    }
+
+    /// Whether both extents are more than nothing in float32 too, so that a walk can divide by them.
+    #[must_use]
+    pub fn has_area(&self) -> bool {
+        (self.ab as f32).is_normal() && (self.ch as f32).is_normal()
     }
 
     /// The three corners, in the frame.

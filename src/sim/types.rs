@@ -56,6 +56,18 @@ pub struct Walker {
     pub entered_by: u32,
     /// 0 walked to the end, 1 stopped at an open border, 2 out of edge-crossing attempts.
     pub status: u32,
+    /// What rounding dropped of `weight_a`; like the others below, only in walks that carry it.
+    pub carry_a: f32,
+    /// What rounding dropped of `weight_b`.
+    pub carry_b: f32,
+    /// What rounding dropped of `weight_c`.
+    pub carry_c: f32,
+    /// What rounding dropped of `heading_p`.
+    pub carry_p: f32,
+    /// What rounding dropped of `heading_h`.
+    pub carry_h: f32,
+    /// What rounding dropped of `remaining`.
+    pub carry_remaining: f32,
 }
 
 /// A vertex and the object that it belongs to.

@@ -14,8 +14,6 @@ use myxo::mesh::Mesh;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
 use myxo::sim::queries::walk_queries;
-use myxo::sim::twin::walk::WALK_BORDER;
-use myxo::sim::types::Walker;
 use myxo::{Error, Result};
 
 use super::table::{Row, Table};
@@ -57,6 +55,12 @@ pub type Engine<'a> = &'a dyn Fn(&Surface, &[WalkQuery]) -> Result<Vec<WalkEnd>>
 
 const COLUMNS: &[&str] = &["id", "face", "b0", "b1", "b2", "dx", "dy", "dz", "length"];
 const HEADER: &str = "id,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
+
+/// Weights are taken for rounded ones and made to sum to 1 up to here; beyond, something else is meant by them.
+const WEIGHTS_MAY_BE_OFF: f64 = 1e-5;
+
+/// Longest walk, in diagonals of the mesh: minutes of work, and far more than float32 can follow.
+const LONGEST: f64 = 1e6;
 
 /// Rows that cannot be answered are told of one by one up to this many.
 const MESSAGES: usize = 5;
@@ -100,8 +104,7 @@ fn on_device(
         validation: options.validate,
         ..ContextOptions::default()
     })?;
-    let walkers: Vec<Walker> = queries.iter().map(walker).collect();
-    let ends = walk_queries(&ctx, surface, &walkers, BorderRule::Stop)?;
+    let ends = walk_queries(&ctx, surface, queries, BorderRule::Stop)?;
     let messages = ctx.take_messages();
     if !messages.is_empty() {
         return Err(Error::Invalid(format!(
@@ -109,50 +112,7 @@ fn on_device(
             messages.join("\n")
         )));
     }
-    Ok(ends
-        .iter()
-        .zip(queries)
-        .map(|(end, query)| walk_end(end, query))
-        .collect())
-}
-
-fn walker(query: &WalkQuery) -> Walker {
-    let SurfacePoint { triangle, u, v } = query.start;
-    let heading = query.heading.as_vec2().to_array();
-    Walker {
-        // Rounded from the double weights, which is nearer than what the rounded u and v leave.
-        weight_a: (1.0 - u - v).max(0.0) as f32,
-        ..Walker::at(triangle, u as f32, v as f32, heading, query.length as f32)
-    }
-}
-
-fn walk_end(end: &Walker, query: &WalkQuery) -> WalkEnd {
-    let weights = DVec3::new(
-        end.weight_a.into(),
-        end.weight_b.into(),
-        end.weight_c.into(),
-    );
-    let weights = weights.max(DVec3::ZERO);
-    let weights = weights / weights.element_sum();
-    let stopped = end.status == WALK_BORDER;
-    WalkEnd {
-        point: SurfacePoint {
-            triangle: end.triangle,
-            u: weights.y,
-            v: weights.z,
-        },
-        heading: DVec2::new(end.heading_p.into(), end.heading_h.into()).normalize(),
-        travelled: if stopped {
-            query.length - f64::from(end.remaining)
-        } else {
-            query.length
-        },
-        status: if stopped {
-            WalkStatus::Border
-        } else {
-            WalkStatus::Done
-        },
-    }
+    Ok(ends)
 }
 
 /// The rows of the answer, and what was said about those that could not be answered.
@@ -165,11 +125,13 @@ struct Answers {
 /// Answers every row of a table by one call of the engine.
 fn answer(mesh: &Mesh, table: &Table, engine: Engine<'_>) -> Result<Answers> {
     let surface = Surface::build(&[(mesh, 1.0)]);
+    let (low, high) = mesh.bounds();
+    let longest = LONGEST * low.as_dvec3().distance(high.as_dvec3());
     let mut queries = Vec::new();
     let mut starts = Vec::new();
     for row in table.rows() {
         let start = Start::read(row)?;
-        let query = start.query(mesh, &surface);
+        let query = start.query(mesh, &surface, longest);
         queries.extend(query.as_ref().ok());
         starts.push((row, start, query.err()));
     }
@@ -179,12 +141,18 @@ fn answer(mesh: &Mesh, table: &Table, engine: Engine<'_>) -> Result<Answers> {
         refused: Vec::new(),
     };
     for (row, start, refusal) in starts {
-        match refusal {
-            None => {
-                let end = ends.next().expect("the engine answers every query");
-                write_end(&mut answers.text, row.text(0), mesh, &surface, &end);
-            }
-            Some(reason) => {
+        let end = match refusal {
+            Some(reason) => Err(reason),
+            None => match ends.next().expect("the engine answers every query") {
+                end if end.status == WalkStatus::OutOfAttempts => {
+                    Err("the walk turns round a vertex and gets no further".to_owned())
+                }
+                end => Ok(end),
+            },
+        };
+        match end {
+            Ok(end) => write_end(&mut answers.text, row.text(0), mesh, &surface, &end),
+            Err(reason) => {
                 answers
                     .refused
                     .push(format!("{}: {reason}; the row gets status 2", row.place()));
@@ -198,7 +166,8 @@ fn answer(mesh: &Mesh, table: &Table, engine: Engine<'_>) -> Result<Answers> {
 /// A row as it was read.
 #[derive(Clone, Copy, Debug)]
 struct Start {
-    face: u32,
+    /// As it was asked for, whether there is such a face or not.
+    face: i64,
     weights: DVec3,
     direction: DVec3,
     length: f64,
@@ -214,26 +183,34 @@ impl Start {
             ))
         };
         Ok(Self {
-            face: row.index(1)?,
+            face: row.integer(1)?,
             weights: vector(2)?,
             direction: vector(5)?,
             length: row.number(8)?,
         })
     }
 
-    /// The walk that the row asks for, or why there is none.
-    fn query(&self, mesh: &Mesh, surface: &Surface) -> Result<WalkQuery, String> {
+    /// The walk that the row asks for, up to a length, or why there is none.
+    fn query(&self, mesh: &Mesh, surface: &Surface, longest: f64) -> Result<WalkQuery, String> {
         let sum = self.weights.element_sum();
-        if self.weights.min_element() < -1e-6 || (sum - 1.0).abs() > 1e-6 {
+        if self.weights.min_element() < -WEIGHTS_MAY_BE_OFF
+            || (sum - 1.0).abs() > WEIGHTS_MAY_BE_OFF
+        {
             return Err("b0, b1, b2 are not weights that sum to 1".to_owned());
         }
         if self.length < 0.0 {
             return Err("the length is negative".to_owned());
         }
+        if self.length > longest {
+            return Err(format!(
+                "the length is over {LONGEST:e} times the mesh's diagonal: walk {longest:e} at most"
+            ));
+        }
         let weights = self.weights.max(DVec3::ZERO);
         let weights = weights / weights.element_sum();
-        let start = mesh
-            .point_from_file(self.face, weights.to_array())
+        let start = u32::try_from(self.face)
+            .ok()
+            .and_then(|face| mesh.point_from_file(face, weights.to_array()))
             .ok_or_else(|| format!("the mesh has no face {} to walk on", self.face))?;
         let frame = Frame::of(surface, start.triangle);
         // Scaled first, so that squares of tiny components do not vanish.

@@ -107,11 +107,11 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// A count from 0 on.
-    pub fn index(&self, column: usize) -> Result<u32> {
+    /// A whole number.
+    pub fn integer(&self, column: usize) -> Result<i64> {
         self.text(column)
             .parse()
-            .map_err(|_| self.wrong(column, "a whole number from 0 on"))
+            .map_err(|_| self.wrong(column, "a whole number"))
     }
 
     /// `FILE: line N`, for messages.

@@ -52,7 +52,7 @@ pub fn advance(
         );
         let mut pending = 0.0;
         if motion.pending > 0.0 {
-            walk(
+            walk::<false>(
                 inputs.triangles,
                 inputs.halfedges,
                 &mut w,
@@ -117,7 +117,7 @@ pub fn advance(
         w.heading_p = heading[0];
         w.heading_h = heading[1];
         w.remaining = params.speed;
-        walk(
+        walk::<false>(
             inputs.triangles,
             inputs.halfedges,
             &mut w,
@@ -164,7 +164,7 @@ fn sense(
     w.heading_p = heading[0];
     w.heading_h = heading[1];
     w.remaining = params.sensor_offset;
-    walk(
+    walk::<false>(
         inputs.triangles,
         inputs.halfedges,
         &mut w,

@@ -4,13 +4,16 @@
 
 mod advance;
 mod diffuse;
+pub mod exact;
 mod exchange_seams;
 pub mod trail;
 pub mod walk;
+mod walk_queries;
 
 pub use advance::{AdvanceInputs, advance};
 pub use diffuse::diffuse;
 pub use exchange_seams::exchange_seams;
+pub use walk_queries::walk_queries;
 
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
