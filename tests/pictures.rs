@@ -5,7 +5,7 @@ mod common;
 use common::{Gpu, awkward_sizes, gpu, scene};
 use glam::{Vec2, Vec3};
 use image::{Rgba, RgbaImage};
-use myxo::gpu::{Buffer, Context, Pipeline, Threads};
+use myxo::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use myxo::mesh::surface::NONE;
 use myxo::render::colormap::srgb_from_linear;
 use myxo::render::exposure::{self, BIN_COUNT, Exposure};
@@ -531,5 +531,41 @@ fn exposure_kernels_agree_with_their_twins() {
             }
         }
     }
+    gpu.finish();
+}
+
+#[test]
+fn kernels_are_timed_right_between_pictures() {
+    let Some(gpu) = gpu() else { return };
+    if !gpu.ctx.info().has_timestamps() {
+        return;
+    }
+    let mut stage = Stage::new(&gpu, "builtin:torus?major=48&minor=24", |settings| {
+        settings.particles.count = 60_000;
+    });
+    let mut frames = Frames::new(&gpu.ctx, 1).unwrap();
+    for _ in 0..6 {
+        let mut rec = frames.begin().unwrap();
+        rec.scope("step", |rec| stage.simulation.record_step(rec));
+        stage.renderer.draw(
+            &mut rec,
+            stage.simulation.state(),
+            &stage.view,
+            stage.canvas.canvas(),
+        );
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    let report = frames.timings().report("step");
+    let kernels: f64 = report
+        .rows
+        .iter()
+        .map(|row| row.dispatches_per_step * row.time.mean_ms)
+        .sum();
+    let share = kernels / report.step.mean_ms;
+    assert!(
+        (0.8..=1.001).contains(&share),
+        "kernels take {share} of the step"
+    );
     gpu.finish();
 }

@@ -8,6 +8,7 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::context::Context;
 use super::frame::FrameResources;
+use super::info::DeviceKind;
 use super::kernel::{
     BindingAccess, BindingKind, DispatchGroups, Interface, Kernel, Params, Pipeline, PipelineCore,
     Resource, Threads, descriptor_type,
@@ -308,8 +309,29 @@ impl Recorder {
             self.leave_crumb(name);
         }
         self.begin_span(name, kind);
+        if kind != SpanKind::Draw {
+            self.write_stamps();
+        }
         record(self);
         self.end_span();
+    }
+
+    /// Once a picture has been drawn, llvmpipe keeps timestamps back until it next flushes, which would be after the
+    /// work that they stand before: every kernel would seem to take no time. An empty barrier makes it flush.
+    fn write_stamps(&self) {
+        if self.ctx().info().kind != DeviceKind::Cpu || !self.ctx().info().has_timestamps() {
+            return;
+        }
+        let (before, after) = (
+            vk::PipelineStageFlags::TOP_OF_PIPE,
+            vk::PipelineStageFlags::BOTTOM_OF_PIPE,
+        );
+        let none = vk::DependencyFlags::empty();
+        // SAFETY: the command buffer is being recorded, outside of a pass.
+        unsafe {
+            self.device()
+                .cmd_pipeline_barrier(self.raw(), before, after, none, &[], &[], &[])
+        };
     }
 
     pub(crate) fn leave_crumb(&mut self, name: &str) {

@@ -1,4 +1,4 @@
-//! What is measured while the lab runs: pictures and steps a second, GPU times, memory; made into [`Facts`].
+//! What is measured while the lab runs: frames and steps a second, GPU times, memory; made into [`Facts`].
 
 use std::time::{Duration, Instant};
 
@@ -10,6 +10,10 @@ use super::stage::Stage;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
+/// A longer pause between two frames is no slow frame: nothing had to be drawn.
+const PAUSE: Duration = Duration::from_millis(700);
+/// How much one frame weighs in the pace that is shown.
+const NEW_FRAME: f64 = 0.1;
 /// Frames that times are averaged over.
 const FRAMES_AVERAGED: usize = 64;
 
@@ -17,7 +21,8 @@ const FRAMES_AVERAGED: usize = 64;
 pub struct Clocks {
     last_frame: Instant,
     interval_began: Instant,
-    frames: u32,
+    /// Mean length of a frame, seconds; 0 before the first.
+    frame_seconds: f64,
     steps: u32,
     /// The figures as they are shown.
     pub facts: Facts,
@@ -31,7 +36,7 @@ impl Clocks {
         Self {
             last_frame: Instant::now(),
             interval_began: Instant::now(),
-            frames: 0,
+            frame_seconds: 0.0,
             steps: 0,
             facts: Facts {
                 device: format!("{}, {} {}", info.name, info.driver, info.driver_version),
@@ -45,6 +50,14 @@ impl Clocks {
         let now = Instant::now();
         let since = now - self.last_frame;
         self.last_frame = now;
+        if since < PAUSE {
+            let weight = if self.frame_seconds == 0.0 {
+                1.0
+            } else {
+                NEW_FRAME
+            };
+            self.frame_seconds += weight * (since.as_secs_f64() - self.frame_seconds);
+        }
         since
     }
 
@@ -57,7 +70,6 @@ impl Clocks {
         stage: &Stage,
         pacer: &mut Pacer,
     ) {
-        self.frames += 1;
         self.steps += steps;
         self.facts.step = stage.simulation.step();
         if let Some(step) = latest_step(frames) {
@@ -69,9 +81,9 @@ impl Clocks {
         let interval = self.interval_began.elapsed();
         if interval >= INTERVAL {
             let seconds = interval.as_secs_f64();
-            self.facts.frames_per_second = f64::from(self.frames) / seconds;
+            self.facts.frames_per_second = 1.0 / self.frame_seconds.max(1e-4);
             self.facts.steps_per_second = f64::from(self.steps) / seconds;
-            (self.frames, self.steps) = (0, 0);
+            self.steps = 0;
             self.interval_began = Instant::now();
             self.read_timers(frames);
             self.facts.memory = memory(ctx);

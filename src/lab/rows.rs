@@ -1,6 +1,6 @@
 //! One row for each parameter of the table: name, unit, slider, what it does, whether it restarts, and its default.
 
-use egui::{Align, Layout, RichText, Slider, SliderClamping, Ui, vec2};
+use egui::{Align, Layout, RichText, Slider, SliderClamping, Ui};
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 
 use super::theme;
@@ -65,7 +65,7 @@ pub fn row<T>(
             });
         });
         changed |= editor(ui, parameter, value);
-        ui.add_space(3.0);
+        ui.add_space(1.0);
     });
     changed
 }
@@ -115,7 +115,7 @@ fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
     let (low, high) = number.slider;
     let value_width = 74.0;
     ui.spacing_mut().slider_width = (ui.available_width() - value_width - 8.0).max(60.0);
-    ui.spacing_mut().interact_size = vec2(value_width, 18.0);
+    ui.spacing_mut().interact_size.x = value_width;
     let mut slider = Slider::new(&mut now, low..=high)
         .logarithmic(number.scale == Scale::Logarithmic)
         .clamping(SliderClamping::Never);

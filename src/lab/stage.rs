@@ -144,7 +144,7 @@ impl Stage {
         rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
         frames.submit(rec)?;
         frames.wait_idle()?;
-        let mut bytes: Vec<u8> = bytemuck::cast_slice(&pixels.as_slice()).to_vec();
+        let mut bytes: Vec<u8> = pixels.as_slice().as_flattened().to_vec();
         if self.format == Format::Bgra8Srgb {
             bytes.chunks_exact_mut(4).for_each(|pixel| pixel.swap(0, 2));
         }

@@ -25,7 +25,7 @@ pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Dark);
     ctx.all_styles_mut(|style| {
         style.visuals = visuals();
-        style.spacing.item_spacing = vec2(8.0, 5.0);
+        style.spacing.item_spacing = vec2(8.0, 4.0);
         style.spacing.button_padding = vec2(9.0, 4.0);
         style.spacing.interact_size.y = 22.0;
         style.spacing.slider_rail_height = 4.0;
@@ -78,7 +78,7 @@ fn visuals() -> Visuals {
     for (widget, fill, text) in [
         (&mut widgets.inactive, BUTTON, TEXT),
         (&mut widgets.hovered, BUTTON_HOVERED, STRONG),
-        (&mut widgets.active, BUTTON_HOVERED, ACCENT),
+        (&mut widgets.active, BUTTON_HOVERED, STRONG),
         (&mut widgets.open, BUTTON, STRONG),
     ] {
         widget.bg_fill = fill;

@@ -57,14 +57,14 @@ pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
     }
     egui::Grid::new("kernels")
         .num_columns(5)
-        .spacing(vec2(12.0, 3.0))
+        .spacing(vec2(7.0, 3.0))
         .show(ui, |ui| {
-            for title in ["kernel", "a step", "mean ms", "p95 ms", "share"] {
+            for title in ["kernel", "calls", "mean ms", "p95 ms", "share"] {
                 ui.label(RichText::new(title).small().color(theme::WEAK));
             }
             ui.end_row();
             for kernel in &facts.kernels {
-                ui.label(RichText::new(&kernel.name).monospace());
+                ui.label(&kernel.name);
                 let number = |ui: &mut Ui, text: String| {
                     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                         ui.label(RichText::new(text).monospace())

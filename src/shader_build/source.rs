@@ -42,7 +42,7 @@ impl RawModule {
                     spec_ids.insert(*target, *id);
                 }
                 (DECORATE, [_, DECORATION_BUILT_IN, BUILT_IN_GLOBAL_INVOCATION_ID]) => {
-                    module.uses_global_invocation_id = true
+                    module.uses_global_invocation_id = true;
                 }
                 (SPEC_CONSTANT_TRUE | SPEC_CONSTANT_FALSE, [_, target]) => {
                     if let Some(id) = spec_ids.get(target) {
