@@ -15,4 +15,3 @@ pub use camera::Camera;
 pub use offscreen::Offscreen;
 pub use renderer::{Canvas, Renderer};
 pub use view::View;
-
