@@ -62,13 +62,10 @@ fn resumed_run_ends_in_the_same_hash() {
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("half.ckpt");
-    Checkpoint {
-        scene: scene.settings.to_toml(),
-        snapshot: half,
-    }
-    .write(&path)
-    .unwrap();
     let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
+    Checkpoint::new(&scene, resumed.setup(), half)
+        .write(&path)
+        .unwrap();
     resumed
         .restore(&Checkpoint::read(&path).unwrap().snapshot)
         .unwrap();

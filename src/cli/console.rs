@@ -8,10 +8,10 @@ use myxo::{Error, Result};
 pub const STDOUT: &str = "the standard output";
 
 /// Prints data, which is a whole text or a part of it that ends with a line.
-pub fn print(data: &str) -> Result<()> {
+pub fn print(data: impl AsRef<[u8]>) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     stdout
-        .write_all(data.as_bytes())
+        .write_all(data.as_ref())
         .and_then(|()| stdout.flush())
         .map_err(|source| Error::Io {
             action: "write to",

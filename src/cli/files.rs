@@ -49,12 +49,13 @@ impl Sink {
     }
 
     /// Writes everything and ends it.
-    pub fn write(self, content: &str) -> Result<()> {
+    pub fn write(self, content: impl AsRef<[u8]>) -> Result<()> {
+        let content = content.as_ref();
         let written = match self.target {
             Target::Stdout => return console::print(content),
-            Target::Special(mut file) => file.write_all(content.as_bytes()),
+            Target::Special(mut file) => file.write_all(content),
             Target::Whole(mut file) => file
-                .write_all(content.as_bytes())
+                .write_all(content)
                 .and_then(|()| file.finish().map(|_| ())),
         };
         written.map_err(|source| Error::Io {

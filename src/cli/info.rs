@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, devices};
 use myxo::scene::parameters::grouped;
-use myxo::sim::types::Particle;
+use myxo::sim::memory::{human, largest_atlas, most_particles};
 use myxo::{Error, Result};
 use serde_json::{Value, json};
 
@@ -129,22 +129,6 @@ fn in_path(program: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-/// How many particles one binding of the device holds.
-fn most_particles(device: &DeviceInfo) -> u64 {
-    let bytes = device
-        .max_storage_buffer_range
-        .min(device.max_memory_allocation_size);
-    bytes / size_of::<Particle>() as u64
-}
-
-/// The side of the largest atlas whose texels, one float each, fit into one binding.
-fn largest_atlas(device: &DeviceInfo) -> u64 {
-    let bytes = device
-        .max_storage_buffer_range
-        .min(device.max_memory_allocation_size);
-    (bytes / size_of::<f32>() as u64).isqrt() / 4 * 4
-}
-
 fn as_text(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> String {
     let commit =
         option_env!("MYXO_COMMIT").map_or(String::new(), |commit| format!(" (commit {commit})"));
@@ -183,7 +167,7 @@ fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
         .map(|heap| {
             format!(
                 "{} {}",
-                bytes(heap.size),
+                human(heap.size),
                 if heap.device_local {
                     "on the device"
                 } else {
@@ -217,7 +201,7 @@ fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
             "one binding",
             format!(
                 "{}: {} particles, or an atlas of {side} x {side} texels",
-                bytes(device.max_storage_buffer_range),
+                human(device.max_storage_buffer_range),
                 grouped(most_particles(device) as f64),
                 side = largest_atlas(device)
             ),
@@ -290,26 +274,9 @@ fn as_json(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Val
     })
 }
 
-/// A size as people say it.
-fn bytes(count: u64) -> String {
-    let count = count as f64;
-    match count {
-        _ if count >= 1e15 => "no limit".to_owned(),
-        _ if count >= f64::from(1 << 30) => format!("{:.1} GiB", count / f64::from(1 << 30)),
-        _ => format!("{:.0} MiB", count / f64::from(1 << 20)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sizes_are_said_as_people_say_them() {
-        assert_eq!(bytes(128 << 20), "128 MiB");
-        assert_eq!(bytes(3 << 29), "1.5 GiB");
-        assert_eq!(bytes(u64::MAX), "no limit");
-    }
 
     #[test]
     fn missing_tools_say_how_to_get_them() {

@@ -9,7 +9,9 @@ mod info;
 mod interrupt;
 mod lab;
 mod options;
+mod outputs;
 mod profile;
+mod progress;
 mod query;
 mod render;
 mod report;
@@ -67,6 +69,8 @@ enum Outcome {
     Done,
     /// With the answer no: what was compared differs.
     Differs,
+    /// Not quite as asked; what went wrong has been told.
+    Failed,
     /// Early, by Ctrl-C; what there was has been kept.
     Interrupted,
 }
@@ -75,7 +79,7 @@ impl Outcome {
     fn exit_code(self) -> ExitCode {
         match self {
             Self::Done => ExitCode::SUCCESS,
-            Self::Differs => ExitCode::from(1),
+            Self::Differs | Self::Failed => ExitCode::from(1),
             Self::Interrupted => ExitCode::from(interrupt::EXIT_CODE),
         }
     }

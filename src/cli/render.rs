@@ -6,13 +6,14 @@ use clap::Args;
 use image::RgbaImage;
 use myxo::Result;
 use myxo::render::offscreen::{self, Offscreen};
-use myxo::render::output::Output;
 use myxo::render::renderer::Renderer;
 use myxo::render::view::View;
 
 use super::files::{Sink, check_distinct};
 use super::options::{CommonOptions, Size};
-use super::session::{Session, progress};
+use super::outputs::Outputs;
+use super::session::Session;
+use super::times::Run;
 use super::{Outcome, console, interrupt};
 
 /// Run a scene without a window and write pictures
@@ -63,70 +64,58 @@ impl Render {
         let scene = self.common.load(&self.scene)?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let size = [self.size.width, self.size.height];
-        let mut outputs = self
-            .out
-            .iter()
-            .map(|path| Output::create(path, size.into(), f64::from(self.fps)))
-            .collect::<Result<Vec<_>, _>>()?;
+        let mut outputs = Outputs::create(&self.out, size, self.fps)?;
         interrupt::install()?;
 
-        let mut session = Session::open(scene, &self.common)?;
-        let mut camera = Photographer::new(&session, size)?;
-        let bar = progress(u64::from(self.steps), &session.scene.name);
-        let mut interrupted = false;
-        for step in 1..=self.steps {
-            session.step()?;
-            bar.inc(1);
-            interrupted = interrupt::requested();
-            if interrupted {
-                break;
-            }
-            if step.is_multiple_of(self.every) && outputs.iter().any(Output::wants_every_frame) {
-                let picture = camera.take(&mut session)?;
-                for output in outputs
-                    .iter_mut()
-                    .filter(|output| output.wants_every_frame())
-                {
-                    output.frame(&picture)?;
-                }
-            }
-        }
-        let picture = camera.take(&mut session)?;
-        bar.finish_and_clear();
-        let shown_already = |output: &Output| {
-            output.wants_every_frame()
-                && !interrupted
-                && self.steps.is_multiple_of(self.every)
-                && output.frames() > 0
-        };
-        for output in &mut outputs {
-            if !shown_already(output) {
-                output.frame(&picture)?;
-            }
-        }
-        let written = outputs
-            .into_iter()
-            .map(Output::finish)
-            .collect::<Result<Vec<_>, _>>()?;
+        let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
+        let ran = self.film(&mut session, &mut outputs, size);
+        // Whatever happened: what there is of films becomes whole files.
+        outputs.finish();
+        session.progress.finish();
+        let completed = ran?;
         let ending = session.finish()?;
 
-        console::message(session.table().trim_end());
-        let report = session.report(&ending, interrupted);
+        console::message(&session.table(Run::Step));
+        let report = session.report(&ending, !completed);
         console::message(&format!(
             "{} after {} steps: state hash {}",
             session.scene.name, ending.snapshot.step, report.state_hash
         ));
-        for written in written {
-            console::message(&written.to_string());
-        }
+        outputs.tell();
         if let Some(sink) = report_sink {
-            sink.write(&report.to_json())?;
+            sink.write(report.to_json())?;
         }
-        Ok(if interrupted {
-            Outcome::Interrupted
-        } else {
-            Outcome::Done
+        Ok(match completed {
+            _ if outputs.failed() => Outcome::Failed,
+            true => Outcome::Done,
+            false => Outcome::Interrupted,
         })
+    }
+
+    /// Runs the steps and takes the pictures; says whether all steps were run.
+    fn film(&self, session: &mut Session, outputs: &mut Outputs, size: [u32; 2]) -> Result<bool> {
+        let mut camera = Photographer::new(session, size)?;
+        let mut filmed = None;
+        let mut done = 0;
+        while done < self.steps && !interrupt::requested() {
+            session.step()?;
+            done += 1;
+            if done == 1 && self.steps > 1 {
+                // The first step compiles kernels, which is no part of what a step takes.
+                session.forget_times()?;
+            }
+            if done.is_multiple_of(self.every) && outputs.want_every_frame() {
+                let picture = camera.take(session)?;
+                outputs.frame(&picture, &session.progress);
+                filmed = Some(done);
+            }
+            if !outputs.any_left() && self.common.state.checkpoint.is_none() {
+                break;
+            }
+        }
+        let picture = camera.take(session)?;
+        outputs.last_frame(&picture, filmed == Some(done), &session.progress);
+        Ok(done == self.steps)
     }
 }
 

@@ -29,12 +29,16 @@ pub struct Report {
     /// The hash along the way, where `--hash-every` asked for it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<StateHash>,
-    /// GPU time of a step, between timestamps at its beginning and end; mean of all steps.
+    /// GPU time of a step, between timestamps at its beginning and end: the mean of those that were measured. `render`
+    /// leaves out the first one, which compiles kernels, and keeps the last 4,096.
     pub gpu_ms_per_step: Option<f64>,
     /// Time of a step as people experience it.
     pub wall_ms_per_step: f64,
     /// Where the GPU time goes.
     pub kernels: Vec<KernelTime>,
+    /// The kernel that `--kernel` ran alone: then the times of `kernels` are of its runs, and none are of steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alone: Option<String>,
     /// What was counted.
     pub counters: Counters,
     /// Whether Vulkan's validation layers were on; times are not worth comparing then.
@@ -77,6 +81,18 @@ pub struct KernelTime {
     pub p95_ms: Option<f64>,
     /// Part of the GPU time of the whole step, 0 to 1.
     pub share: Option<f64>,
+    /// What it gets through.
+    #[serde(default)]
+    pub throughput: Option<Throughput>,
+}
+
+/// How much a kernel gets through, by the median of its times.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Throughput {
+    /// What is counted: `particles`, `texels`.
+    pub of: String,
+    /// How many of them in a second.
+    pub per_second: f64,
 }
 
 /// What was counted at the end of a run.

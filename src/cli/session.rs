@@ -1,22 +1,27 @@
-//! A scene that runs without a window: what `render`, `profile` and `export` have in common.
+//! A scene that runs without a window: what `render` and `profile` have in common.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
-use myxo::gpu::{Context, ContextOptions, Frames};
+use myxo::gpu::{
+    Calibration, Context, ContextOptions, Frames, Recorder, Trace, default_cache_folder,
+};
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::{Simulation, Snapshot};
+use myxo::sim::{Simulation, Snapshot, memory, step};
 use myxo::{Error, Result};
 
 use super::console;
 use super::options::CommonOptions;
-use super::report::{Counters, Report, StateHash, hash_text};
+use super::progress::Progress;
+use super::report::{Counters, KernelTime, Report, StateHash, hash_text};
 use super::times;
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
+/// Scenes that take more device memory than this say so.
+const LARGE: u64 = 512 << 20;
 
 /// A device, a scene on it, and what is done between steps.
 pub struct Session {
@@ -24,11 +29,20 @@ pub struct Session {
     pub scene: Scene,
     pub simulation: Simulation,
     pub frames: Frames,
+    pub progress: Progress,
     /// What `--hash-every` has listed.
-    pub hashes: Vec<StateHash>,
+    hashes: Vec<StateHash>,
     options: CommonOptions,
     started: Instant,
-    resumed_at: u64,
+    first_step: u64,
+    trace: Option<Tracing>,
+}
+
+/// The host's side of a trace, and what brings the device's to the same clock.
+struct Tracing {
+    trace: Trace,
+    calibration: Option<Calibration>,
+    first_submit: Option<Instant>,
 }
 
 /// How a session ended.
@@ -42,105 +56,157 @@ pub struct Ending {
 }
 
 impl Session {
-    /// Opens the device, sets the scene up, and goes on from `--resume` if there is one.
-    pub fn open(scene: Scene, options: &CommonOptions) -> Result<Self> {
+    /// Opens the device, sets the scene up, and goes on from `--resume` if there is one. It is told how far `steps`
+    /// steps have come.
+    pub fn open(scene: Scene, options: &CommonOptions, steps: u64) -> Result<Self> {
+        let oddities: BTreeSet<String> = scene
+            .meshes
+            .iter()
+            .filter(|mesh| !mesh.report.oddities().is_empty())
+            .map(|mesh| format!("{}: {}", mesh.name, mesh.report))
+            .collect();
         let ctx = Context::new(&ContextOptions {
             device: options.device.device.clone(),
             validation: options.device.validate,
+            cache_folder: default_cache_folder(),
             ..ContextOptions::default()
         })?;
-        for mesh in &scene.meshes {
-            if !mesh.report.oddities().is_empty() {
-                console::message(&format!("{}: {}", mesh.name, mesh.report));
-            }
-        }
-        let checkpoint = options
-            .state
-            .resume
-            .as_deref()
-            .map(Checkpoint::read)
-            .transpose()?;
+        oddities.iter().for_each(|text| console::message(text));
+        let resume = options.state.resume.as_deref();
+        let checkpoint = resume.map(Checkpoint::read).transpose()?;
         let mut simulation = Simulation::new(&ctx, &scene)?;
-        if let Some(checkpoint) = checkpoint {
+        let size = memory::size_in_bytes(simulation.setup());
+        if size > LARGE {
+            console::message(&format!(
+                "{} takes {} of the device's memory",
+                scene.name,
+                memory::human(size)
+            ));
+        }
+        if let (Some(path), Some(checkpoint)) = (resume, checkpoint) {
+            let changes = checkpoint
+                .check(&scene, simulation.setup())
+                .map_err(|problem| {
+                    Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
+                })?;
             simulation.restore(&checkpoint.snapshot)?;
+            console::message(&format!(
+                "going on from step {}{}",
+                simulation.step(),
+                changes
+                    .iter()
+                    .map(|change| format!("; {change}"))
+                    .collect::<String>()
+            ));
         }
         Ok(Self {
             frames: Frames::new(&ctx, FRAMES_IN_FLIGHT)?,
-            resumed_at: simulation.step(),
+            progress: Progress::new(steps, &scene.name),
+            first_step: simulation.step(),
             ctx,
             scene,
             simulation,
             hashes: Vec::new(),
             options: options.clone(),
             started: Instant::now(),
+            trace: None,
         })
     }
 
     /// One step, one submit. Does not wait for it, except where a hash or a check is due.
     pub fn step(&mut self) -> Result<()> {
-        let mut rec = self.frames.begin()?;
-        rec.scope("step", |rec| self.simulation.record_step(rec));
-        self.frames.submit(rec)?;
+        self.submit(|simulation, rec| {
+            rec.scope("step", |rec| simulation.record_step(rec));
+        })?;
+        self.progress.step();
         let step = self.simulation.step();
-        let hash_due = self
-            .options
-            .state
+        let state = &self.options.state;
+        let hash_due = state
             .hash_every
             .is_some_and(|every| step.is_multiple_of(u64::from(every)));
-        if !hash_due && !self.options.device.validate {
+        let check_due = self.options.device.validate;
+        if !hash_due && !check_due {
             return Ok(());
         }
         self.frames.wait_idle()?;
         let snapshot = self.simulation.snapshot()?;
         if hash_due {
-            let hash = StateHash {
-                step,
-                hash: hash_text(snapshot.hash()),
-            };
-            console::message(&format!("step {step}: state hash {}", hash.hash));
-            self.hashes.push(hash);
+            let hash = hash_text(snapshot.hash());
+            self.progress
+                .say(&format!("step {step}: state hash {hash}"));
+            self.hashes.push(StateHash { step, hash });
         }
-        if self.options.device.validate {
+        if check_due {
             self.check(&snapshot)?;
         }
         Ok(())
     }
 
-    /// Forgets what was measured so far, as after a warm-up, and keeps the times of the next `steps` steps.
-    pub fn begin_measuring(&mut self, steps: usize) -> Result<()> {
+    /// Records and submits a frame; a trace shows what of it the host does.
+    fn submit(&mut self, record: impl FnOnce(&mut Simulation, &mut Recorder)) -> Result<()> {
+        let trace = &mut self.trace;
+        let mut rec = spanned(trace, "wait", || self.frames.begin())?;
+        spanned(trace, "record", || record(&mut self.simulation, &mut rec));
+        if let Some(tracing) = trace {
+            tracing.first_submit.get_or_insert_with(Instant::now);
+        }
+        spanned(trace, "submit", || self.frames.submit(rec))?;
+        Ok(())
+    }
+
+    /// Forgets what was measured so far, as after a warm-up, and keeps the times of the next `steps` steps, with a
+    /// trace if there is to be one.
+    pub fn begin_measuring(&mut self, steps: usize, traced: bool) -> Result<()> {
+        self.forget_times()?;
+        self.frames.timings_mut().set_window(steps);
+        if traced {
+            self.trace = Some(Tracing {
+                calibration: self.ctx.calibrate()?,
+                trace: Trace::new(),
+                first_submit: None,
+            });
+        }
+        self.started = Instant::now();
+        self.first_step = self.simulation.step();
+        Ok(())
+    }
+
+    /// Forgets the GPU times so far.
+    pub fn forget_times(&mut self) -> Result<()> {
         self.frames.wait_idle()?;
         self.frames.timings_mut().clear();
-        self.frames.timings_mut().set_window(steps);
-        self.started = Instant::now();
-        self.resumed_at = self.simulation.step();
         Ok(())
+    }
+
+    /// Runs number `kernel` of [`step::KERNELS`] once, on what it would find in the next step if `with_those_before`
+    /// was true the first time. No step is possible any more.
+    pub fn run_alone(&mut self, kernel: usize, with_those_before: bool) -> Result<()> {
+        self.submit(|simulation, rec| {
+            if with_those_before {
+                (0..kernel).for_each(|before| simulation.record_alone(rec, before));
+            }
+            rec.scope("step", |rec| simulation.record_alone(rec, kernel));
+        })
     }
 
     /// Waits for the last step, checks and keeps the state.
     pub fn finish(&mut self) -> Result<Ending> {
-        self.frames.wait_idle()?;
+        spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
-        let snapshot = self.simulation.snapshot()?;
+        let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
         if let Some(path) = &self.options.state.checkpoint {
-            let checkpoint = Checkpoint {
-                scene: self.scene.to_toml(),
-                snapshot,
-            };
+            let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
             checkpoint.write(path)?;
-            console::message(&format!(
+            snapshot = checkpoint.snapshot;
+            self.progress.say(&format!(
                 "checkpoint at step {}: {}",
-                checkpoint.snapshot.step,
+                snapshot.step,
                 path.display()
             ));
-            return Ok(Ending {
-                steps: self.simulation.step() - self.resumed_at,
-                snapshot: checkpoint.snapshot,
-                wall,
-            });
         }
         Ok(Ending {
-            steps: self.simulation.step() - self.resumed_at,
+            steps: self.simulation.step() - self.first_step,
             snapshot,
             wall,
         })
@@ -164,28 +230,16 @@ impl Session {
             messages.join("\n")
         )))
     }
-}
 
-/// A bar that shows steps, steps a second and the time left; nothing where the standard error is no terminal.
-pub fn progress(steps: u64, what: &str) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} steps, {per_sec}, {eta} left")
-            .expect("the template is well formed");
-    ProgressBar::new(steps)
-        .with_style(style)
-        .with_message(what.to_owned())
-}
-
-impl Session {
     /// The report of a run that has ended.
     pub fn report(&self, ending: &Ending, interrupted: bool) -> Report {
-        let times = self.frames.timings().report("step");
         let setup = self.simulation.setup();
         let census = ending.snapshot.census();
         let info = self.ctx.info();
+        let times = self.frames.timings().report("step");
         Report {
             device: info.name.clone(),
-            driver: info.driver.clone(),
+            driver: format!("{} {}", info.driver, info.driver_version),
             scene: self.scene.name.clone(),
             seed: self.scene.settings.seed,
             steps: ending.steps,
@@ -196,7 +250,7 @@ impl Session {
             hashes: self.hashes.clone(),
             gpu_ms_per_step: (!times.is_empty()).then_some(times.step.mean_ms),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
-            kernels: times::rows(&times),
+            kernels: self.kernel_times(),
             counters: Counters {
                 lost: census.lost,
                 doubled: census.doubled,
@@ -208,11 +262,80 @@ impl Session {
         }
     }
 
-    /// The kernel-time table of the steps so far.
-    pub fn table(&self) -> String {
-        times::table(
-            &self.frames.timings().report("step"),
-            self.simulation.setup(),
-        )
+    /// The rows of the report; without times where the device has no timestamps.
+    pub fn kernel_times(&self) -> Vec<KernelTime> {
+        let times = self.frames.timings().report("step");
+        if self.ctx.info().has_timestamps() {
+            return times::rows(&times, self.simulation.setup());
+        }
+        let untimed = |(name, _): (&str, step::Record)| KernelTime {
+            name: name.to_owned(),
+            dispatches_per_step: 1.0,
+            ..KernelTime::default()
+        };
+        step::KERNELS.map(untimed).into()
+    }
+
+    /// The table of kernel times, or why there is none.
+    pub fn table(&self, run: times::Run) -> String {
+        let times = self.frames.timings().report("step");
+        if !self.ctx.info().has_timestamps() {
+            "Kernel times are unavailable: the device has no timestamps.\n".to_owned()
+        } else if times.is_empty() {
+            "Kernel times are unavailable: no step was measured.\n".to_owned()
+        } else {
+            times::table(&times, self.simulation.setup(), run)
+        }
+    }
+
+    /// The trace as JSON, and how well its tracks agree.
+    pub fn trace(&mut self) -> Result<(Vec<u8>, String)> {
+        spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
+        let Some(tracing) = &self.trace else {
+            return Ok((Vec::new(), "nothing was measured".to_owned()));
+        };
+        let timings = self.frames.timings();
+        let first_span = timings.frames().next().and_then(|frame| frame.first());
+        let (calibration, agreement) = match (tracing.calibration, first_span) {
+            (Some(calibration), Some(_)) => (
+                Some(calibration),
+                format!(
+                    "host and GPU on one clock, within {:.0} ns",
+                    calibration.deviation_ns.ceil()
+                ),
+            ),
+            (None, Some(span)) => (
+                tracing.first_submit.map(|host| Calibration {
+                    device_ns: span.begin_ns,
+                    host,
+                    deviation_ns: f64::INFINITY,
+                }),
+                "the device lacks VK_EXT_calibrated_timestamps: the GPU's track is shifted so that it begins with the \
+                 first submit"
+                    .to_owned(),
+            ),
+            (_, None) => (
+                None,
+                "the device has no timestamps: the GPU's track is empty".to_owned(),
+            ),
+        };
+        let mut json = Vec::new();
+        tracing
+            .trace
+            .write(&mut json, timings, calibration.as_ref())
+            .map_err(|source| Error::Io {
+                action: "write",
+                path: "the trace".into(),
+                source,
+            })?;
+        Ok((json, agreement))
+    }
+}
+
+/// Does something of which a trace shows how long it takes.
+fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R) -> R {
+    match trace {
+        Some(tracing) => tracing.trace.span(name, |_| work()),
+        None => work(),
     }
 }

@@ -1,11 +1,11 @@
 //! Kernel times as a table for people and as rows of the report.
 
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
-use comfy_table::{CellAlignment, Table};
+use std::fmt::Write as _;
+
 use myxo::gpu;
 use myxo::sim::Setup;
 
-use super::report::KernelTime;
+use super::report::{KernelTime, Throughput};
 
 /// What one dispatch of a kernel works on, and how many of them there are.
 fn work_of(kernel: &str, setup: &Setup) -> Option<(u64, &'static str)> {
@@ -18,7 +18,15 @@ fn work_of(kernel: &str, setup: &Setup) -> Option<(u64, &'static str)> {
 }
 
 /// The rows of the report.
-pub fn rows(report: &gpu::Report) -> Vec<KernelTime> {
+pub fn rows(report: &gpu::Report, setup: &Setup) -> Vec<KernelTime> {
+    let throughput = |row: &gpu::Row| {
+        let (count, of) = work_of(&row.name, setup)?;
+        let seconds = row.time.median_ms * 1e-3;
+        (seconds > 0.0).then(|| Throughput {
+            of: of.to_owned(),
+            per_second: count as f64 * row.dispatches_per_step / seconds,
+        })
+    };
     report
         .rows
         .iter()
@@ -29,89 +37,160 @@ pub fn rows(report: &gpu::Report) -> Vec<KernelTime> {
             median_ms: Some(row.time.median_ms),
             p95_ms: Some(row.time.p95_ms),
             share: Some(row.share),
+            throughput: throughput(row),
         })
         .collect()
 }
 
-/// The table: kernel, dispatches a step, mean, median, 95th percentile, share, throughput; and how much of the step
-/// the kernels account for.
-pub fn table(report: &gpu::Report, setup: &Setup) -> String {
-    if report.is_empty() {
-        return "Kernel times are unavailable: the device has no timestamps.\n".to_owned();
-    }
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header([
+/// What was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Run {
+    /// All kernels of a step.
+    Step,
+    /// One kernel alone.
+    Kernel,
+}
+
+/// The table: kernel, dispatches a step, mean, median, 95th percentile, share, throughput; the whole step; and how
+/// much of it the kernels account for.
+pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
+    let header = [
         "kernel",
-        "a step",
+        "per step",
         "mean ms",
         "median ms",
         "p95 ms",
         "share",
         "throughput",
-    ]);
-    for row in &report.rows {
-        let throughput = work_of(&row.name, setup).map_or(String::new(), |(count, unit)| {
-            let a_second = count as f64 * row.dispatches_per_step / (row.time.median_ms * 1e-3);
-            format!("{} {unit}/s", short(a_second))
-        });
-        table.add_row([
+    ];
+    let step = &report.step;
+    // Enough digits to tell kernels apart, whatever the device's speed.
+    let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
+    let milliseconds = |ms: f64| format!("{ms:.decimals$}");
+    let mut cells = vec![header.map(str::to_owned)];
+    let rows = rows(report, setup);
+    for (row, times) in rows.iter().zip(&report.rows) {
+        let throughput = row.throughput.as_ref();
+        cells.push([
             row.name.clone(),
-            format!("{:.4}", row.dispatches_per_step)
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned(),
-            format!("{:.3}", row.time.mean_ms),
-            format!("{:.3}", row.time.median_ms),
-            format!("{:.3}", row.time.p95_ms),
-            format!("{:.1} %", 100.0 * row.share),
-            throughput,
+            short_count(row.dispatches_per_step),
+            milliseconds(times.time.mean_ms),
+            milliseconds(times.time.median_ms),
+            milliseconds(times.time.p95_ms),
+            format!("{:.1} %", 100.0 * times.share),
+            throughput.map_or(String::new(), |throughput| {
+                format!("{}{}/s", short(throughput.per_second), throughput.of)
+            }),
         ]);
     }
-    let sum =
-        |of: fn(&gpu::Statistics) -> f64| report.rows.iter().map(|row| of(&row.time)).sum::<f64>();
-    let step = &report.step;
-    table.add_row([
+    if run == Run::Kernel {
+        let mut text = aligned(&cells, None);
+        let _ = writeln!(
+            text,
+            "GPU time of {} runs, nothing else between them.",
+            report.steps
+        );
+        return text;
+    }
+    cells.push([
         "whole step".to_owned(),
         String::new(),
-        format!("{:.3}", step.mean_ms),
-        format!("{:.3}", step.median_ms),
-        format!("{:.3}", step.p95_ms),
+        milliseconds(step.mean_ms),
+        milliseconds(step.median_ms),
+        milliseconds(step.p95_ms),
         String::new(),
-        format!("{:.1} steps/s", 1e3 / step.median_ms),
+        format!("{}steps/s", short(1e3 / step.median_ms)),
     ]);
-    for column in 1..7 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    let covered = 100.0 * sum(|time| time.mean_ms) / step.mean_ms;
-    format!(
-        "{table}\nGPU time of {} steps; the kernels account for {covered:.1} % of it.\n",
-        report.steps
-    )
+    let sum: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
+    let mut text = aligned(&cells, Some(cells.len() - 1));
+    let _ = writeln!(
+        text,
+        "GPU time of {} steps; the kernels account for {:.1} % of it.",
+        report.steps,
+        100.0 * sum / step.mean_ms
+    );
+    text
 }
 
-/// Three digits and a unit prefix: `12.3 M`.
+/// Columns two blanks apart, the first flush left, the others flush right; a rule below the header, and one above row
+/// number `ruled`.
+fn aligned<const N: usize>(rows: &[[String; N]], ruled: Option<usize>) -> String {
+    let widths: [usize; N] =
+        std::array::from_fn(|i| rows.iter().map(|row| row[i].len()).max().unwrap_or(0));
+    let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * (N - 1));
+    let mut text = String::new();
+    for (number, row) in rows.iter().enumerate() {
+        if number == 1 || ruled == Some(number) {
+            let _ = writeln!(text, "{rule}");
+        }
+        let mut line = format!("{:<width$}", row[0], width = widths[0]);
+        for (cell, width) in row.iter().zip(widths).skip(1) {
+            let _ = write!(line, "  {cell:>width$}");
+        }
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+/// `1`, or `0.25` for a kernel of every fourth step.
+fn short_count(count: f64) -> String {
+    let text = format!("{count:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Three digits and a prefix, to be followed by what is counted: `12.3 M `.
 fn short(value: f64) -> String {
     let (scaled, prefix) = match value {
-        v if v >= 1e9 => (v * 1e-9, "G"),
-        v if v >= 1e6 => (v * 1e-6, "M"),
-        v if v >= 1e3 => (v * 1e-3, "k"),
+        v if v >= 1e9 => (v * 1e-9, "G "),
+        v if v >= 1e6 => (v * 1e-6, "M "),
+        v if v >= 1e3 => (v * 1e-3, "k "),
         v => (v, ""),
     };
-    format!("{scaled:.*} {prefix}", if scaled < 10.0 { 2 } else { 1 })
+    let decimals = match scaled {
+        s if s < 9.995 => 2,
+        s if s < 99.95 => 1,
+        _ => 0,
+    };
+    format!("{scaled:.decimals$} {prefix}")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::short;
+    use super::*;
 
     #[test]
     fn throughput_is_short() {
-        assert_eq!(short(9_340_000.0), "9.34 M");
-        assert_eq!(short(123_400.0), "123.4 k");
-        assert_eq!(short(2.5e9), "2.50 G");
-        assert_eq!(short(7.0), "7.00 ");
+        assert_eq!(short(9_340_000.0), "9.34 M ");
+        assert_eq!(short(123_400.0), "123 k ");
+        assert_eq!(short(99_960.0), "100 k ");
+        assert_eq!(short(2.5e9), "2.50 G ");
+        assert_eq!(short(70.0), "70.0 ");
+    }
+
+    #[test]
+    fn numbers_stand_flush_right_between_two_rules() {
+        let row = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
+        let rows = [
+            row("kernel", "ms"),
+            row("advance", "10.500"),
+            row("sort", ""),
+            row("whole", "12.000"),
+        ];
+        let expected = "\
+kernel       ms
+───────────────
+advance  10.500
+sort
+───────────────
+whole    12.000
+";
+        assert_eq!(aligned(&rows, Some(3)), expected);
+    }
+
+    #[test]
+    fn rare_kernels_have_fractions() {
+        assert_eq!(short_count(1.0), "1");
+        assert_eq!(short_count(0.25), "0.25");
+        assert_eq!(short_count(10.0), "10");
     }
 }

@@ -4,14 +4,20 @@
 //! then particles, motions, trail and deposits as they lie in memory, then the CRC-32 of all that precedes it (u32).
 
 use std::fs::File;
-use std::io::{BufWriter, Read, Write};
+use std::io::{BufWriter, Read as _, Write};
 use std::path::Path;
 
 use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 
+use super::setup::Setup;
 use super::snapshot::Snapshot;
 use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::scene::file::Reader;
+use crate::scene::parameters::{Effect, PARAMETERS, Parameter};
+use crate::scene::settings::Settings;
+use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
 const VERSION: u32 = 1;
@@ -23,6 +29,7 @@ struct Header {
     texels: u64,
     /// The scene file that it was written with.
     scene: String,
+    layout: u32,
 }
 
 /// A checkpoint as it lies in a file.
@@ -30,6 +37,8 @@ struct Header {
 pub struct Checkpoint {
     /// The scene file that it was written with, as TOML.
     pub scene: String,
+    /// Tells surfaces and atlases apart: particles and texels mean something on one of them only.
+    pub layout: u32,
     /// The state.
     pub snapshot: Snapshot,
 }
@@ -48,6 +57,59 @@ impl<W: Write> Checked<W> {
 }
 
 impl Checkpoint {
+    /// A state of a simulation of `scene`.
+    #[must_use]
+    pub fn new(scene: &Scene, setup: &Setup, snapshot: Snapshot) -> Self {
+        Self {
+            scene: scene.to_toml(),
+            layout: layout(setup),
+            snapshot,
+        }
+    }
+
+    /// Makes sure that a simulation of `scene` can go on from here, and tells which settings are others than before
+    /// and take effect from now on: `trail.decay = 0.9, which was 0.95`.
+    ///
+    /// # Errors
+    /// Names what differs and cannot, or what is wrong with the state.
+    pub fn check(&self, scene: &Scene, setup: &Setup) -> Result<Vec<String>, String> {
+        let same_layout = self.layout == layout(setup);
+        let mut reader = Reader::new(Settings::default());
+        reader.text("", &self.scene);
+        // A scene that this program cannot read is at least another one.
+        let Ok(then) = reader.finish() else {
+            return Err("it was written with a scene that this version cannot read".to_owned());
+        };
+        let now = &scene.settings;
+        let fixed = |parameter: &Parameter| match parameter.effect {
+            Effect::Live => false,
+            Effect::Restart => true,
+            Effect::RestartBeyondGutter => !same_layout,
+        };
+        let (fixed, live): (Vec<_>, Vec<_>) = PARAMETERS
+            .iter()
+            .filter(|parameter| parameter.differs(&then, now))
+            .partition(|parameter| fixed(parameter));
+        let tell = |parameter: &&Parameter| {
+            let (then, now) = (parameter.value(&then), parameter.value(now));
+            format!("{} = {now}, which was {then}", parameter.key)
+        };
+        if !fixed.is_empty() || !same_layout {
+            let mut differences: Vec<String> = fixed.iter().map(tell).collect();
+            if differences.is_empty() {
+                differences.push("other meshes or scales".to_owned());
+            }
+            return Err(format!(
+                "the scene here has {}; resume with the scene and the settings that it was written with",
+                differences.join(", and ")
+            ));
+        }
+        self.snapshot.validate(setup)?;
+        let of_the_state =
+            |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
+        Ok(live.iter().filter(of_the_state).map(tell).collect())
+    }
+
     /// Writes the file. It appears under its name only when it is whole.
     ///
     /// # Errors
@@ -58,17 +120,13 @@ impl Checkpoint {
             path: path.to_owned(),
             source,
         };
-        let folder = path
-            .parent()
-            .filter(|p| !p.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
-        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(error)?;
-        self.write_to(file.as_file_mut()).map_err(error)?;
-        file.persist(path).map_err(|e| error(e.error))?;
+        let mut file = WholeFile::create(path).map_err(error)?;
+        self.write_to(&mut file).map_err(error)?;
+        file.finish().map_err(error)?;
         Ok(())
     }
 
-    fn write_to(&self, file: &mut File) -> std::io::Result<()> {
+    fn write_to(&self, file: &mut WholeFile) -> std::io::Result<()> {
         let Snapshot {
             step,
             particles,
@@ -81,6 +139,7 @@ impl Checkpoint {
             particles: particles.len() as u64,
             texels: trail.len() as u64,
             scene: self.scene.clone(),
+            layout: self.layout,
         })?;
         let mut out = Checked {
             inner: BufWriter::new(file),
@@ -104,14 +163,11 @@ impl Checkpoint {
     /// # Errors
     /// When it is no checkpoint, of another version, cut short, or damaged.
     pub fn read(path: &Path) -> Result<Self> {
-        let mut bytes = Vec::new();
-        File::open(path)
-            .and_then(|mut file| file.read_to_end(&mut bytes))
-            .map_err(|source| Error::Io {
-                action: "read",
-                path: path.to_owned(),
-                source,
-            })?;
+        let bytes = read_like(path, MAGIC).map_err(|source| Error::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        })?;
         Self::parse(&bytes).map_err(|problem| {
             Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
         })
@@ -151,6 +207,7 @@ impl Checkpoint {
             serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
         let checkpoint = Self {
             scene: header.scene,
+            layout: header.layout,
             snapshot: Snapshot {
                 step: header.step,
                 particles: array(&mut rest, header.particles).ok_or_else(cut_short)?,
@@ -164,6 +221,27 @@ impl Checkpoint {
         }
         Ok(checkpoint)
     }
+}
+
+/// The whole file if it begins with `magic`, or else its beginning only: whatever else it is may have no end.
+fn read_like(path: &Path, magic: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let mut bytes = Vec::new();
+    (&file).take(magic.len() as u64).read_to_end(&mut bytes)?;
+    if bytes == magic {
+        file.read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+/// A number that other meshes, scales or atlases very likely don't have.
+fn layout(setup: &Setup) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(bytemuck::cast_slice(&setup.surface.positions));
+    crc.update(bytemuck::cast_slice(&setup.surface.corners));
+    crc.update(bytemuck::cast_slice(&setup.atlas.maps));
+    crc.update(&setup.atlas.pitch.to_le_bytes());
+    crc.finalize()
 }
 
 fn take<'a>(rest: &mut &'a [u8], length: usize) -> Option<&'a [u8]> {
@@ -185,6 +263,7 @@ mod tests {
     fn checkpoint() -> Checkpoint {
         Checkpoint {
             scene: "seed = 9\n".to_owned(),
+            layout: 7,
             snapshot: Snapshot {
                 step: 41,
                 particles: (0..33)

@@ -12,6 +12,7 @@ mod state;
 
 pub mod checkpoint;
 pub mod kernels;
+pub mod memory;
 pub mod queries;
 pub mod start;
 pub mod twin;

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
-use crate::scene::settings::{self, Start};
+use crate::scene::settings::{self, Settings, Start};
 
 /// The state of a scene at step 0, on the host.
 #[derive(Clone, Debug)]
@@ -40,17 +40,7 @@ impl Setup {
     /// When the texture has no room for the triangles; the message names a size that has.
     pub fn new(scene: &Scene) -> Result<Self> {
         let settings = &scene.settings;
-        let atlas = Atlas::build(
-            &scene.surface,
-            &AtlasOptions {
-                method: match settings.atlas.method {
-                    settings::AtlasMethod::Grid => AtlasMethod::Grid,
-                },
-                size: settings.atlas.size,
-                cell_size: settings.atlas.cell_size,
-                gutter: settings.trail.diffusion_distance.max(1),
-            },
-        )?;
+        let atlas = Atlas::build(&scene.surface, &atlas_options(settings))?;
         let (particles, motions) = start::start(
             &scene.surface,
             start_place(scene),
@@ -71,6 +61,18 @@ impl Setup {
             particles,
             motions,
         })
+    }
+}
+
+/// What the settings say about the atlas.
+pub(super) fn atlas_options(settings: &Settings) -> AtlasOptions {
+    AtlasOptions {
+        method: match settings.atlas.method {
+            settings::AtlasMethod::Grid => AtlasMethod::Grid,
+        },
+        size: settings.atlas.size,
+        cell_size: settings.atlas.cell_size,
+        gutter: settings.trail.diffusion_distance.max(1),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::memory;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
@@ -28,9 +29,14 @@ impl Simulation {
     /// Sets a scene up at step 0.
     ///
     /// # Errors
-    /// When the atlas has no room for the triangles, or a buffer is larger than the device allows.
+    /// When the atlas has no room for the triangles, or a buffer is larger than the device allows: then the message
+    /// names the setting and the largest value that fits.
     pub fn new(ctx: &Arc<Context>, scene: &Scene) -> Result<Self> {
-        let setup = Setup::new(scene)?;
+        memory::check(ctx.info(), scene)?;
+        let setup = Setup::new(scene).map_err(|error| match error {
+            Error::Atlas(error) => memory::atlas_error(ctx.info(), error),
+            error => error,
+        })?;
         let constants = StepConstants::new(&scene.settings);
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,
@@ -48,6 +54,17 @@ impl Simulation {
         let params = StepParams::new(&self.settings, &self.setup, self.step);
         step::record(rec, &self.kernels, &mut self.state, &params);
         self.step += 1;
+    }
+
+    /// Records number `kernel` of [`step::KERNELS`] and nothing else of the next step, to measure it. The state is
+    /// none that steps lead to afterwards; [`Simulation::restore`] leads back.
+    ///
+    /// # Panics
+    /// When there is no such kernel.
+    pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
+        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let (_, record) = step::KERNELS[kernel];
+        record(rec, &self.kernels, &self.state, &params);
     }
 
     /// Takes over changed settings from the next step on.

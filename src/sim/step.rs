@@ -5,9 +5,28 @@ use super::params::StepParams;
 use super::state::{Kernels, State};
 use crate::gpu::{Access::Kernel, Recorder, Threads};
 
+/// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
+/// alone.
+pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
+
+/// The kernels of a step, in order.
+pub const KERNELS: [(&str, Record); 3] = [
+    ("advance", advance),
+    ("diffuse", diffuse),
+    ("exchange_seams", exchange_seams),
+];
+
 /// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
 /// written and not yet made visible.
 pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
+    for (_, kernel) in KERNELS {
+        kernel(rec, k, s, params);
+    }
+    s.trail.swap();
+    s.deposits.swap();
+}
+
+fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     rec.dispatch(
         &k.advance,
         Threads(params.advance.particle_count),
@@ -37,7 +56,9 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
             &s.motions,
         ],
     );
+}
 
+fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     rec.dispatch(
         &k.diffuse,
         Threads(params.diffuse.quad_count),
@@ -52,7 +73,9 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     );
     // The gutter is filled from texels that diffuse wrote; the next step counts deposits from zero.
     rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.deposits.back]);
+}
 
+fn exchange_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     rec.dispatch(
         &k.exchange_seams,
         Threads(params.exchange_seams.seam_count),
@@ -64,7 +87,4 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     );
     // The next step senses the new trail, and writes its own over the old one.
     rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.trail.front]);
-
-    s.trail.swap();
-    s.deposits.swap();
 }

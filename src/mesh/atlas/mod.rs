@@ -58,6 +58,22 @@ pub struct AtlasOptions {
     pub gutter: u32,
 }
 
+impl AtlasOptions {
+    /// The same with a gutter that bilinear reads can do with, if there can be such an atlas at all.
+    fn checked(self, surface: &Surface) -> Result<Self, AtlasError> {
+        if self.size == 0 || self.size > MAX_SIZE {
+            return Err(AtlasError::Size(self.size));
+        }
+        if surface.corners.is_empty() {
+            return Err(AtlasError::Empty);
+        }
+        Ok(Self {
+            gutter: self.gutter.max(1),
+            ..self
+        })
+    }
+}
+
 /// Why there is no atlas.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AtlasError {
@@ -177,21 +193,27 @@ impl Atlas {
     /// # Errors
     /// When the size is out of range or the texture has no room; the message names a size that works.
     pub fn build(surface: &Surface, options: &AtlasOptions) -> Result<Self, AtlasError> {
-        let options = AtlasOptions {
-            gutter: options.gutter.max(1),
-            ..*options
-        };
-        if options.size == 0 || options.size > MAX_SIZE {
-            return Err(AtlasError::Size(options.size));
-        }
-        if surface.corners.is_empty() {
-            return Err(AtlasError::Empty);
-        }
+        let options = options.checked(surface)?;
         let layout = match options.method {
             AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
         };
         let seams = gutter::seams(surface, &layout, pitch_of(options.size));
         Ok(Self::assemble(surface, &options, layout, seams))
+    }
+
+    /// How many gutter texels [`build`](Self::build) would make, each of which takes a [`Seam`]; without laying the
+    /// triangles out, which takes much longer.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn gutter_texel_count(
+        surface: &Surface,
+        options: &AtlasOptions,
+    ) -> Result<u64, AtlasError> {
+        let options = options.checked(surface)?;
+        match options.method {
+            AtlasMethod::Grid => Ok(grid::Grid::new(surface, &options)?.gutter_texel_count()),
+        }
     }
 
     fn assemble(

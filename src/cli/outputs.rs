@@ -1,0 +1,98 @@
+//! The files of a render: one that fails is told about and left out, and the others go on.
+
+use std::path::PathBuf;
+
+use image::RgbaImage;
+use myxo::Result;
+use myxo::render::output::{Output, OutputError, Written};
+
+use super::console;
+use super::progress::Progress;
+
+/// Every `--out` of a run.
+#[derive(Debug)]
+pub struct Outputs {
+    open: Vec<Output>,
+    written: Vec<Written>,
+    failed: bool,
+}
+
+impl Outputs {
+    /// Begins all of them, `size` pixels each.
+    pub fn create(paths: &[PathBuf], size: [u32; 2], frames_per_second: u32) -> Result<Self> {
+        let create =
+            |path: &PathBuf| Output::create(path, size.into(), f64::from(frames_per_second));
+        Ok(Self {
+            open: paths.iter().map(create).collect::<Result<_, _>>()?,
+            written: Vec::new(),
+            failed: false,
+        })
+    }
+
+    /// Does any of them keep more than the last frame?
+    pub fn want_every_frame(&self) -> bool {
+        self.open.iter().any(Output::wants_every_frame)
+    }
+
+    /// Is there still one that has not failed?
+    pub fn any_left(&self) -> bool {
+        !self.open.is_empty()
+    }
+
+    /// Has one failed?
+    pub fn failed(&self) -> bool {
+        self.failed
+    }
+
+    /// The next frame of films and sequences.
+    pub fn frame(&mut self, picture: &RgbaImage, progress: &Progress) {
+        self.take(picture, progress, Output::wants_every_frame);
+    }
+
+    /// The last frame, for those that don't have it yet: films do if it was filmed.
+    pub fn last_frame(&mut self, picture: &RgbaImage, filmed: bool, progress: &Progress) {
+        self.take(picture, progress, |output| {
+            !(filmed && output.wants_every_frame())
+        });
+    }
+
+    fn take(&mut self, picture: &RgbaImage, progress: &Progress, wanted: impl Fn(&Output) -> bool) {
+        let failed = &mut self.failed;
+        self.open.retain_mut(|output| {
+            let taken = if wanted(output) {
+                output.frame(picture)
+            } else {
+                Ok(())
+            };
+            if let Err(error) = &taken {
+                *failed = true;
+                progress.say(&failure(error));
+            }
+            taken.is_ok()
+        });
+    }
+
+    /// Makes whole files of them all.
+    pub fn finish(&mut self) {
+        for output in self.open.drain(..) {
+            match output.finish() {
+                Ok(written) => self.written.push(written),
+                Err(error) => {
+                    self.failed = true;
+                    console::message(&failure(&error));
+                }
+            }
+        }
+    }
+
+    /// Tells what was written.
+    pub fn tell(&self) {
+        for written in &self.written {
+            console::message(&written.to_string());
+        }
+    }
+}
+
+fn failure(error: &OutputError) -> String {
+    format!("myxo: {error}")
+}

@@ -1,0 +1,223 @@
+//! How much device memory a scene takes, and whether its buffers are such as the device can have: known from the
+//! settings and the meshes, before anything takes time, and told in the words of the scene file.
+
+use super::setup::{Setup, atlas_options};
+use super::types::{AtlasMap, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex};
+use crate::error::{Error, Result};
+use crate::gpu::DeviceInfo;
+use crate::mesh::atlas::{Atlas, AtlasError, AtlasOptions};
+use crate::scene::Scene;
+use crate::scene::parameters::grouped;
+
+/// Bytes that the buffers of a simulation take on the device. Pictures come on top: some bytes a pixel, and about 4 a
+/// texel and 16 a triangle.
+#[must_use]
+pub fn size_in_bytes(setup: &Setup) -> u64 {
+    let count = |len: usize| len as u64;
+    particle_bytes(count(setup.particles.len()))
+        + texel_bytes(count(setup.atlas.texel_count()))
+        + count(setup.atlas.seams.len()) * SEAM
+        + triangle_bytes(count(setup.surface.corners.len()))
+        + count(setup.vertices.len()) * size_of::<Vertex>() as u64
+        + count(setup.poses.len()) * size_of::<Pose>() as u64
+}
+
+/// How many particles one buffer of the device holds.
+#[must_use]
+pub fn most_particles(device: &DeviceInfo) -> u64 {
+    largest_buffer(device).0 / PARTICLE
+}
+
+/// Texels along the side of the largest atlas that one buffer of the device holds.
+#[must_use]
+pub fn largest_atlas(device: &DeviceInfo) -> u64 {
+    let texels = largest_buffer(device).0 / TEXEL;
+    let mut size = texels.isqrt();
+    // Rows are padded to whole quads of texels.
+    while texel_count(size) > texels {
+        size -= 1;
+    }
+    size
+}
+
+/// How many triangles one buffer of the device holds.
+#[must_use]
+pub fn most_triangles(device: &DeviceInfo) -> u64 {
+    let bytes = largest_buffer(device).0;
+    // Half-edges are read as texels of 16 bytes.
+    let texels = u64::from(device.max_texel_buffer_elements);
+    (bytes / (3 * HALFEDGE)).min(texels * 16 / (3 * HALFEDGE))
+}
+
+/// Makes sure that no buffer of the scene is larger than the device allows.
+///
+/// # Errors
+/// Names every setting that is too large, the device's limit, and the largest value that fits.
+pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
+    let (limit, limit_name) = largest_buffer(device);
+    let holds = format!("one buffer holds {} ({limit_name})", human(limit));
+    let mut problems = Vec::new();
+
+    let particles = u64::from(scene.settings.particles.count);
+    let most = most_particles(device);
+    if particles > most {
+        problems.push(format!(
+            "particles.count = {} takes {}, and {holds}: use at most {}",
+            number(particles),
+            human(particles * PARTICLE),
+            number(most)
+        ));
+    }
+    let options = atlas_options(&scene.settings);
+    let size = u64::from(options.size);
+    let largest = largest_atlas(device);
+    if size > largest {
+        problems.push(format!(
+            "atlas.size = {} takes {} a texture, and {holds}: use at most {}",
+            number(size),
+            human(texel_count(size) * TEXEL),
+            number(largest)
+        ));
+    }
+    let triangles = scene.surface.corners.len() as u64;
+    let most = most_triangles(device);
+    if triangles > most {
+        problems.push(format!(
+            "the meshes have {} triangles, which take {}, and {holds}: use at most {}",
+            number(triangles),
+            human(triangles * 3 * HALFEDGE),
+            number(most)
+        ));
+    }
+    // No texel has more than one seam, so most atlases need no counting.
+    if problems.is_empty() && texel_count(size) * SEAM > limit {
+        let seams = seam_count(device, scene, &options)?;
+        if seams * SEAM > limit {
+            problems.push(format!(
+                "atlas.size = {} gives the {} triangles gutters of {} texels, which take {}, and {holds}: {}",
+                number(size),
+                number(triangles),
+                number(seams),
+                human(seams * SEAM),
+                gutter_advice(scene, &options, limit / SEAM)
+            ));
+        }
+    }
+    match problems.as_slice() {
+        [] => Ok(()),
+        [only] => Err(too_large(device, only)),
+        many => Err(too_large(device, &format!("\n  {}", many.join("\n  ")))),
+    }
+}
+
+/// As the atlas says it, but never with a size that this device does not hold.
+pub(super) fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
+    match &error {
+        AtlasError::NoRoom {
+            triangles, needed, ..
+        } if *needed > largest_atlas(device) => too_large(
+            device,
+            &format!(
+                "{} triangles need atlas.size = {}, and the largest that it holds is {}: use meshes with fewer triangles",
+                number(*triangles as u64),
+                number(*needed),
+                number(largest_atlas(device))
+            ),
+        ),
+        _ => Error::Atlas(error),
+    }
+}
+
+fn too_large(device: &DeviceInfo, problem: &str) -> Error {
+    Error::Invalid(format!("too large for {}: {problem}", device.name))
+}
+
+fn seam_count(device: &DeviceInfo, scene: &Scene, options: &AtlasOptions) -> Result<u64> {
+    Atlas::gutter_texel_count(&scene.surface, options).map_err(|error| atlas_error(device, error))
+}
+
+/// The largest atlas with at most `most` gutter texels.
+fn gutter_advice(scene: &Scene, options: &AtlasOptions, most: u64) -> String {
+    let fits = |size: u32| {
+        let options = AtlasOptions { size, ..*options };
+        Atlas::gutter_texel_count(&scene.surface, &options).is_ok_and(|count| count <= most)
+    };
+    // Where cells grow with the atlas, so do gutters; below some size there is no room for the cells at all.
+    let (mut low, mut high) = (smallest_atlas(scene, options), options.size);
+    if !fits(low) {
+        return "use meshes with fewer triangles".to_owned();
+    }
+    while high - low > 1 {
+        let middle = low.midpoint(high);
+        if fits(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    format!("use at most {}", number(u64::from(low)))
+}
+
+/// The smallest atlas that has room for the triangles.
+fn smallest_atlas(scene: &Scene, options: &AtlasOptions) -> u32 {
+    match Atlas::gutter_texel_count(
+        &scene.surface,
+        &AtlasOptions {
+            size: 1,
+            ..*options
+        },
+    ) {
+        Err(AtlasError::NoRoom { needed, .. }) => u32::try_from(needed).unwrap_or(options.size),
+        _ => 1,
+    }
+}
+
+const PARTICLE: u64 = size_of::<Particle>() as u64;
+const TEXEL: u64 = size_of::<f32>() as u64;
+const SEAM: u64 = size_of::<Seam>() as u64;
+const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
+
+fn particle_bytes(count: u64) -> u64 {
+    count * (PARTICLE + size_of::<Motion>() as u64)
+}
+
+/// Trail and deposits twice, and the density.
+fn texel_bytes(count: u64) -> u64 {
+    count * 5 * TEXEL
+}
+
+fn triangle_bytes(count: u64) -> u64 {
+    let corners = 3 * size_of::<u32>();
+    let each = size_of::<Triangle>() + size_of::<AtlasMap>() + corners;
+    count * (each as u64 + 3 * HALFEDGE)
+}
+
+fn texel_count(size: u64) -> u64 {
+    size.next_multiple_of(4) * size
+}
+
+/// In bytes, and the limit's name in Vulkan.
+fn largest_buffer(device: &DeviceInfo) -> (u64, &'static str) {
+    let binding = (device.max_storage_buffer_range, "maxStorageBufferRange");
+    let allocation = (device.max_memory_allocation_size, "maxMemoryAllocationSize");
+    if allocation.0 < binding.0 {
+        allocation
+    } else {
+        binding
+    }
+}
+
+/// A number of bytes as people say it: `128 MiB`, `1.5 GiB`.
+#[must_use]
+pub fn human(bytes: u64) -> String {
+    let count = bytes as f64;
+    match bytes {
+        _ if count >= 1e15 => "no limit".to_owned(),
+        _ if bytes >= 1 << 30 => format!("{:.1} GiB", count / f64::from(1 << 30)),
+        _ => format!("{:.0} MiB", (count / f64::from(1 << 20)).ceil()),
+    }
+}
+
+fn number(value: u64) -> String {
+    grouped(value as f64)
+}
