@@ -11,7 +11,7 @@
 //!
 //! # fn main() -> myxo::Result<()> {
 //! let ctx = gpu::Context::new(&gpu::ContextOptions::default())?;
-//! let scene = scene::Scene::load("cube", &scene::Overrides::default())?;
+//! let scene = scene::Scene::load("cube".as_ref(), &scene::Overrides::default())?;
 //! let mut simulation = sim::Simulation::new(&ctx, &scene)?;
 //! let mut frames = gpu::Frames::new(&ctx, 2)?;
 //! for _ in 0..3 {
