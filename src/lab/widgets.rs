@@ -85,10 +85,20 @@ pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
                     });
                 };
                 number(ui, format!("{:.0}", kernel.per_step));
-                number(ui, format!("{:.3}", kernel.mean_ms));
-                number(ui, format!("{:.3}", kernel.p95_ms));
+                number(ui, milliseconds(kernel.mean_ms));
+                number(ui, milliseconds(kernel.p95_ms));
                 number(ui, format!("{:.0} %", 100.0 * kernel.share));
                 ui.end_row();
             }
         });
+}
+
+/// With as many decimals as tell something, and never too wide for the table.
+fn milliseconds(ms: f64) -> String {
+    match ms {
+        100.0.. => format!("{ms:.0}"),
+        10.0.. => format!("{ms:.1}"),
+        1.0.. => format!("{ms:.2}"),
+        _ => format!("{ms:.3}"),
+    }
 }

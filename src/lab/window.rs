@@ -340,7 +340,10 @@ impl Lab {
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
                 if let Some(hit) = self.stage.pick(&self.interface.view, pixel, size) {
-                    self.interface.navigation.fly_to(hit.position);
+                    let Interface {
+                        navigation, view, ..
+                    } = &mut self.interface;
+                    navigation.fly_to(hit.position, view);
                 }
             }
             Command::Copy => {

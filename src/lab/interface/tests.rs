@@ -227,11 +227,16 @@ fn a_double_click_asks_for_the_point_under_it() {
     assert_eq!(commands, [Command::Refocus(pixel)]);
 
     let goal = Vec3::new(0.3, 0.1, 0.2);
-    harness.interface.navigation.fly_to(goal);
+    let before = harness.interface.view.camera;
+    let view = harness.interface.view;
+    harness.interface.navigation.fly_to(goal, &view);
     for _ in 0..120 {
         harness.frame(vec![]);
     }
-    assert_eq!(harness.interface.view.camera.target, goal);
+    let after = harness.interface.view.camera;
+    assert_eq!(after.target, goal);
+    // The eye has moved sideways only.
+    assert!((after.eye() - before.eye()).dot(before.backward()).abs() < 1e-4);
     assert!(!harness.frame(vec![]).touched, "it has arrived");
 }
 
