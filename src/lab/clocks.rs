@@ -72,6 +72,7 @@ impl Clocks {
     ) {
         self.steps += steps;
         self.facts.step = stage.simulation.step();
+        self.facts.particles_drawn = stage.particles_drawn;
         if let Some(step) = latest_step(frames) {
             pacer.measured(step);
         } else if steps > 0 && !ctx.info().has_timestamps() {

@@ -5,7 +5,10 @@
 
 use egui::{Rect, Sense, Ui};
 use glam::{Vec2, Vec3};
-use myxo::render::view::{AtlasWindow, View};
+use myxo::render::Camera;
+use myxo::render::exposure::Exposure;
+use myxo::render::view::{self, AtlasWindow, View};
+use myxo::scene::Scene;
 use myxo::scene::parameters::PARAMETERS;
 use myxo::scene::settings::{Settings, Show};
 
@@ -66,6 +69,8 @@ pub struct Facts {
     pub device: String,
     /// Device memory that the program has taken, bytes.
     pub memory: u64,
+    /// Particles that the picture shows, in the view of particles.
+    pub particles_drawn: u32,
     /// Triangles of all objects.
     pub triangles: usize,
     /// Texels that triangles own.
@@ -95,8 +100,10 @@ pub struct Interface {
     pub view: View,
     /// Does the simulation run by itself?
     pub playing: bool,
-    /// The scene's centre and radius, which a fit looks at.
-    pub bounds: (Vec3, f32),
+    /// What a fit brings into the picture: the scene's centre, and every vertex.
+    outline: (Vec3, Vec<Vec3>),
+    /// The camera of the last fit and its picture's size; while nobody moves it, it keeps fitting.
+    fitted: Option<(Camera, Vec2)>,
     /// Hand and flights.
     pub navigation: Navigation,
     pub(super) panel: bool,
@@ -120,20 +127,44 @@ const PANEL_WIDTH: f32 = 336.0;
 
 impl Interface {
     /// The interface for a scene that has just been loaded.
-    pub fn new(settings: &Settings, view: View, bounds: (Vec3, f32)) -> Self {
-        Self {
+    pub fn new(scene: &Scene) -> Self {
+        let settings = &scene.settings;
+        let mut interface = Self {
             loaded: settings.clone(),
             running: settings.clone(),
             edited: settings.clone(),
-            view,
+            view: View::of(scene, Vec2::ONE),
             playing: true,
-            bounds,
+            outline: (Vec3::ZERO, Vec::new()),
+            fitted: None,
             navigation: Navigation::default(),
             panel: true,
             help: false,
             filter: String::new(),
             notice: None,
+        };
+        interface.open(scene);
+        interface
+    }
+
+    /// Another scene has been loaded: its settings and its view.
+    pub fn open(&mut self, scene: &Scene) {
+        self.loaded = scene.settings.clone();
+        self.view = View::of(scene, Vec2::ONE);
+        if matches!(self.view.exposure, Exposure::Auto { .. }) {
+            self.view.exposure = Exposure::following();
         }
+        // Only the first frame knows the size of the picture.
+        let is_free = scene.settings.camera.distance <= 0.0;
+        self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
+        self.restarted(scene);
+    }
+
+    /// The scene runs from step 0, with its settings.
+    pub fn restarted(&mut self, scene: &Scene) {
+        self.running = scene.settings.clone();
+        self.edited = scene.settings.clone();
+        self.outline = (scene.center, view::points(scene).collect());
     }
 
     /// Shows a line for a while.
@@ -162,6 +193,7 @@ impl Interface {
                 .show(ui, |ui| self.panel(ui, facts, &mut commands));
         }
         let picture = ui.available_rect_before_wrap();
+        self.keep_fitting(Vec2::new(picture.width(), picture.height()));
         let response = ui.allocate_rect(picture, Sense::click_and_drag());
         let moved = self.navigation.apply(ui, &response, &mut self.view);
         if let Some(pixel) = moved.refocus {
@@ -210,7 +242,7 @@ impl Interface {
                 KeyAction::ShowParticles => self.view.show = Show::Particles,
                 KeyAction::ShowAtlas => self.view.show = Show::Atlas,
                 KeyAction::NextColors => self.view.color_map = self.view.color_map.next(),
-                KeyAction::Fit => self.fit(ctx),
+                KeyAction::Fit => self.fit(),
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
                 KeyAction::Panel => self.panel = !self.panel,
                 KeyAction::Help => self.help = !self.help,
@@ -237,24 +269,28 @@ impl Interface {
     }
 
     /// Looks at the whole scene, or at the whole atlas.
-    pub(super) fn fit(&mut self, ctx: &egui::Context) {
+    pub(super) fn fit(&mut self) {
         if self.view.show == Show::Atlas {
             self.view.atlas = AtlasWindow {
                 chart_share: self.view.atlas.chart_share,
                 ..Default::default()
             };
-            return;
-        }
-        let size = ctx.content_rect().size();
-        let width = if self.panel {
-            size.x - PANEL_WIDTH
         } else {
-            size.x
-        };
-        let (center, radius) = self.bounds;
-        self.view
-            .camera
-            .fit(center, radius, Vec2::new(width, size.y));
+            self.view.camera.target = self.outline.0;
+            self.fitted = Some((self.view.camera, Vec2::ZERO));
+        }
+    }
+
+    /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it.
+    fn keep_fitting(&mut self, size: Vec2) {
+        let camera = &mut self.view.camera;
+        if self
+            .fitted
+            .is_some_and(|(fitted, fitted_size)| fitted == *camera && fitted_size != size)
+        {
+            camera.fit_points(self.outline.1.iter().copied(), size);
+            self.fitted = Some((*camera, size));
+        }
     }
 }
 

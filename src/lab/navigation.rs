@@ -13,7 +13,14 @@ const FLIGHT_SPEED: f32 = 11.0;
 /// Moves the view, and remembers a flight to a new centre.
 #[derive(Clone, Debug, Default)]
 pub struct Navigation {
-    flight: Option<Vec3>,
+    flight: Option<Flight>,
+}
+
+/// A way to a new centre.
+#[derive(Clone, Copy, Debug)]
+struct Flight {
+    target: Vec3,
+    distance: f32,
 }
 
 /// What the hand did in a frame.
@@ -74,19 +81,28 @@ impl Navigation {
         moved
     }
 
-    /// Begins a flight that brings a point to the middle of the picture.
-    pub fn fly_to(&mut self, point: Vec3) {
-        self.flight = Some(point);
+    /// Begins a flight that brings a point to the middle of the picture. The eye moves sideways only, so that nothing
+    /// changes its size, and the camera turns about the point from then on.
+    pub fn fly_to(&mut self, point: Vec3, view: &View) {
+        let camera = &view.camera;
+        let depth = (camera.eye() - point).dot(camera.backward());
+        self.flight = Some(Flight {
+            target: point,
+            distance: depth.max(1e-3 * camera.scene_radius),
+        });
     }
 
     fn fly(&mut self, view: &mut View, seconds: f32) -> bool {
-        let Some(goal) = self.flight else {
+        let Some(flight) = self.flight else {
             return false;
         };
+        let camera = &mut view.camera;
         let left = (-FLIGHT_SPEED * seconds).exp();
-        view.camera.target = goal + (view.camera.target - goal) * left;
-        if view.camera.target.distance(goal) < 1e-4 * view.camera.scene_radius {
-            view.camera.target = goal;
+        camera.target = flight.target + (camera.target - flight.target) * left;
+        camera.distance = flight.distance + (camera.distance - flight.distance) * left;
+        if camera.target.distance(flight.target) < 1e-4 * camera.scene_radius {
+            camera.target = flight.target;
+            camera.distance = flight.distance;
             self.flight = None;
         }
         true

@@ -8,7 +8,7 @@ use myxo::scene::settings::Show;
 use super::interface::{Command, Facts, Interface};
 use super::rows::{RowContext, grouped, row};
 use super::theme;
-use super::widgets::{color_map_picker, kernel_table};
+use super::widgets::{color_map_picker, kernel_table, wide_slider};
 
 impl Interface {
     /// Fills the panel.
@@ -30,9 +30,13 @@ impl Interface {
             .show(ui, |ui| {
                 // Room for the bar, which floats over the content.
                 ui.set_max_width(ui.available_width() - 6.0);
-                section(ui, "Picture", true, |ui| self.picture_section(ui, commands));
+                section(ui, "Picture", true, false, |ui| {
+                    self.picture_section(ui, facts)
+                });
                 self.parameter_sections(ui, facts, commands);
-                section(ui, "Kernel times", true, |ui| kernel_table(ui, facts));
+                section(ui, "Kernel times", true, false, |ui| {
+                    kernel_table(ui, facts)
+                });
             });
     }
 
@@ -108,7 +112,7 @@ impl Interface {
         }
     }
 
-    fn picture_section(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 3.0;
             for (show, label, hint) in [
@@ -133,7 +137,7 @@ impl Interface {
                     .on_hover_text("The whole scene into the picture (F)")
                     .clicked()
                 {
-                    self.fit(ui.ctx());
+                    self.fit();
                 }
             });
         });
@@ -146,9 +150,16 @@ impl Interface {
                     ui.label("Point size");
                     ui.label(RichText::new("pixels").small().color(theme::WEAK));
                 });
-                let width = ui.available_width() - 82.0;
-                ui.spacing_mut().slider_width = width;
-                ui.add(egui::Slider::new(&mut self.view.particle_size, 1.0..=8.0).max_decimals(1));
+                let size = &mut self.view.particle_size;
+                wide_slider(ui, egui::Slider::new(size, 1.0..=8.0).max_decimals(1));
+                if facts.particles_drawn < self.running.particles.count {
+                    let text = format!(
+                        "{} are drawn while it runs",
+                        grouped(f64::from(facts.particles_drawn))
+                    );
+                    ui.label(RichText::new(text).small().color(theme::WEAK))
+                        .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
+                }
             }
             Show::Atlas => {
                 let mut tinted = self.view.atlas.chart_share > 0.0;
@@ -158,7 +169,6 @@ impl Interface {
             }
             Show::Surface => {}
         }
-        let _ = commands;
     }
 
     fn brightness(&mut self, ui: &mut Ui) {
@@ -183,13 +193,8 @@ impl Interface {
             });
         });
         if let Exposure::Fixed(brightest) = &mut self.view.exposure {
-            let width = ui.available_width() - 82.0;
-            ui.spacing_mut().slider_width = width;
-            ui.add(
-                egui::Slider::new(brightest, 0.01..=10_000.0)
-                    .logarithmic(true)
-                    .max_decimals(2),
-            );
+            let slider = egui::Slider::new(brightest, 0.01..=10_000.0);
+            wide_slider(ui, slider.logarithmic(true).max_decimals(2));
         }
     }
 
@@ -213,7 +218,7 @@ impl Interface {
             if parameters.is_empty() {
                 continue;
             }
-            section(ui, title, *open || !filter.is_empty(), |ui| {
+            section(ui, title, *open, !filter.is_empty(), |ui| {
                 let context = RowContext {
                     loaded: &self.loaded,
                     running: &self.running,
@@ -238,7 +243,7 @@ impl Interface {
                 continue;
             }
             let title = format!("Object: {}", self.edited.objects[i].name);
-            section(ui, &title, false, |ui| {
+            section(ui, &title, false, !filter.is_empty(), |ui| {
                 let context = RowContext {
                     loaded,
                     running,
@@ -266,9 +271,12 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("", "Scene", false),
 ];
 
-fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+/// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
+/// for.
+fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(RichText::new(title).strong())
         .default_open(open)
+        .open(found.then_some(true))
         .show_unindented(ui, |ui| {
             ui.add_space(2.0);
             contents(ui);

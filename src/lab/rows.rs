@@ -4,6 +4,7 @@ use egui::{Align, Layout, RichText, Slider, SliderClamping, Ui};
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 
 use super::theme;
+use super::widgets::wide_slider;
 
 /// What a row needs to know besides its parameter.
 #[derive(Clone, Copy)]
@@ -52,11 +53,8 @@ pub fn row<T>(
                     }
                 }
                 if parameter.effect != Effect::Live {
-                    let mark = RichText::new("⟲").color(if pending {
-                        theme::PENDING
-                    } else {
-                        theme::WEAK
-                    });
+                    let color = if pending { theme::PENDING } else { theme::WEAK };
+                    let mark = RichText::new("restarts").small().color(color);
                     ui.label(mark).on_hover_text(match parameter.effect {
                         Effect::Restart => "A change restarts the simulation.",
                         _ => "A change beyond the atlas's gutter restarts the simulation.",
@@ -113,9 +111,6 @@ fn editor<T>(ui: &mut Ui, parameter: &Parameter<T>, value: &mut T) -> bool {
 fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
     let mut now = (number.get)(value);
     let (low, high) = number.slider;
-    let value_width = 74.0;
-    ui.spacing_mut().slider_width = (ui.available_width() - value_width - 8.0).max(60.0);
-    ui.spacing_mut().interact_size.x = value_width;
     let mut slider = Slider::new(&mut now, low..=high)
         .logarithmic(number.scale == Scale::Logarithmic)
         .clamping(SliderClamping::Never);
@@ -131,7 +126,7 @@ fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
             .custom_formatter(|value, _| grouped(value))
             .custom_parser(parse_grouped);
     }
-    let changed = ui.add(slider).changed();
+    let changed = wide_slider(ui, slider).changed();
     if changed {
         let (least, most) = number.range;
         (number.set)(value, now.clamp(least, most));
@@ -139,7 +134,7 @@ fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
     changed
 }
 
-/// The end of a logarithmic slider that begins at 0: five decades below its other end.
+/// The end of a logarithmic slider that begins at 0: four decades below its other end.
 fn smallest_positive(low: f64, high: f64) -> f64 {
     if low > 0.0 { low } else { high * 1e-4 }
 }

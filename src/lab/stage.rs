@@ -26,6 +26,8 @@ pub struct Stage {
     renderer: Renderer,
     format: Format,
     canvas: Option<(Quality, Canvas)>,
+    /// Particles that the picture has, in the view of particles.
+    pub particles_drawn: u32,
     /// What the canvas shows, if it is still worth showing.
     drawn: Option<(View, u64)>,
 }
@@ -41,6 +43,7 @@ impl Stage {
             simulation,
             format,
             canvas: None,
+            particles_drawn: u32::MAX,
             drawn: None,
         })
     }
@@ -95,6 +98,7 @@ impl Stage {
         if is_cpu && is_moving {
             view.most_particles = PARTICLES_ON_CPU;
         }
+        self.particles_drawn = self.renderer.particles_drawn(&view);
         let fits = |(has, canvas): &(Quality, Canvas)| *has == quality && canvas.size() == size;
         if !self.canvas.as_ref().is_some_and(fits) {
             self.drawn = None;

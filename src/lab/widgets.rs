@@ -1,11 +1,25 @@
 //! Parts of the panel that egui does not have: the choice of colours and the table of kernel times.
 
-use egui::{Align, Color32, Layout, Rect, RichText, Sense, Ui, vec2};
+use egui::{Align, Color32, Layout, Rect, Response, RichText, Sense, Slider, Ui, vec2};
 use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
 use super::interface::Facts;
 use super::theme;
+
+/// Width of the number beside a slider, points.
+const VALUE_WIDTH: f32 = 74.0;
+
+/// A slider as wide as the panel, its number at the right edge.
+pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>) -> Response {
+    ui.scope(|ui| {
+        let gap = ui.spacing().item_spacing.x;
+        ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
+        ui.spacing_mut().interact_size.x = VALUE_WIDTH;
+        ui.add(slider)
+    })
+    .inner
+}
 
 /// Every colour map as a strip of its colours.
 pub fn color_map_picker(ui: &mut Ui, chosen: &mut ColorMap) {
@@ -71,10 +85,20 @@ pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
                     });
                 };
                 number(ui, format!("{:.0}", kernel.per_step));
-                number(ui, format!("{:.3}", kernel.mean_ms));
-                number(ui, format!("{:.3}", kernel.p95_ms));
+                number(ui, milliseconds(kernel.mean_ms));
+                number(ui, milliseconds(kernel.p95_ms));
                 number(ui, format!("{:.0} %", 100.0 * kernel.share));
                 ui.end_row();
             }
         });
+}
+
+/// With as many decimals as tell something, and never too wide for the table.
+fn milliseconds(ms: f64) -> String {
+    match ms {
+        100.0.. => format!("{ms:.0}"),
+        10.0.. => format!("{ms:.1}"),
+        1.0.. => format!("{ms:.2}"),
+        _ => format!("{ms:.3}"),
+    }
 }

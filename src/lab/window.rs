@@ -183,9 +183,7 @@ impl Lab {
         let stage = Stage::new(&ctx, scene, picture_format(format))?;
 
         let scene = &stage.scene;
-        let mut view = View::of(scene, Vec2::new(size[0] as f32, size[1] as f32));
-        follow(&mut view);
-        let interface = Interface::new(&scene.settings, view, (scene.center, scene.radius));
+        let interface = Interface::new(scene);
         let mut clocks = Clocks::new(&ctx, &mut frames);
         clocks.restart(&mut frames, &stage);
         let context = egui::Context::default();
@@ -331,7 +329,7 @@ impl Lab {
                 let picture =
                     self.stage
                         .photograph(&mut self.frames, &self.interface.view, picture_size)?;
-                match save_screenshot(Path::new("."), &picture) {
+                match save_screenshot(Path::new(""), &picture) {
                     Ok(path) => {
                         self.interface
                             .notice(context, format!("Saved {}", path.display()), false)
@@ -342,7 +340,10 @@ impl Lab {
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
                 if let Some(hit) = self.stage.pick(&self.interface.view, pixel, size) {
-                    self.interface.navigation.fly_to(hit.position);
+                    let Interface {
+                        navigation, view, ..
+                    } = &mut self.interface;
+                    navigation.fly_to(hit.position, view);
                 }
             }
             Command::Copy => {
@@ -397,14 +398,10 @@ impl Lab {
             return;
         }
         let scene = &self.stage.scene;
-        self.interface.running = scene.settings.clone();
-        self.interface.edited = scene.settings.clone();
-        self.interface.bounds = (scene.center, scene.radius);
         if is_new_scene {
-            self.interface.loaded = scene.settings.clone();
-            let size = self.window.inner_size();
-            self.interface.view = View::of(scene, Vec2::new(size.width as f32, size.height as f32));
-            follow(&mut self.interface.view);
+            self.interface.open(scene);
+        } else {
+            self.interface.restarted(scene);
         }
         self.clocks.restart(&mut self.frames, &self.stage);
         self.pacer.restart();
@@ -457,13 +454,6 @@ impl Place {
 
 fn title(scene: &Scene) -> String {
     format!("{} - myxo", scene.name)
-}
-
-/// In a window the exposure follows the trail.
-fn follow(view: &mut View) {
-    if matches!(view.exposure, Exposure::Auto { .. }) {
-        view.exposure = Exposure::following();
-    }
 }
 
 /// The sRGB format with the same bytes: the picture is drawn in it, and its bytes are copied as they are.

@@ -364,11 +364,8 @@ impl Renderer {
             state, view, size, ..
         } = *shot;
         let camera = &view.camera;
-        let stride = self
-            .shape
-            .particle_count
-            .div_ceil(view.most_particles.max(1));
-        let drawn = self.shape.particle_count.div_ceil(stride.max(1));
+        let stride = self.particle_stride(view);
+        let drawn = self.particles_drawn(view);
         pass.draw(
             &shot.pipelines.particles,
             drawn,
@@ -390,6 +387,21 @@ impl Renderer {
                 stride,
             },
         );
+    }
+
+    /// How many particles a picture with this view has, if it shows particles.
+    #[must_use]
+    pub fn particles_drawn(&self, view: &View) -> u32 {
+        self.shape
+            .particle_count
+            .div_ceil(self.particle_stride(view))
+    }
+
+    fn particle_stride(&self, view: &View) -> u32 {
+        self.shape
+            .particle_count
+            .div_ceil(view.most_particles.max(1))
+            .max(1)
     }
 
     fn draw_atlas(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {

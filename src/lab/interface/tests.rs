@@ -23,10 +23,9 @@ impl Harness {
     fn new() -> Self {
         let settings = Settings::default();
         let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
-        let view = View::of(&scene, Vec2::new(SCREEN.x, SCREEN.y));
         let mut harness = Self {
             ctx: egui::Context::default(),
-            interface: Interface::new(&scene.settings, view, (scene.center, scene.radius)),
+            interface: Interface::new(&scene),
             facts: Facts {
                 gutter: 1,
                 ..Facts::default()
@@ -228,11 +227,16 @@ fn a_double_click_asks_for_the_point_under_it() {
     assert_eq!(commands, [Command::Refocus(pixel)]);
 
     let goal = Vec3::new(0.3, 0.1, 0.2);
-    harness.interface.navigation.fly_to(goal);
+    let before = harness.interface.view.camera;
+    let view = harness.interface.view;
+    harness.interface.navigation.fly_to(goal, &view);
     for _ in 0..120 {
         harness.frame(vec![]);
     }
-    assert_eq!(harness.interface.view.camera.target, goal);
+    let after = harness.interface.view.camera;
+    assert_eq!(after.target, goal);
+    // The eye has moved sideways only.
+    assert!((after.eye() - before.eye()).dot(before.backward()).abs() < 1e-4);
     assert!(!harness.frame(vec![]).touched, "it has arrived");
 }
 
@@ -290,4 +294,29 @@ fn a_notice_goes_away() {
     harness.time += 10.0;
     harness.frame(vec![]);
     assert!(harness.interface.notice.is_none());
+}
+
+#[test]
+fn the_scene_keeps_fitting_until_the_camera_is_moved() {
+    let mut harness = Harness::new();
+    let with_panel = harness.interface.view.camera.distance;
+    harness.press(Key::P);
+    harness.frame(vec![]);
+    let without_panel = harness.interface.view.camera.distance;
+    assert!(
+        without_panel < 0.95 * with_panel,
+        "{without_panel}, {with_panel}"
+    );
+    harness.drag(
+        PointerButton::Primary,
+        Modifiers::NONE,
+        IN_PICTURE,
+        IN_PICTURE + vec2(60.0, 20.0),
+    );
+    harness.press(Key::P);
+    harness.frame(vec![]);
+    assert_eq!(harness.interface.view.camera.distance, without_panel);
+    harness.press(Key::F);
+    harness.frame(vec![]);
+    assert!(harness.interface.view.camera.distance > 1.05 * without_panel);
 }
