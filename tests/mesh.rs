@@ -62,7 +62,8 @@ fn plain_meshes_have_nothing_to_report() {
 #[test]
 fn validate_sees_what_is_broken() {
     let mesh = Mesh::builtin("torus?major=8&minor=6").unwrap();
-    let breakages: [(&str, fn(&mut Surface)); 8] = [
+    type Breakage = fn(&mut Surface);
+    let breakages: [(&str, Breakage); 8] = [
         ("twin", |s| s.halfedges[5].twin = s.halfedges[6].twin),
         ("does not exist", |s| s.halfedges[0].twin = 4_000_000),
         ("rotation", |s| s.halfedges[7].sin += 1e-4),

@@ -29,7 +29,7 @@ impl Compare {
     /// Prints the comparison.
     pub fn run(&self) -> Result<Outcome> {
         let (a, b) = (Report::read(&self.a)?, Report::read(&self.b)?);
-        console::print(&comparison(&a, &b))?;
+        console::print(comparison(&a, &b))?;
         Ok(if a.state_hash == b.state_hash {
             Outcome::Done
         } else {

@@ -121,13 +121,6 @@ fn is_closed_pipe(error: &Error) -> bool {
         if path.as_os_str() == OsStr::new(console::STDOUT) && source.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
-/// What stands where a command needs a part of the program that this build lacks.
-fn not_built_in(part: &str) -> Error {
-    Error::Invalid(format!(
-        "{part} is not built into this myxo: build a later version"
-    ))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -198,10 +198,10 @@ impl Frames {
     fn blame(&self, error: GpuError) -> GpuError {
         let oldest_first =
             (0..self.slots.len()).map(|i| &self.slots[(self.next + i) % self.slots.len()]);
-        let begun = oldest_first
+        let mut begun = oldest_first
             .filter_map(|slot| Some((slot.resources.works_begun(), slot.pending.as_ref()?)));
         // The device works in order: the newest frame that has begun is the one.
-        let last = begun.filter(|(count, _)| *count > 0).last();
+        let last = begun.rfind(|(count, _)| *count > 0);
         match last {
             Some((count, pending)) => blame(error, count, &pending.works),
             None => error,

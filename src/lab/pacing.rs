@@ -49,7 +49,7 @@ impl Pacer {
     }
 
     /// What a step costs, as far as it is known.
-    #[must_use]
+    #[cfg(test)]
     pub fn step_time(&self) -> Option<Duration> {
         self.measured
             .then(|| Duration::from_secs_f64(self.step_seconds))

@@ -86,6 +86,7 @@ pub fn expose(
     histogram: &mut [u32],
     brightest: &mut [f32],
 ) {
+    #[expect(clippy::needless_range_loop, reason = "mirrors the shader")]
     for i in 0..count as usize {
         let bins = i * BIN_COUNT as usize..(i + 1) * BIN_COUNT as usize;
         expose_one(

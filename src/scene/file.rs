@@ -177,14 +177,14 @@ impl Reader {
             return self.object_key(key, rest, value, at);
         }
         if let Some(message) = set(PARAMETERS, &mut self.settings, key, key, value.get_ref()) {
-            return match message {
+            match message {
                 Refusal::Wrong(message) => self.problem(at, message),
                 Refusal::Unknown => match value.get_ref() {
                     DeValue::Table(table) if is_section(key) => self.table(key, table),
                     DeValue::Table(_) => self.unknown_section(key, at),
                     _ => self.unknown(key, at),
                 },
-            };
+            }
         }
     }
 

@@ -10,7 +10,7 @@ macro_rules! real {
             slider: $slider,
             scale: Scale::$scale,
             integer: false,
-            get: |s| f64::from(s.$($field).+),
+            get: |s| s.$($field).+ as f64,
             set: |s, value| s.$($field).+ = value as f32,
         })
     };
