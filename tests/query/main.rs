@@ -293,6 +293,7 @@ fn the_square_is_walked_as_by_hand() {
     ];
     for (answer, (face, weights, y, travelled, status)) in answers.iter().zip(expected) {
         assert_eq!((answer.face, answer.status), (face, status));
+        #[expect(clippy::needless_range_loop, reason = "two arrays and a component")]
         for k in 0..3 {
             assert!((answer.weights[k] - weights[k]).abs() < 2e-7, "{answer:?}");
         }
