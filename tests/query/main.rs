@@ -293,9 +293,8 @@ fn the_square_is_walked_as_by_hand() {
     ];
     for (answer, (face, weights, y, travelled, status)) in answers.iter().zip(expected) {
         assert_eq!((answer.face, answer.status), (face, status));
-        #[expect(clippy::needless_range_loop, reason = "two arrays and a component")]
-        for k in 0..3 {
-            assert!((answer.weights[k] - weights[k]).abs() < 2e-7, "{answer:?}");
+        for (found, weight) in answer.weights.into_iter().zip(weights) {
+            assert!((found - weight).abs() < 2e-7, "{answer:?}");
         }
         assert!(answer.position.distance(DVec3::new(0.75, y, 0.0)) < 2e-7);
         assert!(answer.direction.distance(DVec3::Y) < 1e-9);
