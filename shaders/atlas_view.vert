@@ -1,6 +1,6 @@
-// atlas_view: one triangle that covers the picture.
-// Reads   nothing.
-// Writes  nothing but the place.
+// atlas_view: shows the unwrapped atlas, flat, by one triangle that covers the picture.
+// Reads   nothing; its other stage trail, texel_owner, charts, colors, brightest.
+// Writes  the position.
 // Three invocations.
 // Overflow: cannot happen.
 #version 460

@@ -1,7 +1,7 @@
-// surface: draws every object's triangles, three vertices each, by vertex pulling.
-// Reads   corners, vertices, normals, atlas_maps, poses.
+// surface: draws every object's triangles, lit, with the trail on them.
+// Reads   corners, vertices, normals, atlas_maps, poses; its other stage trail, colors, brightest.
 // Writes  the corner's place, normal and uv, and the triangle's map to the atlas.
-// One invocation per corner; nothing is indexed, because a vertex has another normal and uv in each triangle.
+// Three invocations per triangle; nothing is indexed, because a vertex has another normal and uv in each triangle.
 // Overflow: cannot happen; the draw has three vertices for each triangle.
 #version 460
 #include "types.glsl"

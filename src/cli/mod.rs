@@ -87,7 +87,7 @@ impl Outcome {
 
 /// Reads the command line, does what it says, and gives the exit code.
 pub fn main() -> ExitCode {
-    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"))
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,winit=error"))
         .format_timestamp(None)
         .init();
     let cli = Cli::parse();

@@ -31,6 +31,8 @@ pub enum Command {
     Refocus(Vec2),
     /// Put the scene with its settings and camera into the clipboard.
     Copy,
+    /// Close the window.
+    Quit,
     /// Take over a scene from the clipboard.
     Paste(String),
 }
@@ -246,6 +248,7 @@ impl Interface {
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
                 KeyAction::Panel => self.panel = !self.panel,
                 KeyAction::Help => self.help = !self.help,
+                KeyAction::Quit => commands.push(Command::Quit),
             }
         }
         if self.help && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {

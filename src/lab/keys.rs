@@ -27,40 +27,95 @@ pub enum KeyAction {
     Panel,
     /// Hides or shows the list of controls.
     Help,
+    /// Closes the window.
+    Quit,
 }
 
-/// Keys, how they are written, what they do, and in words.
-pub const KEYS: &[(&[Key], &str, KeyAction, &str)] = &[
-    (&[Key::Space], "Space", KeyAction::Pause, "run or pause"),
+/// What is held, keys, how they are written, what they do, and in words.
+pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     (
+        Modifiers::NONE,
+        &[Key::Space],
+        "Space",
+        KeyAction::Pause,
+        "run or pause",
+    ),
+    (
+        Modifiers::NONE,
         &[Key::S, Key::Period],
         "S  .",
         KeyAction::SingleStep,
         "one step",
     ),
-    (&[Key::R], "R", KeyAction::Reset, "restart from step 0"),
-    (&[Key::Num1], "1", KeyAction::ShowSurface, "lit surface"),
-    (&[Key::Num2], "2", KeyAction::ShowParticles, "particles"),
-    (&[Key::Num3], "3", KeyAction::ShowAtlas, "atlas, unwrapped"),
-    (&[Key::C], "C", KeyAction::NextColors, "next colour map"),
     (
+        Modifiers::NONE,
+        &[Key::R],
+        "R",
+        KeyAction::Reset,
+        "restart from step 0",
+    ),
+    (
+        Modifiers::NONE,
+        &[Key::Num1],
+        "1",
+        KeyAction::ShowSurface,
+        "lit surface",
+    ),
+    (
+        Modifiers::NONE,
+        &[Key::Num2],
+        "2",
+        KeyAction::ShowParticles,
+        "particles",
+    ),
+    (
+        Modifiers::NONE,
+        &[Key::Num3],
+        "3",
+        KeyAction::ShowAtlas,
+        "atlas, unwrapped",
+    ),
+    (
+        Modifiers::NONE,
+        &[Key::C],
+        "C",
+        KeyAction::NextColors,
+        "next colour map",
+    ),
+    (
+        Modifiers::NONE,
         &[Key::F, Key::Home],
         "F",
         KeyAction::Fit,
         "fit the scene into the picture",
     ),
     (
+        Modifiers::NONE,
         &[Key::F12],
         "F12",
         KeyAction::Screenshot,
         "save a screenshot",
     ),
-    (&[Key::P], "P", KeyAction::Panel, "hide or show the panel"),
     (
+        Modifiers::NONE,
+        &[Key::P],
+        "P",
+        KeyAction::Panel,
+        "hide or show the panel",
+    ),
+    (
+        Modifiers::NONE,
         &[Key::H, Key::F1],
         "H",
         KeyAction::Help,
         "hide or show this list",
+    ),
+    (
+        Modifiers::COMMAND,
+        &[Key::Q],
+        "Ctrl Q",
+        KeyAction::Quit,
+        "close the window",
     ),
 ];
 
@@ -73,18 +128,17 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Ctrl C, Ctrl V", "copy and paste the whole scene as text"),
 ];
 
-/// What the keys pressed in this frame do; nothing while text is being typed or a modifier is held.
+/// What the keys pressed in this frame do; nothing while text is being typed.
 pub fn pressed(ctx: &egui::Context) -> Vec<KeyAction> {
     if ctx.text_edit_focused() {
         return Vec::new();
     }
     ctx.input_mut(|input| {
         KEYS.iter()
-            .filter(|(keys, ..)| {
-                keys.iter()
-                    .any(|key| input.consume_key(Modifiers::NONE, *key))
+            .filter(|(modifiers, keys, ..)| {
+                keys.iter().any(|key| input.consume_key(*modifiers, *key))
             })
-            .map(|(_, _, action, _)| *action)
+            .map(|(_, _, _, action, _)| *action)
             .collect()
     })
 }

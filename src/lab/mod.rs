@@ -30,11 +30,7 @@ pub struct LabOptions {
 
 /// Opens the window and runs until it is closed.
 pub fn run(scene: Scene, options: LabOptions) -> Result<()> {
-    let events = EventLoop::new().map_err(|source| {
-        Error::Invalid(format!(
-            "no window can be opened ({source}): where there is no display, `myxo render` draws without one"
-        ))
-    })?;
+    let events = EventLoop::new().map_err(|source| window::no_window(&source))?;
     let mut app = window::App::new(scene, options);
     let ended = events.run_app(&mut app);
     if let Some(error) = app.error {

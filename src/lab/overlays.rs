@@ -73,7 +73,7 @@ impl Interface {
                         for (keys, what) in MOUSE {
                             line(keys, what);
                         }
-                        for (_, keys, _, what) in KEYS {
+                        for (_, _, keys, _, what) in KEYS {
                             line(keys, what);
                         }
                     });

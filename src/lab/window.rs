@@ -87,6 +87,7 @@ impl ApplicationHandler for App {
             }
             WindowEvent::DroppedFile(path) => lab.open_file(&path),
             WindowEvent::RedrawRequested => match lab.frame() {
+                Ok(_) if lab.closing => events.exit(),
                 Ok(next) => self.wake = next,
                 Err(error) => self.fail(events, error),
             },
@@ -135,6 +136,8 @@ struct Lab {
     pacer: Pacer,
     /// Steps that were asked for one by one.
     single_steps: u32,
+    /// The user wants to leave.
+    closing: bool,
     /// When the picture last moved.
     moved: Instant,
     /// What the validation layers said, counted.
@@ -207,6 +210,7 @@ impl Lab {
             clocks,
             pacer: Pacer::default(),
             single_steps: 0,
+            closing: false,
             moved: Instant::now(),
             message_count: 0,
             ctx,
@@ -351,6 +355,7 @@ impl Lab {
                 self.interface
                     .notice(context, "The scene is in the clipboard", false);
             }
+            Command::Quit => self.closing = true,
             Command::Paste(text) => match read_scene(&text, &self.stage.scene) {
                 Ok(scene) => self.open_scene(context, scene),
                 Err(error) => self.interface.notice(context, error.to_string(), true),
@@ -481,9 +486,17 @@ fn read_scene(text: &str, like: &Scene) -> Result<Scene> {
     )?)
 }
 
-fn no_window(source: &dyn std::fmt::Display) -> Error {
+/// What to do where no window opens. The system's reason comes without winit's place in its own source.
+pub fn no_window(source: &dyn std::fmt::Display) -> Error {
+    let text = source.to_string();
+    let reason = text
+        .split_once(".rs:")
+        .and_then(|(_, rest)| rest.split_once(": "));
+    let reason = reason
+        .map_or(text.as_str(), |(_, reason)| reason)
+        .trim_end_matches('.');
     Error::Invalid(format!(
-        "no window can be opened ({source}): where there is no display, `myxo render` draws without one"
+        "no window can be opened ({reason}): where there is no display, `myxo render` draws without one"
     ))
 }
 
@@ -491,6 +504,18 @@ fn no_window(source: &dyn std::fmt::Display) -> Error {
 mod tests {
     use super::*;
     use egui::{Rect, pos2};
+
+    #[test]
+    fn a_missing_display_is_said_without_a_place_in_somebody_elses_source() {
+        let winit =
+            "os error at /home/me/.cargo/winit-0.30/src/linux/mod.rs:765: DISPLAY is not set.";
+        let message = no_window(&winit).to_string();
+        assert!(
+            message.contains("(DISPLAY is not set)") && !message.contains(".rs"),
+            "{message}"
+        );
+        assert!(no_window(&"no memory").to_string().contains("(no memory)"));
+    }
 
     #[test]
     fn the_picture_covers_its_part_of_the_window_and_no_more() {
