@@ -43,7 +43,10 @@ pub(crate) fn advice(source: &std::io::Error) -> &'static str {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "; choose a place where you may do that"
         }
-        ErrorKind::NotADirectory => "; a part of the path is a file and not a folder",
+        // The system says of a folder to be made that the file exists.
+        ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
+            "; a part of the path is a file and not a folder"
+        }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
             "; free some space, or choose another disk"
         }
