@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test bench clean
+.PHONY: help demo test mutants bench clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -20,6 +20,10 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
 	@.ci/setup test
 	cargo test --release
+
+mutants: ## break a constant of every shader in turn and list the tests that turn red (half an hour)
+	@.ci/setup test
+	.ci/mutants
 
 bench: ## time every kernel on the reference scenes; the figures go to benches/results/
 	@.ci/setup demo

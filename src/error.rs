@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("cannot {action} {path}: {source}", path = path.display())]
+    #[error("cannot {action} {path}: {source}{}", advice(source), path = path.display())]
     Io {
         /// What was tried: `read`, `write`, `create`.
         action: &'static str,
@@ -35,3 +35,21 @@ pub enum Error {
 
 /// The library's result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What to do about a file that cannot be read or written, to stand behind what the system said.
+pub(crate) fn advice(source: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind;
+    match source.kind() {
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "; choose a place where you may do that"
+        }
+        // The system says of a folder to be made that the file exists.
+        ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
+            "; a part of the path is a file and not a folder"
+        }
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "; free some space, or choose another disk"
+        }
+        _ => "",
+    }
+}

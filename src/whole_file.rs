@@ -55,7 +55,7 @@ impl WholeFile {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         Ok(Self {
-            file: builder.tempfile_in(folder)?,
+            file: builder.tempfile_in(folder).map_err(without_path)?,
             path: path.to_owned(),
         })
     }
@@ -102,6 +102,15 @@ impl Seek for WholeFile {
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         self.file.as_file_mut().seek(position)
     }
+}
+
+/// What the system said, without the hidden name that means nothing to anybody.
+fn without_path(error: io::Error) -> io::Error {
+    let inner = error.get_ref().and_then(std::error::Error::source);
+    let code = inner
+        .and_then(|inner| inner.downcast_ref::<io::Error>())
+        .and_then(io::Error::raw_os_error);
+    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 /// The folder in which `path` lies: the current one for a bare name.
@@ -169,6 +178,11 @@ mod tests {
             io::ErrorKind::IsADirectory
         );
         assert!(WholeFile::create(Path::new("/")).is_err());
+        #[cfg(target_os = "linux")]
+        {
+            let error = WholeFile::create(Path::new("/proc/x.png")).unwrap_err();
+            assert!(!error.to_string().contains(".part"), "{error}");
+        }
     }
 
     #[cfg(unix)]

@@ -1,51 +1,11 @@
 //! The program as people run it: bad input gives one clear message, a documented exit code, and nothing else.
 
+mod program;
+
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
-fn myxo(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_myxo"))
-        .args(arguments)
-        .env_remove("RUST_LOG")
-        .stdin(Stdio::null())
-        .output()
-        .expect("the program starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("output is UTF-8")
-}
-
-/// Runs what must fail, and gives the message.
-#[track_caller]
-fn refused(code: i32, arguments: &[&str]) -> String {
-    let output = myxo(arguments);
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
-    assert_eq!(text(&output.stdout), "", "{arguments:?}");
-    assert!(
-        !message.contains("panicked") && !message.contains("RUST_BACKTRACE"),
-        "{message}"
-    );
-    assert!(
-        message.ends_with('\n') && message.trim().len() > 20,
-        "{message:?}"
-    );
-    message
-}
-
-/// A failure that is reported by the program itself: its name first, one message.
-#[track_caller]
-fn failed(arguments: &[&str]) -> String {
-    let message = refused(1, arguments);
-    assert!(message.starts_with("myxo: "), "{message}");
-    assert_eq!(message.matches("myxo: ").count(), 1, "{message}");
-    message
-}
-
-fn path(path: &Path) -> &str {
-    path.to_str().expect("temporary paths are Unicode")
-}
+use program::{failed, myxo, no_device, path, refused, text};
 
 #[test]
 fn unknown_scene_names_the_nearest() {
@@ -224,43 +184,6 @@ fn unknown_devices_are_answered_with_those_that_exist() {
 }
 
 #[test]
-fn without_a_driver_the_package_is_named() {
-    let output = Command::new(env!("CARGO_BIN_EXE_myxo"))
-        .args([
-            "query",
-            "geodesic",
-            "--mesh",
-            "builtin:cube",
-            "--in",
-            "/dev/stdin",
-        ])
-        .env("VK_DRIVER_FILES", "/nonexistent")
-        .env("VK_ICD_FILENAMES", "/nonexistent")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .and_then(|mut child| {
-            use std::io::Write as _;
-            let mut stdin = child.stdin.take().expect("it is piped");
-            stdin.write_all(b"id,face,b0,b1,b2,dx,dy,dz,length\n1,0,1,0,0,1,0,0,1\n")?;
-            drop(stdin);
-            child.wait_with_output()
-        })
-        .expect("the program starts");
-    let message = text(&output.stderr);
-    assert_eq!(
-        (output.status.code(), text(&output.stdout).as_str()),
-        (Some(1), ""),
-        "{message}"
-    );
-    assert!(
-        message.starts_with("myxo: no Vulkan: ") && message.contains("mesa-vulkan-drivers"),
-        "{message}"
-    );
-}
-
-#[test]
 fn info_tells_devices_and_what_is_missing() {
     if no_device() {
         return;
@@ -278,16 +201,6 @@ fn info_tells_devices_and_what_is_missing() {
         list.contains(&format!("  {chosen}: {name} ")) && list.contains("<- is used"),
         "{list}"
     );
-}
-
-/// True where there is no device and `MYXO_ALLOW_NO_DEVICE=1` says that tests may then be skipped.
-fn no_device() -> bool {
-    let lacking =
-        ::myxo::gpu::devices().is_err() && std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some();
-    if lacking {
-        eprintln!("skipped: there is no device");
-    }
-    lacking
 }
 
 #[test]

@@ -76,7 +76,8 @@ impl Render {
         let ending = session.finish()?;
 
         console::message(&session.table(Run::Step));
-        let report = session.report(&ending, !completed);
+        let interrupted = !completed && interrupt::requested();
+        let report = session.report(&ending, interrupted);
         console::message(&format!(
             "{} after {} steps: state hash {}",
             session.scene.name, ending.snapshot.step, report.state_hash
@@ -85,10 +86,12 @@ impl Render {
         if let Some(sink) = report_sink {
             sink.write(report.to_json())?;
         }
-        Ok(match completed {
-            _ if outputs.failed() => Outcome::Failed,
-            true => Outcome::Done,
-            false => Outcome::Interrupted,
+        Ok(if outputs.failed() {
+            Outcome::Failed
+        } else if interrupted {
+            Outcome::Interrupted
+        } else {
+            Outcome::Done
         })
     }
 

@@ -87,8 +87,8 @@ pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
         let mut text = aligned(&cells, None);
         let _ = writeln!(
             text,
-            "GPU time of {} runs, nothing else between them.",
-            report.steps
+            "GPU time of {}, nothing else between them.",
+            counted(report.steps, "run")
         );
         return text;
     }
@@ -105,8 +105,8 @@ pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
     let mut text = aligned(&cells, Some(cells.len() - 1));
     let _ = writeln!(
         text,
-        "GPU time of {} steps; the kernels account for {:.1} % of it.",
-        report.steps,
+        "GPU time of {}; the kernels account for {:.1} % of it, the rest lies between them.",
+        counted(report.steps, "step"),
         100.0 * sum / step.mean_ms
     );
     text
@@ -130,6 +130,11 @@ fn aligned<const N: usize>(rows: &[[String; N]], ruled: Option<usize>) -> String
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text
+}
+
+/// `1 step`, `2 steps`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// `1`, or `0.25` for a kernel of every fourth step.

@@ -32,6 +32,21 @@ impl Messages {
     }
 }
 
+/// Why the loader has no driver, as far as one can know from outside.
+fn no_driver() -> String {
+    let chosen = |name: &'static str| Some((name, std::env::var_os(name)?));
+    let chosen = chosen("VK_DRIVER_FILES").or_else(|| chosen("VK_ICD_FILENAMES"));
+    match chosen.filter(|(_, files)| !files.is_empty()) {
+        Some((name, files)) => {
+            format!(
+                "{name} is {}, and no driver is found there",
+                files.display()
+            )
+        }
+        None => "no driver is installed".to_owned(),
+    }
+}
+
 /// Owns the instance and its messenger.
 pub(crate) struct Instance {
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -127,7 +142,7 @@ impl Instance {
         // SAFETY: every pointer in `info` outlives the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoVulkan {
-                reason: "no driver is installed".to_owned(),
+                reason: no_driver(),
             },
             source => GpuError::Vulkan {
                 call: "vkCreateInstance",

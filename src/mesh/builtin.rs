@@ -1,5 +1,5 @@
 //! Built-in meshes by name: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults,
-//! and the models of [`super::embedded`].
+//! and the models that come with the program.
 //!
 //! A name is written as in a web address: `torus`, `torus?major=64&minor=32`.
 

@@ -221,3 +221,151 @@ pub fn human(bytes: u64) -> String {
 fn number(value: u64) -> String {
     grouped(value as f64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::DeviceKind;
+    use crate::scene::settings::Settings;
+
+    /// A device whose buffers hold `limit` bytes.
+    fn device(limit: u64) -> DeviceInfo {
+        DeviceInfo {
+            index: 0,
+            name: "abacus".to_owned(),
+            kind: DeviceKind::Other,
+            driver: String::new(),
+            driver_version: String::new(),
+            api_version: String::new(),
+            cache_key: String::new(),
+            timestamp_period: 1.0,
+            timestamp_valid_bits: 64,
+            max_storage_buffer_range: limit,
+            max_texel_buffer_elements: 1 << 27,
+            max_memory_allocation_size: 1 << 40,
+            max_group_count: 65_535,
+            max_group_invocations: 1024,
+            max_storage_buffers: 16,
+            max_push_constants: 128,
+            max_image_side: 16_384,
+            max_samples: 4,
+            subgroup_size: 8,
+            heaps: Vec::new(),
+            has_dynamic_rendering: true,
+            has_calibrated_timestamps: true,
+            missing: Vec::new(),
+            extensions: Vec::new(),
+            queue_family: 0,
+            physical: Default::default(),
+        }
+    }
+
+    fn scene(mesh: &str, particles: u32, size: u32) -> Scene {
+        let mut settings = Settings::default();
+        settings.objects[0].mesh = mesh.to_owned();
+        settings.particles.count = particles;
+        settings.atlas.size = size;
+        Scene::from_settings("test".to_owned(), settings, ".".into()).expect("it loads")
+    }
+
+    fn refusal(device: &DeviceInfo, scene: &Scene) -> String {
+        check(device, scene)
+            .expect_err("it is too large")
+            .to_string()
+    }
+
+    /// The number behind the last "use at most".
+    fn advised(message: &str) -> u32 {
+        let (_, number) = message
+            .rsplit_once("use at most ")
+            .expect("there is advice");
+        number.replace(',', "").parse().expect("it is a number")
+    }
+
+    #[test]
+    fn what_is_advised_is_the_largest_that_fits() {
+        for limit in [1 << 20, 5_000_000, 128 << 20] {
+            let device = device(limit);
+            let message = refusal(&device, &scene("builtin:cube", 1 << 30, 64));
+            let most = advised(&message);
+            assert!(
+                message.contains("particles.count = 1,073,741,824"),
+                "{message}"
+            );
+            assert!(check(&device, &scene("builtin:cube", most, 64)).is_ok());
+            assert!(check(&device, &scene("builtin:cube", most + 1, 64)).is_err());
+            assert!(u64::from(most) * 16 <= limit && u64::from(most + 1) * 16 > limit);
+
+            let message = refusal(&device, &scene("builtin:cube", 64, 32_768));
+            let most = advised(&message);
+            assert!(message.contains("atlas.size = 32,768"), "{message}");
+            assert!(check(&device, &scene("builtin:cube", 64, most)).is_ok());
+            assert!(check(&device, &scene("builtin:cube", 64, most + 1)).is_err());
+        }
+    }
+
+    #[test]
+    fn everything_that_is_too_large_comes_at_once() {
+        let message = refusal(
+            &device(1 << 20),
+            &scene("builtin:torus?major=200&minor=200", 70_000, 1024),
+        );
+        for part in [
+            "too large for abacus: ",
+            "\n  particles.count = 70,000 takes 2 MiB, and one buffer holds 1 MiB (maxStorageBufferRange): use at most 65,536",
+            "\n  atlas.size = 1024 takes 4 MiB a texture",
+            "\n  the meshes have 80,000 triangles",
+        ] {
+            assert!(message.contains(part), "{part}\nis not in\n{message}");
+        }
+    }
+
+    #[test]
+    fn gutters_that_are_too_large_lower_the_atlas() {
+        let torus = |size| scene("builtin:torus?major=24&minor=16", 100, size);
+        let message = refusal(&device(1 << 20), &torus(512));
+        let most = advised(&message);
+        assert!(
+            message.contains("gives the 768 triangles gutters of"),
+            "{message}"
+        );
+        assert!((80..512).contains(&most), "{message}");
+        assert!(check(&device(1 << 20), &torus(most)).is_ok());
+        assert!(check(&device(1 << 20), &torus(most + 1)).is_err());
+        let setup = Setup::new(&torus(most)).expect("it has room");
+        assert!(setup.atlas.seams.len() as u64 * SEAM <= 1 << 20);
+        let setup = Setup::new(&torus(most + 1)).expect("it has room");
+        assert!(setup.atlas.seams.len() as u64 * SEAM > 1 << 20);
+    }
+
+    #[test]
+    fn no_size_is_advised_that_the_device_does_not_hold() {
+        let no_room = |needed| AtlasError::NoRoom {
+            triangles: 100_000,
+            cells: 50_000,
+            cell_size: 4,
+            gutter: 1,
+            size: 64,
+            needed,
+        };
+        let small = device(1 << 20);
+        assert!(
+            atlas_error(&small, no_room(500))
+                .to_string()
+                .contains("raise atlas.size to 500")
+        );
+        let message = atlas_error(&small, no_room(900)).to_string();
+        assert!(
+            message.ends_with("need atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn bytes_are_said_as_people_say_them() {
+        assert_eq!(human(128 << 20), "128 MiB");
+        assert_eq!(human((128 << 20) + 1), "129 MiB");
+        assert_eq!(human(3 << 29), "1.5 GiB");
+        assert_eq!(human(u64::MAX), "no limit");
+    }
+}

@@ -52,7 +52,8 @@ impl Snapshot {
             .map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
         particles
             .chain(trail)
-            .reduce(|| self.step, u64::wrapping_add)
+            .reduce(|| 0, u64::wrapping_add)
+            .wrapping_add(self.step)
     }
 
     /// Are all ids there, once each?
@@ -200,6 +201,26 @@ mod tests {
         let mut changed = state.clone();
         changed.particles[5].u = f32::from_bits(changed.particles[5].u.to_bits() + 1);
         assert_ne!(changed.hash(), state.hash(), "the last bit counts");
+    }
+
+    /// However the work is shared out, the sum is the same.
+    #[test]
+    fn hash_does_not_depend_on_the_number_of_threads() {
+        let mut state = snapshot();
+        state.trail = (0..100_000).map(|i| i as f32).collect();
+        let with_threads = |count| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+            pool.expect("there are threads").install(|| state.hash())
+        };
+        let one = with_threads(1);
+        for count in [2, 3, 16] {
+            assert_eq!(with_threads(count), one, "{count} threads");
+        }
+        let next = Snapshot {
+            step: 4,
+            ..state.clone()
+        };
+        assert_ne!(next.hash(), one, "the step counts");
     }
 
     #[test]

@@ -293,8 +293,8 @@ fn the_square_is_walked_as_by_hand() {
     ];
     for (answer, (face, weights, y, travelled, status)) in answers.iter().zip(expected) {
         assert_eq!((answer.face, answer.status), (face, status));
-        for k in 0..3 {
-            assert!((answer.weights[k] - weights[k]).abs() < 2e-7, "{answer:?}");
+        for (found, weight) in answer.weights.into_iter().zip(weights) {
+            assert!((found - weight).abs() < 2e-7, "{answer:?}");
         }
         assert!(answer.position.distance(DVec3::new(0.75, y, 0.0)) < 2e-7);
         assert!(answer.direction.distance(DVec3::Y) < 1e-9);
@@ -341,6 +341,44 @@ fn walks_on_a_plane_are_straight_lines() {
         }
     }
     assert!((100..400).contains(&stopped), "{stopped} of 500 stop");
+}
+
+/// Walks along edges: rounding must not send them to and fro between the two triangles for ever.
+#[test]
+fn walks_along_edges_get_to_their_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    for mesh in [suite::potato(), suite::slivers(), suite::bipyramid(100)] {
+        let (_, path, model) = obj(folder.path(), &mesh);
+        let walk = |halfedge: usize| {
+            let (face, k) = (halfedge / 3, halfedge % 3);
+            let corners = model.corners(face);
+            let along = corners[(k + 1) % 3] - corners[k];
+            let mut weights = [0.0; 3];
+            (weights[k], weights[(k + 1) % 3]) = (0.75, 0.25);
+            Walk {
+                face,
+                weights,
+                direction: along.normalize(),
+                length: 0.5 * along.length(),
+            }
+        };
+        let walks: Vec<Walk> = (0..3 * model.triangles.len()).map(walk).collect();
+        let Some(answers) = ask(&path, &walks) else {
+            return;
+        };
+        for (id, (walk, answer)) in walks.iter().zip(&answers).enumerate() {
+            let start = model.point(walk.face, walk.weights);
+            let off = answer
+                .position
+                .distance(start + walk.length * walk.direction);
+            assert!(
+                answer.status == 0 && off < 1e-6,
+                "{}, walk {id}: {off} from its end, status {}",
+                mesh.name,
+                answer.status
+            );
+        }
+    }
 }
 
 /// A straight walk on a cube is the trace of rolling the cube over a plane.

@@ -10,7 +10,7 @@
 //! **Invariant:** every texel within `gutter` texels (in either direction) of an owned one is owned by the same chart
 //! or has a seam row.
 //!
-//! What differs between methods is the [`Layout`]: where the charts lie. How gutter texels are filled is common.
+//! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
 
 mod grid;
 mod gutter;

@@ -175,7 +175,14 @@ fn encoder_that_gives_up_is_quoted() {
             "exit status: 3",
             "end",
         ),
-        ("cat >/dev/null", "it wrote nothing", ""),
+        ("cat >/dev/null", "the file is not whole", ""),
+        // The disk is full before the index is whole, and it says that all is well, as ffmpeg does.
+        (
+            "cat >/dev/null; for last; do :; done; \
+             printf '\\000\\000\\000\\020ftypisomisom\\000\\000\\001\\000moov' >\"${last#file:}\"; echo full >&2",
+            "the file is not whole",
+            "full",
+        ),
         ("exec sleep 60 <&-", "it did not answer", ""),
     ] {
         let error = error_with_encoder(script);

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 
 use image::RgbaImage;
 
+use crate::error::advice;
+
 mod gif;
 mod name;
 mod png;
@@ -190,17 +192,20 @@ impl fmt::Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sizes = self.files.iter().map(std::fs::metadata);
         let bytes: u64 = sizes.map(|file| file.map_or(0, |file| file.len())).sum();
-        let megabytes = bytes as f64 / 1e6;
+        let size = match bytes {
+            0..1_000_000 => format!("{} kB", bytes.div_ceil(1000)),
+            _ => format!("{:.1} MB", bytes as f64 / 1e6),
+        };
         match self.files.as_slice() {
             [] => write!(f, "no file, because there was no frame"),
             [file] => match self.frames {
-                1 => write!(f, "{} ({megabytes:.1} MB)", file.display()),
-                _ if is_png(file) => write!(f, "{} ({megabytes:.1} MB)", file.display()),
-                frames => write!(f, "{} ({frames} frames, {megabytes:.1} MB)", file.display()),
+                1 => write!(f, "{} ({size})", file.display()),
+                _ if is_png(file) => write!(f, "{} ({size})", file.display()),
+                frames => write!(f, "{} ({frames} frames, {size})", file.display()),
             },
             [first, .., last] => write!(
                 f,
-                "{} ... {} ({} files, {megabytes:.1} MB)",
+                "{} ... {} ({} files, {size})",
                 first.display(),
                 last.file_name().unwrap_or_default().display(),
                 self.files.len()
@@ -225,7 +230,7 @@ pub enum OutputError {
     )]
     Name(PathBuf),
     /// The file, or the folder for it, cannot be written.
-    #[error("cannot write {path}: {source}", path = path.display())]
+    #[error("cannot write {path}: {source}{}", advice(source), path = path.display())]
     File {
         /// The file that was to be written.
         path: PathBuf,

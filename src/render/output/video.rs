@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Write};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
@@ -69,8 +70,9 @@ impl Video {
 
     pub(super) fn finish(mut self) -> Result<PathBuf, OutputError> {
         let status = self.encoder.wait();
-        let size = std::fs::metadata(self.file.hidden_path()).map_or(0, |file| file.len());
-        if !status.is_some_and(|status| status.success()) || size == 0 {
+        // On a full disk ffmpeg complains, and says by its status that all is well.
+        let whole = is_whole_mp4(self.file.hidden_path()).unwrap_or(false);
+        if !status.is_some_and(|status| status.success()) || !whole {
             return Err(self.failure(status));
         }
         let path = self.file.path().to_owned();
@@ -83,13 +85,41 @@ impl Video {
             path: self.file.path().to_owned(),
             frames: self.frames,
             status: match status {
-                Some(status) if status.success() => "it wrote nothing".to_owned(),
+                Some(status) if status.success() => "the file is not whole".to_owned(),
                 Some(status) => status.to_string(),
                 None => "it did not answer".to_owned(),
             },
             last_words: self.encoder.last_words(),
         }
     }
+}
+
+/// Is the file a chain of whole boxes (ISO/IEC 14496-12), with the index, without which nobody can play it, among them?
+fn is_whole_mp4(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let end = file.metadata()?.len();
+    let (mut at, mut has_index) = (0, false);
+    while at < end {
+        let mut head = [0; 16];
+        file.seek(SeekFrom::Start(at))?;
+        file.read_exact(&mut head[..8])?;
+        let (size, name) = (
+            u32::from_be_bytes([head[0], head[1], head[2], head[3]]),
+            &head[4..8],
+        );
+        has_index |= name == b"moov";
+        at = match size {
+            // To the end of the file.
+            0 => end,
+            1 => {
+                file.read_exact(&mut head[8..])?;
+                let [.., a, b, c, d, e, f, g, h] = head;
+                at.saturating_add(u64::from_be_bytes([a, b, c, d, e, f, g, h]).max(16))
+            }
+            size => at + u64::from(size.max(8)),
+        };
+    }
+    Ok(at == end && has_index)
 }
 
 fn input_arguments((width, height): (u32, u32), frames_per_second: f64) -> Vec<String> {

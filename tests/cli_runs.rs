@@ -1,0 +1,373 @@
+//! What runs without a window promise: the same bits every time, runs that go on where others stopped, whole files.
+
+mod program;
+
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::path::Path;
+use std::process::Stdio;
+
+use program::{Folder, TINY, done, failed, myxo, no_device, path, program, report, text};
+use serde_json::Value;
+
+/// Renders [`TINY`] and gives the report.
+#[track_caller]
+fn render(folder: &Folder, name: &str, options: &[&str]) -> Value {
+    let (picture, file) = (
+        folder.file(format!("{name}.png")),
+        folder.file(format!("{name}.json")),
+    );
+    let files = ["--out", path(&picture), "--report", path(&file)];
+    let size = ["--size", "64x48"];
+    done(&[&["render"], &TINY[..], &files, &size, options].concat());
+    report(&file)
+}
+
+fn hash(report: &Value) -> &str {
+    report["state_hash"].as_str().expect("there is a hash")
+}
+
+#[test]
+fn same_scene_and_seed_same_hash() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let steps = ["--steps", "12", "--hash-every", "4"];
+    let run = |name, options: &[&str]| render(&folder, name, &[&steps, options].concat());
+    let a = run("a", &[]);
+    assert_eq!(hash(&run("b", &[])), hash(&a));
+    let others = [
+        run("seed", &["--seed", "8"]),
+        run("set", &["--set", "trail.decay=0.5"]),
+        run("preset", &["--preset", "cells"]),
+    ];
+    for other in &others {
+        assert_ne!(hash(other), hash(&a), "{}", other["command"]);
+    }
+    assert_eq!(others[0]["seed"], 8);
+
+    let hashes: Vec<_> = a["hashes"]
+        .as_array()
+        .expect("they are listed")
+        .iter()
+        .collect();
+    let steps: Vec<_> = hashes.iter().map(|hash| hash["step"].as_u64()).collect();
+    assert_eq!(steps, [Some(4), Some(8), Some(12)]);
+    assert_eq!(hashes[2]["hash"], a["state_hash"]);
+
+    let compare = |other: &str| {
+        let [a, b] = ["a", other].map(|name| folder.file(format!("{name}.json")));
+        let output = myxo(&["compare", path(&a), path(&b)]);
+        (output.status.code(), text(&output.stdout))
+    };
+    let (code, equal) = compare("b");
+    assert!(
+        code == Some(0) && equal.starts_with("state      equal"),
+        "{equal}"
+    );
+    let (code, differs) = compare("seed");
+    assert!(
+        code == Some(1) && differs.starts_with("state      DIFFERS"),
+        "{differs}"
+    );
+    for part in ["from step 4 on", "seed       differs   7 -> 8", "advance"] {
+        assert!(differs.contains(part), "{part} in {differs}");
+    }
+}
+
+#[test]
+fn report_tells_everything_about_a_run() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let report = render(&folder, "x", &["--steps", "5"]);
+    for key in [
+        "device",
+        "driver",
+        "state_hash",
+        "command",
+        "version",
+        "processor",
+    ] {
+        assert!(
+            report[key].as_str().is_some_and(|text| !text.is_empty()),
+            "{key}"
+        );
+    }
+    assert_eq!(report["scene"], "cube");
+    assert_eq!(report["steps"], 5);
+    assert_eq!(report["particles"], 2000);
+    assert_eq!(report["atlas_size"], 64);
+    assert_eq!(report["triangles"], 12);
+    assert_eq!(report["interrupted"], false);
+    assert_eq!(report["validation"], false);
+    assert_eq!(report["counters"]["lost"], 0);
+    assert_eq!(report["counters"]["doubled"], 0);
+    assert!(report["counters"]["trail_mass"].as_f64() > Some(0.0));
+    assert!(
+        report["command"]
+            .as_str()
+            .is_some_and(|words| words.contains(" render cube --set "))
+    );
+    assert!(report["wall_ms_per_step"].as_f64() > Some(0.0));
+    assert_eq!(report["load_average"].as_array().map(Vec::len), Some(3));
+    // A checkout knows its commit; what was unpacked from an archive does not.
+    let commit = report.get("commit").expect("the key is there");
+    assert_eq!(
+        commit.as_str().map(str::len),
+        option_env!("MYXO_COMMIT").map(str::len)
+    );
+
+    let kernels = report["kernels"].as_array().expect("they are listed");
+    let mut names: Vec<_> = kernels
+        .iter()
+        .filter_map(|row| row["name"].as_str())
+        .collect();
+    names.sort_unstable();
+    assert_eq!(names, ["advance", "diffuse", "exchange_seams"]);
+    for row in kernels {
+        assert_eq!(row["dispatches_per_step"], 1.0);
+    }
+    if report["gpu_ms_per_step"].is_number() {
+        for row in kernels {
+            for key in ["mean_ms", "median_ms", "p95_ms", "share"] {
+                assert!(row[key].as_f64() > Some(0.0), "{key} in {row}");
+            }
+            assert!(
+                row["throughput"]["per_second"].as_f64() > Some(0.0),
+                "{row}"
+            );
+        }
+    }
+}
+
+/// Sizes that nothing divides, and every kind of file at once.
+#[test]
+fn one_run_writes_files_of_every_kind() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let mut arguments = vec!["render"];
+    arguments.extend(TINY);
+    arguments.extend(["--steps", "7", "--every", "2", "--size", "333x77"]);
+    let names = ["x.png", "x.gif", "x.mp4", "s/x_%03d.png", "folder/"];
+    let files = names.map(|name| folder.file(name));
+    for file in &files {
+        arguments.extend(["--out", path(file)]);
+    }
+    let messages = done(&arguments);
+    assert_eq!(folder.names(), ["folder", "s", "x.gif", "x.mp4", "x.png"]);
+    for file in files.iter().take(3) {
+        assert!(messages.contains(path(file)), "{messages}");
+    }
+    // Steps 2, 4 and 6, and the last one.
+    let pictures = [
+        folder.file("x.png"),
+        folder.file("s/x_000.png"),
+        folder.file("s/x_003.png"),
+        folder.file("folder/frame_00003.png"),
+    ];
+    let size = |file: &Path| image::open(file).map(|picture| (picture.width(), picture.height()));
+    for picture in &pictures {
+        assert_eq!(size(picture).expect("it is whole"), (333, 77));
+    }
+    assert!(!folder.file("s/x_004.png").exists());
+    let bytes = |file: &Path| std::fs::read(file).expect("it was written");
+    assert_eq!(
+        bytes(&pictures[0]),
+        bytes(&pictures[2]),
+        "the last one is the last one"
+    );
+    assert_ne!(
+        bytes(&pictures[0]),
+        bytes(&pictures[1]),
+        "something has grown"
+    );
+    assert_eq!(gif_frames(&files[1]), 4);
+    assert_eq!(&bytes(&files[2])[4..8], b"ftyp");
+}
+
+fn gif_frames(file: &Path) -> usize {
+    let file = std::fs::File::open(file).expect("it was written");
+    let mut decoder = gif::DecodeOptions::new()
+        .read_info(BufReader::new(file))
+        .expect("it is a GIF");
+    let mut count = 0;
+    while decoder.read_next_frame().expect("it is whole").is_some() {
+        count += 1;
+    }
+    count
+}
+
+#[test]
+fn no_steps_show_the_start() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let film = folder.file("x.gif");
+    let options = ["--steps", "0", "--out", path(&film), "--hash-every", "1"];
+    let report = render(&folder, "x", &options);
+    assert_eq!(report["steps"], 0);
+    assert_eq!(report["counters"]["trail_mass"], 0.0);
+    assert!(report["gpu_ms_per_step"].is_null() && report.get("hashes").is_none());
+    assert_eq!(gif_frames(&film), 1);
+    assert_eq!(folder.names(), ["x.gif", "x.json", "x.png"]);
+}
+
+/// Ctrl-C in a long render: whole files, a checkpoint, exit code 130; and the run that goes on from there ends as if
+/// nothing had happened.
+#[cfg(unix)]
+#[test]
+fn interrupted_and_resumed_ends_in_the_same_hash() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let names = ["x.png", "x.gif", "x.mp4", "x.json", "x.state"];
+    let [picture, gif, film, record, state] = names.map(|name| folder.file(name));
+    let mut child = program()
+        .arg("render")
+        .args(TINY)
+        .args(["--steps", "1000000", "--size", "64x48", "--hash-every", "3"])
+        .args([
+            "--out",
+            path(&picture),
+            "--out",
+            path(&gif),
+            "--out",
+            path(&film),
+        ])
+        .args(["--report", path(&record), "--checkpoint", path(&state)])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut messages = BufReader::new(child.stderr.take().expect("it is piped"));
+    let mut line = String::new();
+    while !line.starts_with("step 6: ") {
+        line.clear();
+        let length = messages.read_line(&mut line).expect("it is UTF-8");
+        assert!(length > 0, "it ends before step 6");
+    }
+    let interrupt = format!("kill -INT {}", child.id());
+    let killed = std::process::Command::new("sh")
+        .args(["-c", &interrupt])
+        .status();
+    assert!(killed.expect("there is a shell").success());
+    let mut rest = String::new();
+    messages.read_to_string(&mut rest).expect("it is UTF-8");
+    let status = child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130), "{rest}");
+    assert!(rest.contains("interrupted: finishing the files"), "{rest}");
+
+    let interrupted = report(&record);
+    assert_eq!(interrupted["interrupted"], true);
+    let steps = interrupted["steps"].as_u64().expect("it is a number");
+    assert!((6..1_000_000).contains(&steps), "{steps}");
+    let mut expected = names.to_vec();
+    expected.sort_unstable();
+    assert_eq!(folder.names(), expected, "nothing else is left behind");
+    assert!(image::open(&picture).is_ok());
+    assert!(gif_frames(&gif) as u64 >= steps / 2);
+    assert_eq!(
+        &std::fs::read(&film).expect("it was written")[4..8],
+        b"ftyp"
+    );
+
+    let resumed = render(
+        &folder,
+        "resumed",
+        &["--resume", path(&state), "--steps", "9"],
+    );
+    let straight = render(&folder, "straight", &["--steps", &(steps + 9).to_string()]);
+    assert_eq!(resumed["steps"], 9);
+    assert_eq!(hash(&resumed), hash(&straight));
+}
+
+#[test]
+fn states_that_cannot_be_resumed_are_refused() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let state = folder.file("x.state");
+    let profile = |scene: &str, options: &[&str]| {
+        let mut arguments = vec!["profile", scene];
+        arguments.extend(&TINY[1..]);
+        arguments.extend(["--steps", "2", "--warmup", "1"]);
+        arguments.extend(options);
+        arguments.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    done(&profile("cube", &["--checkpoint", path(&state)]));
+
+    let resume = ["--resume", path(&state)];
+    let with = |options: &[&str]| profile("cube", &[&resume, options].concat());
+    let messages = done(&with(&[
+        "--set",
+        "trail.decay=0.5",
+        "--set",
+        "camera.azimuth=1",
+    ]));
+    assert!(
+        messages.contains("going on from step 3; trail.decay = 0.5, which was 0.95\n"),
+        "{messages}"
+    );
+    let message = failed(&with(&["--set", "particles.count=1999", "--seed", "8"]));
+    for part in [
+        "cannot resume from ",
+        "x.state: the scene here has seed = 8, which was 7, and particles.count = 1999, which was 2000; resume with",
+    ] {
+        assert!(message.contains(part), "{part} in {message}");
+    }
+    let message = failed(&with(&["--set", "trail.diffusion_distance=2"]));
+    assert!(
+        message.contains("trail.diffusion_distance = 2, which was 1;"),
+        "{message}"
+    );
+    let message = failed(&profile("builtin:icosphere?subdivisions=1", &resume));
+    assert!(message.contains("the scene here has "), "{message}");
+    // As many triangles, and all settings the same.
+    let object = "[[object]]\nname = \"cube\"\nmesh = \"builtin:cube\"\nscale = 1.5\n";
+    let larger = folder.with("larger.toml", format!("radius = 1.7320508\n{object}"));
+    let message = failed(&profile(path(&larger), &resume));
+    assert!(message.contains("the scene here has "), "{message}");
+
+    let whole = std::fs::read(&state).expect("it was written");
+    let damaged = |change: fn(&mut Vec<u8>), expected: &str| {
+        let mut bytes = whole.clone();
+        change(&mut bytes);
+        let file = folder.with("damaged.state", bytes);
+        let message = failed(&profile("cube", &["--resume", path(&file)]));
+        let says = format!("damaged.state: {expected}");
+        assert!(message.contains(&says), "{says} in {message}");
+    };
+    damaged(|bytes| bytes[5000] ^= 1, "its checksum is wrong");
+    damaged(|bytes| bytes.truncate(9000), "its checksum is wrong");
+    damaged(|bytes| bytes.truncate(11), "the file is cut short");
+    damaged(|bytes| bytes.clear(), "it is not a checkpoint of myxo");
+    damaged(
+        |bytes| bytes[8] = 77,
+        "it has version 77, this program reads version 1",
+    );
+    let message = failed(&profile("cube", &["--resume", path(&folder.file(""))]));
+    assert!(message.contains("cannot read "), "{message}");
+    if Path::new("/dev/zero").exists() {
+        let message = failed(&profile("cube", &["--resume", "/dev/zero"]));
+        assert!(message.contains("it is not a checkpoint"), "{message}");
+    }
+}
+
+#[test]
+fn a_validated_run_is_clean() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let report = render(&folder, "x", &["--steps", "3", "--validate"]);
+    assert_eq!(report["validation"], true);
+    let plain = render(&folder, "plain", &["--steps", "3"]);
+    assert_eq!(hash(&report), hash(&plain));
+}

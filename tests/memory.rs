@@ -1,0 +1,30 @@
+//! What a scene is said to take on the device is what its buffers take.
+
+mod common;
+
+use myxo::sim::{Simulation, memory};
+
+#[test]
+fn the_sum_is_that_of_the_buffers() {
+    let Some(gpu) = common::gpu() else { return };
+    let scene = common::scene("builtin:torus?major=31&minor=17", |s| s.atlas.size = 259);
+    let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let s = simulation.state();
+    let setup = simulation.setup();
+    let buffers = s.particles.size_in_bytes()
+        + s.motions.size_in_bytes()
+        + s.trail.front.size_in_bytes()
+        + s.trail.back.size_in_bytes()
+        + s.deposits.front.size_in_bytes()
+        + s.deposits.back.size_in_bytes()
+        + s.density.size_in_bytes()
+        + s.seams.size_in_bytes()
+        + s.atlas_maps.size_in_bytes()
+        + s.corners.size_in_bytes()
+        + s.vertices.size_in_bytes()
+        + s.poses.size_in_bytes();
+    let tables =
+        size_of_val(&setup.surface.triangles[..]) + size_of_val(&setup.surface.halfedges[..]);
+    assert_eq!(memory::size_in_bytes(setup), buffers + tables as u64);
+    gpu.finish();
+}

@@ -1,0 +1,143 @@
+//! What tests of the program share: running it, and what a failure has to look like.
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// A scene that takes a tenth of a second.
+pub const TINY: [&str; 5] = [
+    "cube",
+    "--set",
+    "particles.count=2000",
+    "--set",
+    "atlas.size=64",
+];
+
+/// The program, to be given arguments.
+pub fn program() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_myxo"));
+    command.env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+pub fn myxo(arguments: &[impl AsRef<OsStr>]) -> Output {
+    program()
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("output is UTF-8")
+}
+
+/// Runs what must succeed, and gives what it says on the standard error.
+#[track_caller]
+pub fn done(arguments: &[impl AsRef<OsStr>]) -> String {
+    let output = myxo(arguments);
+    let messages = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    messages
+}
+
+/// Runs what must fail, and gives the message.
+#[track_caller]
+pub fn refused(code: i32, arguments: &[impl AsRef<OsStr>]) -> String {
+    refusal(code, &myxo(arguments))
+}
+
+/// The message of what must have failed.
+#[track_caller]
+pub fn refusal(code: i32, output: &Output) -> String {
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{message}");
+    assert_eq!(text(&output.stdout), "");
+    assert!(
+        !message.contains("panicked") && !message.contains("RUST_BACKTRACE"),
+        "{message}"
+    );
+    assert!(
+        message.ends_with('\n') && message.trim().len() > 20,
+        "{message:?}"
+    );
+    message
+}
+
+/// A failure that is reported by the program itself: its name first, one message.
+#[track_caller]
+pub fn failed(arguments: &[impl AsRef<OsStr>]) -> String {
+    failure(&myxo(arguments))
+}
+
+/// As [`failed`], of what has run already.
+#[track_caller]
+pub fn failure(output: &Output) -> String {
+    let message = refusal(1, output);
+    assert!(message.starts_with("myxo: "), "{message}");
+    assert_eq!(message.matches("myxo: ").count(), 1, "{message}");
+    message
+}
+
+pub fn path(path: &Path) -> &str {
+    path.to_str().expect("temporary paths are Unicode")
+}
+
+/// A short render of `scene` to `out`.
+pub fn short_render<'a>(scene: &'a str, out: &'a Path, options: &[&'a str]) -> Vec<&'a str> {
+    let mut arguments = vec!["render", scene, "--out", path(out)];
+    arguments.extend(["--steps", "2", "--size", "64x48"]);
+    arguments.extend(&TINY[1..]);
+    arguments.extend(options);
+    arguments
+}
+
+/// A folder of a test, and the names of its files.
+pub struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// A file in it with this content.
+    pub fn with(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> PathBuf {
+        let file = self.file(name);
+        std::fs::write(&file, content).expect("it can be written");
+        file
+    }
+
+    /// Everything in it, hidden files too, sorted.
+    pub fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).expect("it is a folder");
+        let mut names: Vec<String> = entries
+            .map(|entry| {
+                let name = entry.expect("it can be listed").file_name();
+                name.to_string_lossy().into_owned()
+            })
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// A report that `--report` or `--json` has written.
+pub fn report(file: &Path) -> serde_json::Value {
+    let text = std::fs::read(file).expect("there is a report");
+    serde_json::from_slice(&text).expect("it is JSON")
+}
+
+/// True where there is no device and `MYXO_ALLOW_NO_DEVICE=1` says that tests may then be skipped.
+pub fn no_device() -> bool {
+    let lacking =
+        ::myxo::gpu::devices().is_err() && std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some();
+    if lacking {
+        eprintln!("skipped: there is no device");
+    }
+    lacking
+}
