@@ -327,22 +327,36 @@ fn the_light_comes_from_above_and_from_the_left() {
     let mut stage = Stage::new(&gpu, "builtin:icosphere?subdivisions=4", |settings| {
         settings.atlas.size = 512
     });
-    stage.set_trail(&gpu.ctx, |_| 1.0);
-    for turn in [0.0, 2.0, 4.0] {
+    stage.view.color_map = ColorMap::Grayscale;
+    stage.set_trail(&gpu.ctx, |_| 0.3);
+    let first = stage.picture(&gpu);
+    let at = |x: f32, y: f32| {
+        let pixel = 0.5 * size() + 0.3 * size().y * Vec2::new(x, y);
+        brightness(first.get_pixel(pixel.x as u32, pixel.y as u32))
+    };
+    let (above, below) = (at(0.0, -1.0), at(0.0, 1.0));
+    let (left, right) = (at(-1.0, 0.0), at(1.0, 0.0));
+    assert!(
+        above > below + 30.0 && left > right + 15.0,
+        "{above} {below} {left} {right}"
+    );
+    // And what faces the eye is lit.
+    assert!(at(0.0, 0.0) > 250.0, "{}", at(0.0, 0.0));
+
+    // The light moves with the camera: a sphere looks the same from everywhere, at the same height.
+    for turn in [1.0, 2.0, 3.0, 4.0, 5.0] {
         stage.view.camera.yaw = turn;
-        let picture = stage.picture(&gpu);
-        let at = |x: f32, y: f32| {
-            let pixel = 0.5 * size() + 0.3 * size().y * Vec2::new(x, y);
-            brightness(picture.get_pixel(pixel.x as u32, pixel.y as u32))
-        };
-        let (above, below, left, right) =
-            (at(0.0, -1.0), at(0.0, 1.0), at(-1.0, 0.0), at(1.0, 0.0));
-        assert!(
-            above > below + 30.0 && left > right + 15.0,
-            "{above} {below} {left} {right} at {turn}"
-        );
-        // And what faces the eye is lit.
-        assert!(at(0.0, 0.0) > 250.0, "{}", at(0.0, 0.0));
+        let turned = stage.picture(&gpu);
+        for (x, y, pixel) in turned.enumerate_pixels() {
+            let from_middle = (Vec2::new(x as f32, y as f32) + 0.5).distance(0.5 * size());
+            if from_middle < 0.35 * size().y {
+                let (now, before) = (brightness(pixel), brightness(first.get_pixel(x, y)));
+                assert!(
+                    (now - before).abs() < 12.0,
+                    "({x}, {y}) is {now} after a turn by {turn}, {before} before"
+                );
+            }
+        }
     }
     gpu.finish();
 }
