@@ -1,6 +1,7 @@
 //! Ctrl-C (and being asked to terminate): the first time a flag that long work looks at between steps, so that files
 //! get finished; the second time the program quits at once.
 
+use std::io::IsTerminal as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use myxo::{Error, Result};
@@ -18,7 +19,15 @@ pub fn install() -> Result<()> {
         if REQUESTED.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(EXIT_CODE));
         }
-        console::message("interrupted: finishing the files; once more to quit at once");
+        // What the terminal shows of Ctrl-C stands in the line of the bar: both go.
+        let line = if std::io::stderr().is_terminal() {
+            "\r\x1b[2K"
+        } else {
+            ""
+        };
+        console::message(&format!(
+            "{line}interrupted: finishing the files; once more to quit at once"
+        ));
     };
     ctrlc::set_handler(handler)
         .map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))

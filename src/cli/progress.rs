@@ -61,6 +61,17 @@ impl Progress {
     }
 }
 
+/// Shows on a terminal that something is being done whose end is not known; to be finished and cleared.
+pub fn working(what: &str) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{msg} {spinner}").expect("the template is well formed");
+    let bar = ProgressBar::new_spinner()
+        .with_style(style)
+        .with_message(what.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(150));
+    bar
+}
+
 /// `torus: step 120 of 400, 6.3 steps/s, 44 s left`
 fn log_line(what: &str, done: u64, all: u64, elapsed: Duration) -> String {
     let rate = done as f64 / elapsed.as_secs_f64().max(1e-9);

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use image::RgbaImage;
-use myxo::Result;
+use myxo::gpu::GpuError;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
 use myxo::render::view::View;
+use myxo::sim::memory;
+use myxo::{Error, Result};
 
 use super::files::{Sink, check_distinct};
 use super::options::{CommonOptions, Size};
@@ -79,7 +81,7 @@ impl Render {
         let interrupted = !completed && interrupt::requested();
         let report = session.report(&ending, interrupted);
         console::message(&format!(
-            "{} after {} steps: state hash {}",
+            "{} at step {}: state hash {}",
             session.scene.name, ending.snapshot.step, report.state_hash
         ));
         outputs.tell();
@@ -133,7 +135,8 @@ impl Photographer {
     fn new(session: &Session, size: [u32; 2]) -> Result<Self> {
         Ok(Self {
             renderer: Renderer::new(&session.ctx, session.simulation.setup(), offscreen::FORMAT)?,
-            offscreen: Offscreen::new(&session.ctx, size)?,
+            offscreen: Offscreen::new(&session.ctx, size)
+                .map_err(|error| too_large(size, error))?,
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
         })
     }
@@ -151,5 +154,19 @@ impl Photographer {
         session.frames.submit(rec)?;
         session.frames.wait_idle()?;
         Ok(self.offscreen.image())
+    }
+}
+
+/// Says what to do about a picture that the device cannot hold.
+fn too_large([width, height]: [u32; 2], error: GpuError) -> Error {
+    match error {
+        GpuError::OutOfMemory { object, size, .. } => Error::Invalid(format!(
+            "the device has no room for a picture of {width} x {height} ({object} alone takes {}): use a smaller --size",
+            memory::human(size)
+        )),
+        error @ GpuError::TooLarge { .. } => Error::Invalid(format!(
+            "a picture of {width} x {height} is too large: {error}: use a smaller --size"
+        )),
+        error => Error::Gpu(error),
     }
 }

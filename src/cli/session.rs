@@ -14,7 +14,7 @@ use myxo::{Error, Result};
 
 use super::console;
 use super::options::CommonOptions;
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::report::{Counters, KernelTime, Report, StateHash, hash_text};
 use super::times;
 
@@ -74,7 +74,10 @@ impl Session {
         oddities.iter().for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
-        let mut simulation = Simulation::new(&ctx, &scene)?;
+        let working = progress::working(&format!("{}: setting up", scene.name));
+        let simulation = Simulation::new(&ctx, &scene);
+        working.finish_and_clear();
+        let mut simulation = simulation?;
         let size = memory::size_in_bytes(simulation.setup());
         if size > LARGE {
             console::message(&format!(
@@ -151,7 +154,16 @@ impl Session {
             tracing.first_submit.get_or_insert_with(Instant::now);
         }
         spanned(trace, "submit", || self.frames.submit(rec))?;
+        self.tell_debug_entries();
         Ok(())
+    }
+
+    /// Prints what kernels told by `debug_value`, in the frames that are over.
+    fn tell_debug_entries(&self) {
+        let told = self.ctx.debug_entries();
+        if !told.entries.is_empty() || told.overflow > 0 {
+            self.progress.say(told.to_string().trim_end());
+        }
     }
 
     /// Forgets what was measured so far, as after a warm-up, and keeps the times of the next `steps` steps, with a
@@ -193,6 +205,7 @@ impl Session {
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
+        self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
         if let Some(path) = &self.options.state.checkpoint {
@@ -297,13 +310,15 @@ impl Session {
         let timings = self.frames.timings();
         let first_span = timings.frames().next().and_then(|frame| frame.first());
         let (calibration, agreement) = match (tracing.calibration, first_span) {
-            (Some(calibration), Some(_)) => (
-                Some(calibration),
-                format!(
-                    "host and GPU on one clock, within {:.0} ns",
-                    calibration.deviation_ns.ceil()
-                ),
-            ),
+            (Some(first), Some(_)) => {
+                let last = self.ctx.calibrate()?;
+                let calibration = last.map_or(first, |last| between(first, last));
+                let within = calibration.deviation_ns.ceil();
+                (
+                    Some(calibration),
+                    format!("host and GPU on one clock, within {within:.0} ns"),
+                )
+            }
             (None, Some(span)) => (
                 tracing.first_submit.map(|host| Calibration {
                     device_ns: span.begin_ns,
@@ -332,10 +347,42 @@ impl Session {
     }
 }
 
+/// Clocks run apart: the offset half-way from one calibration to the other is at most half the difference wrong.
+fn between(first: Calibration, last: Calibration) -> Calibration {
+    let host_ns = last.host.duration_since(first.host).as_nanos() as f64;
+    let drift_ns = host_ns - (last.device_ns - first.device_ns);
+    Calibration {
+        device_ns: first.device_ns - 0.5 * drift_ns,
+        host: first.host,
+        deviation_ns: first.deviation_ns.max(last.deviation_ns) + 0.5 * drift_ns.abs(),
+    }
+}
+
 /// Does something of which a trace shows how long it takes.
 fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R) -> R {
     match trace {
         Some(tracing) => tracing.trace.span(name, |_| work()),
         None => work(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clocks_that_run_apart_are_taken_in_the_middle() {
+        let epoch = Instant::now();
+        let at = |device_ns, host_ms| Calibration {
+            device_ns,
+            host: epoch + Duration::from_millis(host_ms),
+            deviation_ns: 10.0,
+        };
+        // In 100 ms of the host the device counts 600 ns less.
+        let (first, last) = (at(5000.0, 0), at(5000.0 + 1e8 - 600.0, 100));
+        let middle = between(first, last);
+        assert_eq!(middle.since(epoch, first.device_ns), 300.0);
+        assert_eq!(middle.since(epoch, last.device_ns), 1e8 - 300.0);
+        assert_eq!(middle.deviation_ns, 310.0);
     }
 }
