@@ -356,7 +356,7 @@ fn states_that_cannot_be_resumed_are_refused() {
     assert!(message.contains("cannot read "), "{message}");
     if Path::new("/dev/zero").exists() {
         let message = failed(&profile("cube", &["--resume", "/dev/zero"]));
-        assert!(message.contains("it is not a checkpoint"), "{message}");
+        assert!(message.contains("it is not a regular file"), "{message}");
     }
 }
 

@@ -73,10 +73,16 @@ pub fn check_readable(path: &Path) -> Result<()> {
         path: path.to_owned(),
         source,
     };
-    let file = File::open(path).map_err(unreadable)?;
-    if file.metadata().map_err(unreadable)?.is_dir() {
+    let metadata = path.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
         return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
     }
+    // Opening a pipe may wait for ever.
+    if !metadata.is_file() {
+        let problem = std::io::Error::other("it is not a regular file");
+        return Err(unreadable(problem));
+    }
+    File::open(path).map_err(unreadable)?;
     Ok(())
 }
 

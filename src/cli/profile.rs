@@ -99,6 +99,7 @@ impl Profile {
         trace_sink: Option<Sink>,
     ) -> Result<Outcome> {
         let (trace, agreement) = session.trace()?;
+        session.check_messages()?;
         session.progress.finish();
         let mut report = session.report(ending, interrupted);
         if self.kernel.is_some() {

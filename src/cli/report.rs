@@ -1,9 +1,14 @@
 //! The report of a headless run: what ran where, how it ended, and what it cost, as JSON.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
+
+/// Bytes of a file that are read: far more than a report has, and not all of one that never ends.
+const LARGEST: u64 = 64 << 20;
 
 /// Everything about one run. Times are `null` where the device has no timestamps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -122,12 +127,15 @@ impl Report {
 
     /// Reads a report that `--report` or `--json` has written.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        })?;
-        serde_json::from_str(&text).map_err(|error| {
+        let mut text = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(LARGEST).read_to_end(&mut text))
+            .map_err(|source| Error::Io {
+                action: "read",
+                path: path.to_owned(),
+                source,
+            })?;
+        serde_json::from_slice(&text).map_err(|error| {
             Error::Invalid(format!(
                 "{}: not a report of `myxo render` or `myxo profile`: {error}",
                 path.display()

@@ -234,6 +234,11 @@ impl Session {
                     snapshot.step
                 ))
             })?;
+        self.check_messages()
+    }
+
+    /// Nothing that the validation layers said is let pass.
+    pub fn check_messages(&self) -> Result<()> {
         let messages = self.ctx.messages();
         if messages.is_empty() {
             return Ok(());
@@ -292,12 +297,9 @@ impl Session {
     /// The table of kernel times, or why there is none.
     pub fn table(&self, run: times::Run) -> String {
         let times = self.frames.timings().report("step");
-        if !self.ctx.info().has_timestamps() {
-            "Kernel times are unavailable: the device has no timestamps.\n".to_owned()
-        } else if times.is_empty() {
-            "Kernel times are unavailable: no step was measured.\n".to_owned()
-        } else {
-            times::table(&times, self.simulation.setup(), run)
+        match times::unavailable(&times, self.ctx.info().has_timestamps()) {
+            Some(why) => format!("Kernel times are unavailable: {why}.\n"),
+            None => times::table(&times, self.simulation.setup(), run),
         }
     }
 

@@ -42,6 +42,15 @@ pub fn rows(report: &gpu::Report, setup: &Setup) -> Vec<KernelTime> {
         .collect()
 }
 
+/// Why there are no times, if there are none.
+pub fn unavailable(report: &gpu::Report, has_timestamps: bool) -> Option<&'static str> {
+    match (has_timestamps, report.is_empty()) {
+        (false, _) => Some("the device has no timestamps"),
+        (true, true) => Some("no step was measured"),
+        (true, false) => None,
+    }
+}
+
 /// What was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Run {
@@ -54,13 +63,15 @@ pub enum Run {
 /// The table: kernel, dispatches a step, mean, median, 95th percentile, share, throughput; the whole step; and how
 /// much of it the kernels account for.
 pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
+    // A kernel alone is no part of anything.
+    let share = if run == Run::Kernel { "" } else { "share" };
     let header = [
         "kernel",
         "per step",
         "mean ms",
         "median ms",
         "p95 ms",
-        "share",
+        share,
         "throughput",
     ];
     let step = &report.step;
@@ -77,7 +88,10 @@ pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
             milliseconds(times.time.mean_ms),
             milliseconds(times.time.median_ms),
             milliseconds(times.time.p95_ms),
-            format!("{:.1} %", 100.0 * times.share),
+            match run {
+                Run::Step => format!("{:.1} %", 100.0 * times.share),
+                Run::Kernel => String::new(),
+            },
             throughput.map_or(String::new(), |throughput| {
                 format!("{}{}/s", short(throughput.per_second), throughput.of)
             }),
@@ -112,19 +126,25 @@ pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
     text
 }
 
-/// Columns two blanks apart, the first flush left, the others flush right; a rule below the header, and one above row
+/// Columns two blanks apart, the first flush left, the others flush right, none that is empty; a rule below the header, and one above row
 /// number `ruled`.
 fn aligned<const N: usize>(rows: &[[String; N]], ruled: Option<usize>) -> String {
     let widths: [usize; N] =
         std::array::from_fn(|i| rows.iter().map(|row| row[i].len()).max().unwrap_or(0));
-    let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * (N - 1));
+    let columns = widths.iter().filter(|width| **width > 0).count();
+    let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * columns.saturating_sub(1));
     let mut text = String::new();
     for (number, row) in rows.iter().enumerate() {
         if number == 1 || ruled == Some(number) {
             let _ = writeln!(text, "{rule}");
         }
         let mut line = format!("{:<width$}", row[0], width = widths[0]);
-        for (cell, width) in row.iter().zip(widths).skip(1) {
+        for (cell, width) in row
+            .iter()
+            .zip(widths)
+            .skip(1)
+            .filter(|(_, width)| *width > 0)
+        {
             let _ = write!(line, "  {cell:>width$}");
         }
         let _ = writeln!(text, "{}", line.trim_end());
@@ -162,6 +182,21 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn missing_times_have_a_reason() {
+        let none = gpu::Report::default();
+        let some = gpu::Report {
+            steps: 1,
+            ..gpu::Report::default()
+        };
+        assert_eq!(unavailable(&none, true), Some("no step was measured"));
+        assert_eq!(
+            unavailable(&none, false),
+            Some("the device has no timestamps")
+        );
+        assert_eq!(unavailable(&some, true), None);
+    }
 
     #[test]
     fn throughput_is_short() {

@@ -2,7 +2,8 @@
 
 use super::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 
-/// The key that was probably meant: the same word in another section, or nearly the same key, or nearly the same word.
+/// The key that was probably meant: the same word in another section, or nearly the same key, or nearly the same word,
+/// or nearly a section.
 pub(super) fn nearest_key(unknown: &str) -> Option<String> {
     let prefix = match unknown
         .strip_prefix("object.")
@@ -35,6 +36,11 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
         .or_else(|| {
             let leaves: Vec<String> = keys.iter().map(|key| leaf(key)).collect();
             with_leaf(nearest(&leaf(unknown), leaves.iter().map(String::as_str))?)
+        })
+        .or_else(|| {
+            let sections = PARAMETERS.iter().map(|parameter| parameter.section());
+            let sections = sections.chain(["object"]).filter(|s| !s.is_empty());
+            nearest(unknown, sections).map(str::to_owned)
         })
 }
 

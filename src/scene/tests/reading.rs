@@ -160,6 +160,8 @@ fn mistyped_keys_are_named_with_their_line_and_the_nearest_right_one() {
         problem,
         "line 4: trail.decya: no such key; did you mean trail.decay?"
     );
+    let problem = only_problem(read("[[objct]]\n"));
+    assert!(problem.contains("did you mean object?"), "{problem}");
     let problem = only_problem(read("[physarun]\nspeed = 1\n"));
     assert_eq!(
         problem,
