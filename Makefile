@@ -10,18 +10,20 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 	@.ci/setup demo
 	cargo build --release
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
-		cargo run --release --quiet -- lab; \
+		cargo run --release --quiet -- lab; status=$$?; \
+		[ $$status -eq 1 ] || exit $$status; \
+		echo "No window: rendering the torus to out/."; \
 	else \
 		echo "No display: rendering the torus to out/."; \
-		cargo run --release --quiet -- render torus --steps 400 \
-			--out out/torus.png --out out/torus.mp4 --report out/torus.json; \
-	fi
+	fi; \
+	cargo run --release --quiet -- render torus --steps 400 \
+		--out out/torus.png --out out/torus.mp4 --report out/torus.json
 
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
 	@.ci/setup test
 	cargo test --release
 
-mutants: ## break a constant of every shader in turn and list the tests that turn red (half an hour)
+mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)
 	@.ci/setup test
 	.ci/mutants
 
@@ -30,7 +32,7 @@ bench: ## time every kernel on the reference scenes; the figures go to benches/r
 	cargo build --release
 	@mkdir -p benches/results
 	@for scene in cube torus; do \
-		cargo run --release --quiet -- profile $$scene --steps 200 --json benches/results/$$scene.json || exit 1; \
+		cargo run --release --quiet -- profile $$scene --steps 200 --report benches/results/$$scene.json || exit 1; \
 	done
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)

@@ -1,4 +1,4 @@
-//! Physarum growing on the surfaces of several moving 3D objects, in real time, on explicit Vulkan.
+//! Physarum growing on the surfaces of several 3D objects, in real time, on explicit Vulkan.
 //!
 //! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
 //! others left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
@@ -86,7 +86,8 @@
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
 //! (`tests/kernels.rs`), and a test that turns red when a constant of it is wrong (`make mutants`).
 //!
-//! **Invariant:** sizes made on the GPU stay there; no step waits for the host, and `unsafe` stays in [`gpu`].
+//! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`] and in the one file
+//! that hands egui's painter its Vulkan handles (`render::gui`).
 
 pub mod error;
 pub mod rng;

@@ -142,7 +142,13 @@ fn diffuse_agrees_with_its_twin() {
 fn exchange_seams_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &()).unwrap();
-    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+    // Past 65,535 groups a dispatch has two dimensions.
+    let huge = 65_535 * 64 + 1;
+    for count in awkward_sizes(64)
+        .into_iter()
+        .filter(|&count| count > 0)
+        .chain([huge])
+    {
         // The first half of the texels is owned, the second is gutter.
         let trail = trail_values(2 * count as usize, 17);
         let seams: Vec<Seam> = (0..count)

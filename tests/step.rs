@@ -12,6 +12,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::twin::trail::{atlas_position, texel_at};
+use myxo::sim::types::Pose;
 use myxo::sim::{Setup, Simulation, Snapshot, TINY_TRAIL, twin};
 
 fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
@@ -290,6 +291,20 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
         "the new decay leaves nothing"
     );
     assert_eq!(state.step, 4);
+
+    settings.objects[0].position = [0.0, 2.0, 0.0];
+    settings.objects[0].rotation = [0.0, 0.0, 90.0];
+    simulation.apply(&settings).unwrap();
+    let poses = gpu.ctx.download(&simulation.state().poses).unwrap();
+    let expected = Pose::from(settings.objects[0].world_from_object());
+    assert_eq!(poses, [expected], "objects move while it runs");
+    settings.objects[0].scale = 2.0;
+    let error = simulation.apply(&settings).unwrap_err().to_string();
+    assert!(
+        error.contains("object.0.scale") && error.contains("restart"),
+        "{error}"
+    );
+    settings.objects[0].scale = 1.0;
 
     settings.particles.count += 1;
     let error = simulation.apply(&settings).unwrap_err().to_string();

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myxo::Result;
+use myxo::scene::Scene;
 use myxo::scene::builtin::DEFAULT_SCENE;
 
 use super::Outcome;
-use super::options::{CommonOptions, Size};
+use super::options::{DeviceOptions, SceneOptions, Size};
 use crate::lab::{self, LabOptions};
 
 /// Of the window, pixels.
@@ -31,7 +32,9 @@ pub struct Lab {
     #[arg(long, value_name = "N", hide = true)]
     frames: Option<u32>,
     #[command(flatten)]
-    common: CommonOptions,
+    changes: SceneOptions,
+    #[command(flatten)]
+    device: DeviceOptions,
 }
 
 impl Default for Lab {
@@ -40,7 +43,8 @@ impl Default for Lab {
             scene: DEFAULT_SCENE.into(),
             size: None,
             frames: None,
-            common: CommonOptions::default(),
+            changes: SceneOptions::default(),
+            device: DeviceOptions::default(),
         }
     }
 }
@@ -48,15 +52,15 @@ impl Default for Lab {
 impl Lab {
     /// Loads the scene and opens the window with it.
     pub fn run(&self) -> Result<Outcome> {
-        let scene = self.common.load(&self.scene)?;
+        let scene = Scene::load(&self.scene, &self.changes.overrides())?;
         let size = self
             .size
             .map_or(DEFAULT_SIZE, |size| [size.width, size.height]);
         lab::run(
             scene,
             LabOptions {
-                device: self.common.device.device.clone(),
-                validation: self.common.device.validate,
+                device: self.device.device.clone(),
+                validation: self.device.validate,
                 size,
                 frames: self.frames,
             },

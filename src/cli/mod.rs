@@ -25,7 +25,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use myxo::Error;
 
-/// Physarum on the surfaces of moving 3D objects.
+/// Physarum on the surfaces of 3D objects.
 ///
 /// Without a subcommand, `myxo` opens the lab with the scene `torus`.
 #[derive(Debug, Parser)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use image::RgbaImage;
 use myxo::gpu::GpuError;
+use myxo::render::exposure::Exposure;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
 use myxo::render::view::View;
@@ -99,7 +100,7 @@ impl Render {
 
     /// Runs the steps and takes the pictures; says whether all steps were run.
     fn film(&self, session: &mut Session, outputs: &mut Outputs, size: [u32; 2]) -> Result<bool> {
-        let mut camera = Photographer::new(session, size)?;
+        let mut camera = Photographer::new(session, size, outputs.want_every_frame())?;
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -129,15 +130,18 @@ struct Photographer {
     renderer: Renderer,
     offscreen: Offscreen,
     view: View,
+    /// Pictures in a row: the exposure follows the trail slowly after the first, so that films do not flicker.
+    film: bool,
 }
 
 impl Photographer {
-    fn new(session: &Session, size: [u32; 2]) -> Result<Self> {
+    fn new(session: &Session, size: [u32; 2], film: bool) -> Result<Self> {
         Ok(Self {
             renderer: Renderer::new(&session.ctx, session.simulation.setup(), offscreen::FORMAT)?,
             offscreen: Offscreen::new(&session.ctx, size)
                 .map_err(|error| too_large(size, error))?,
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
+            film,
         })
     }
 
@@ -153,6 +157,9 @@ impl Photographer {
         self.offscreen.record_readback(&mut rec);
         session.frames.submit(rec)?;
         session.frames.wait_idle()?;
+        if self.film && matches!(self.view.exposure, Exposure::Auto { .. }) {
+            self.view.exposure = Exposure::following();
+        }
         Ok(self.offscreen.image())
     }
 }

@@ -111,7 +111,6 @@ impl Clocks {
             return;
         }
         self.facts.step_ms = Some(report.step.mean_ms);
-        let step_ms = report.step.mean_ms.max(f64::MIN_POSITIVE);
         self.facts.kernels = report
             .rows
             .iter()
@@ -120,7 +119,7 @@ impl Clocks {
                 per_step: row.dispatches_per_step,
                 mean_ms: row.time.mean_ms,
                 p95_ms: row.time.p95_ms,
-                share: row.time.mean_ms * row.dispatches_per_step / step_ms,
+                share: row.share,
             })
             .collect();
     }

@@ -250,7 +250,7 @@ impl Interface {
                     gutter: facts.gutter,
                 };
                 for parameter in parameters {
-                    row(ui, parameter, &mut self.edited.objects[i], &context);
+                    changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
                 }
             });
         }

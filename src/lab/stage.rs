@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use image::RgbaImage;
+use myxo::Result;
 use myxo::gpu::{Access, Buffer, Context, DeviceKind, Domain, Format, Frames, Image, Recorder};
+use myxo::render::output::Output;
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Quality, Renderer, View};
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 use myxo::sim::Simulation;
-use myxo::{Error, Result};
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
@@ -162,14 +163,9 @@ pub fn save_screenshot(folder: &Path, picture: &RgbaImage) -> Result<PathBuf> {
         .map(|number| folder.join(format!("screenshot_{number:06}.png")))
         .find(|path| !path.exists())
         .expect("numbers do not end");
-    picture.save(&path).map_err(|source| Error::Io {
-        action: "write",
-        path: path.clone(),
-        source: match source {
-            image::ImageError::IoError(source) => source,
-            other => std::io::Error::other(other),
-        },
-    })?;
+    let mut file = Output::create(&path, picture.dimensions(), 1.0)?;
+    file.frame(picture)?;
+    file.finish()?;
     Ok(path)
 }
 

@@ -31,7 +31,6 @@ pub const BUILTINS: &[(&str, &str)] = &[
     ("suzanne", "Blender's monkey; 3 parts with open borders"),
     ("trefoil", "a beaded trefoil knot; closed"),
     ("gyroid", "a ball cut from a gyroid; closed, 26 handles"),
-    ("hand", "a hand; closed"),
 ];
 
 impl Mesh {

@@ -11,7 +11,6 @@ const MODELS: &[(&str, &[u8])] = &[
     ("suzanne", include_bytes!("../../assets/suzanne.glb")),
     ("trefoil", include_bytes!("../../assets/beaded_trefoil.glb")),
     ("gyroid", include_bytes!("../../assets/gyroid_ball.glb")),
-    ("hand", include_bytes!("../../assets/hand_animated.glb")),
 ];
 
 /// The model with this name, if there is one.
@@ -33,7 +32,6 @@ mod tests {
             ("suzanne", 14_842, 160, 3),
             ("trefoil", 20_210, 0, 1),
             ("gyroid", 39_546, 0, 1),
-            ("hand", 2_314, 0, 1),
         ];
         assert_eq!(MODELS.len(), expected.len());
         for (name, triangles, border_edges, parts) in expected {

@@ -93,8 +93,6 @@ pub struct PhysarumSettings {
     pub border: Border,
     /// Edges that one walk may cross in a step; the rest is walked in the next.
     pub edge_crossing_attempts: u32,
-    /// How sensors find their texel.
-    pub sensing: Sensing,
     /// Trail that particles like best; 0 for the more the better.
     pub favourite_density: f32,
     /// Trail units added to a sensor per scene radius of height; positive climbs.
@@ -114,7 +112,6 @@ impl Default for PhysarumSettings {
             deposit: 1.0,
             border: Border::Reflect,
             edge_crossing_attempts: 10,
-            sensing: Sensing::Auto,
             favourite_density: 0.0,
             gravity_weight: 0.0,
             decrowding_weight: 0.0,
@@ -125,8 +122,6 @@ impl Default for PhysarumSettings {
 /// `[time]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TimeSettings {
-    /// Seconds of scene time in a step.
-    pub dt: f32,
     /// The most steps a second in the window; 0 for no cap.
     pub steps_per_second: f32,
 }
@@ -134,7 +129,6 @@ pub struct TimeSettings {
 impl Default for TimeSettings {
     fn default() -> Self {
         Self {
-            dt: 0.016_666_667,
             steps_per_second: 0.0,
         }
     }
@@ -319,17 +313,6 @@ choice! {
         Reflect = "reflect",
         /// The walk ends at the border.
         Stop = "stop",
-    }
-}
-
-choice! {
-    /// How sensors find the texel they read.
-    Sensing {
-        /// Straight in the chart where that is exact enough, else by walking.
-        #[default]
-        Auto = "auto",
-        /// Always by walking on the surface.
-        Walk = "walk",
     }
 }
 

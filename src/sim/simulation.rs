@@ -8,11 +8,12 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
 use super::step;
+use super::types::Pose;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
-use crate::scene::settings::Settings;
+use crate::scene::settings::{ObjectSettings, Settings};
 
 /// A scene that grows, step by step.
 pub struct Simulation {
@@ -67,7 +68,7 @@ impl Simulation {
         record(rec, &self.kernels, &self.state, &params);
     }
 
-    /// Takes over changed settings from the next step on.
+    /// Takes over changed settings, poses of objects among them, from the next step on.
     ///
     /// # Errors
     /// When a changed setting needs a restart (the message names it): make a new simulation then.
@@ -79,6 +80,20 @@ impl Simulation {
                 "{} cannot change while the simulation runs: restart it",
                 keys.join(", ")
             )));
+        }
+        if let Some(key) = remeshing(&self.settings, settings) {
+            return Err(Error::Invalid(format!(
+                "{key} cannot change while the simulation runs: restart it"
+            )));
+        }
+        let poses = settings
+            .objects
+            .iter()
+            .map(ObjectSettings::world_from_object);
+        let poses: Vec<Pose> = poses.map(Pose::from).collect();
+        if poses != self.setup.poses {
+            self.ctx.upload(&self.state.poses, &poses)?;
+            self.setup.poses = poses;
         }
         let constants = StepConstants::new(settings);
         if constants != self.constants {
@@ -152,4 +167,19 @@ impl Simulation {
         self.step = snapshot.step;
         Ok(())
     }
+}
+
+/// What of the objects is built into the surface, and differs.
+fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
+    if old.objects.len() != new.objects.len() {
+        return Some("the number of objects".to_owned());
+    }
+    let mut pairs = old.objects.iter().zip(&new.objects).enumerate();
+    pairs.find_map(|(i, (old, new))| {
+        if old.mesh != new.mesh {
+            Some(format!("object.{i}.mesh"))
+        } else {
+            (old.scale != new.scale).then(|| format!("object.{i}.scale"))
+        }
+    })
 }

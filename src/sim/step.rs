@@ -9,7 +9,7 @@ use crate::gpu::{Access::Kernel, Recorder, Threads};
 /// alone.
 pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
 
-/// The kernels of a step, in order.
+/// The kernels of a step, in order, by name.
 pub const KERNELS: [(&str, Record); 3] = [
     ("advance", advance),
     ("diffuse", diffuse),
@@ -19,9 +19,9 @@ pub const KERNELS: [(&str, Record); 3] = [
 /// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
 /// written and not yet made visible.
 pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
-    for (_, kernel) in KERNELS {
-        kernel(rec, k, s, params);
-    }
+    advance(rec, k, s, params);
+    diffuse(rec, k, s, params);
+    exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
 }

@@ -1,4 +1,4 @@
-//! Tests that need a device. They fail without one unless MYXO_SKIP_GPU_TESTS is set; then the skip is printed.
+//! Tests that need a device. They fail without one unless MYXO_ALLOW_NO_DEVICE is set; then the skip is printed.
 
 mod debug;
 mod device;
@@ -36,12 +36,12 @@ fn context() -> Option<Arc<Context>> {
 fn context_with(options: ContextOptions) -> Option<Arc<Context>> {
     match Context::new(&options) {
         Ok(ctx) => Some(ctx),
-        Err(error) if std::env::var_os("MYXO_SKIP_GPU_TESTS").is_some() => {
+        Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
             eprintln!("skipped: {error}");
             None
         }
         Err(error) => {
-            panic!("{error}\n(set MYXO_SKIP_GPU_TESTS=1 to skip tests that need a device)")
+            panic!("{error}\n(set MYXO_ALLOW_NO_DEVICE=1 to skip tests that need a device)")
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The rows of the parameter table.
 
 use super::{Effect, Kind, Number, Parameter, Scale};
-use crate::scene::settings::{AtlasMethod, Border, ColorMap, ObjectSettings, Sensing, Show, Start};
+use crate::scene::settings::{AtlasMethod, Border, ColorMap, ObjectSettings, Show, Start};
 
 macro_rules! real {
     ($($field:ident).+, $range:expr, $slider:expr, $scale:ident) => {
@@ -165,14 +165,6 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: whole!(physarum.edge_crossing_attempts: u32, (0.0, 1_000.0), (0.0, 64.0), Linear),
     },
     Parameter {
-        key: "physarum.sensing",
-        name: "Sensing",
-        unit: "",
-        help: "auto reads sensors straight in the chart where that is exact enough and walks elsewhere; walk always walks.",
-        effect: Effect::Live,
-        kind: word!(physarum.sensing: Sensing),
-    },
-    Parameter {
         key: "physarum.favourite_density",
         name: "Favourite trail density",
         unit: "trail units",
@@ -210,14 +202,6 @@ pub static PARAMETERS: &[Parameter] = &[
             (0.0, 20.0),
             Logarithmic
         ),
-    },
-    Parameter {
-        key: "time.dt",
-        name: "Time step",
-        unit: "seconds per step",
-        help: "Scene time that passes in a step.",
-        effect: Effect::Live,
-        kind: real!(time.dt, (0.0, 10.0), (0.0, 0.1), Linear),
     },
     Parameter {
         key: "time.steps_per_second",

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::scene::file::Reader;
 use crate::scene::parameters::{Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter, out_of_range};
-use crate::scene::settings::{Border, ObjectSettings, Sensing, Settings, Show, Start};
+use crate::scene::settings::{Border, ObjectSettings, Settings, Show, Start};
 
 fn read(text: &str) -> Result<Settings, Vec<String>> {
     let mut reader = Reader::new(Settings::default());
@@ -305,7 +305,6 @@ fn assignments_take_every_kind_of_value() {
         "particles.count=1_000_000",
         "trail.decay = 0.9",
         "physarum.border=stop",
-        "physarum.sensing=\"walk\"",
         "particles.start=ring",
         "picture.show=atlas",
         "object.0.mesh=builtin:cube",
@@ -318,7 +317,6 @@ fn assignments_take_every_kind_of_value() {
     assert_eq!(settings.particles.count, 1_000_000);
     assert_eq!(settings.trail.decay, 0.9);
     assert_eq!(settings.physarum.border, Border::Stop);
-    assert_eq!(settings.physarum.sensing, Sensing::Walk);
     assert_eq!(settings.particles.start, Start::Ring);
     assert_eq!(settings.picture.show, Show::Atlas);
     assert_eq!(settings.objects[0].mesh, "builtin:cube");
