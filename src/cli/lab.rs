@@ -27,6 +27,9 @@ pub struct Lab {
     /// Size of the window, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
+    /// Closes the window after so many pictures; for tests
+    #[arg(long, value_name = "N", hide = true)]
+    frames: Option<u32>,
     #[command(flatten)]
     common: CommonOptions,
 }
@@ -36,6 +39,7 @@ impl Default for Lab {
         Self {
             scene: DEFAULT_SCENE.into(),
             size: None,
+            frames: None,
             common: CommonOptions::default(),
         }
     }
@@ -54,6 +58,7 @@ impl Lab {
                 device: self.common.device.device.clone(),
                 validation: self.common.device.validate,
                 size,
+                frames: self.frames,
             },
         )?;
         Ok(Outcome::Done)

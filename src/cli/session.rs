@@ -154,7 +154,16 @@ impl Session {
             tracing.first_submit.get_or_insert_with(Instant::now);
         }
         spanned(trace, "submit", || self.frames.submit(rec))?;
+        self.tell_debug_entries();
         Ok(())
+    }
+
+    /// Prints what kernels told by `debug_value`, in the frames that are over.
+    fn tell_debug_entries(&self) {
+        let told = self.ctx.debug_entries();
+        if !told.entries.is_empty() || told.overflow > 0 {
+            self.progress.say(told.to_string().trim_end());
+        }
     }
 
     /// Forgets what was measured so far, as after a warm-up, and keeps the times of the next `steps` steps, with a
@@ -196,10 +205,7 @@ impl Session {
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
-        let told = self.ctx.debug_entries();
-        if !told.entries.is_empty() {
-            self.progress.say(&told.to_string());
-        }
+        self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
         if let Some(path) = &self.options.state.checkpoint {

@@ -22,10 +22,12 @@ use winit::event_loop::EventLoop;
 pub struct LabOptions {
     /// Index or part of the name of the device; `None` takes the best that can show pictures.
     pub device: Option<String>,
-    /// Switches on the validation layers; what they say goes to the log.
+    /// Switches on the validation layers; what they say goes to the log, and ends the lab with an error.
     pub validation: bool,
     /// Width and height of the window, pixels.
     pub size: [u32; 2],
+    /// Close after so many pictures; `None` waits for the user.
+    pub frames: Option<u32>,
 }
 
 /// Opens the window and runs until it is closed.

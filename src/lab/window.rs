@@ -119,6 +119,13 @@ impl ApplicationHandler for App {
         if let Some(mut lab) = self.lab.take() {
             let _ = lab.frames.wait_idle();
             lab.report_messages();
+            if lab.message_count > 0 && self.error.is_none() {
+                let count = lab.message_count;
+                let text = format!(
+                    "the validation layers said {count} things, listed above: please report them"
+                );
+                self.error = Some(Error::Invalid(text));
+            }
         }
     }
 }
@@ -138,6 +145,8 @@ struct Lab {
     single_steps: u32,
     /// The user wants to leave.
     closing: bool,
+    /// Pictures until the lab closes by itself.
+    frames_left: Option<u32>,
     /// When the picture last moved.
     moved: Instant,
     /// What the validation layers said, counted.
@@ -211,6 +220,7 @@ impl Lab {
             pacer: Pacer::default(),
             single_steps: 0,
             closing: false,
+            frames_left: options.frames,
             moved: Instant::now(),
             message_count: 0,
             ctx,
@@ -280,6 +290,10 @@ impl Lab {
         self.clocks
             .shown(steps, &self.ctx, &self.frames, &self.stage, &mut self.pacer);
         self.report_messages();
+        if let Some(left) = &mut self.frames_left {
+            *left = left.saturating_sub(1);
+            self.closing |= *left == 0;
+        }
 
         let now = Instant::now();
         if self.interface.playing || self.single_steps > 0 {

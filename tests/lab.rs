@@ -1,0 +1,53 @@
+//! The window opens, draws, and closes, without a word from the validation layers. Without a display it says so and is
+//! done; `xvfb-run cargo test` has one.
+
+use std::process::Command;
+
+fn lab(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_myxo"))
+        .arg("lab")
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn the_lab_draws_and_closes() {
+    if std::env::var_os("DISPLAY").is_none() && std::env::var_os("WAYLAND_DISPLAY").is_none() {
+        return eprintln!("skipped: no display");
+    }
+    for show in ["surface", "particles", "atlas"] {
+        let show = format!("picture.show={show}");
+        let output = lab(&[
+            "cube",
+            "--validate",
+            "--frames=8",
+            "--size=640x480",
+            "--set=particles.count=3000",
+            "--set=atlas.size=128",
+            "--set",
+            &show,
+        ]);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{show}: {errors}");
+        assert!(!errors.contains("validation"), "{show}: {errors}");
+    }
+}
+
+#[test]
+fn without_a_display_the_lab_says_what_to_do() {
+    let output = Command::new(env!("CARGO_BIN_EXE_myxo"))
+        .args(["lab", "cube"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(
+        errors.contains("myxo render") && !errors.contains("panicked"),
+        "{errors}"
+    );
+    assert_eq!(errors.lines().count(), 1, "{errors}");
+}
