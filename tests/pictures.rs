@@ -352,7 +352,7 @@ fn the_light_comes_from_above_and_from_the_left() {
             if from_middle < 0.35 * size().y {
                 let (now, before) = (brightness(pixel), brightness(first.get_pixel(x, y)));
                 assert!(
-                    (now - before).abs() < 12.0,
+                    (now - before).abs() < 15.0,
                     "({x}, {y}) is {now} after a turn by {turn}, {before} before"
                 );
             }
