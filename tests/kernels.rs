@@ -61,8 +61,18 @@ fn assert_near(what: &str, kernel: &[f32], twin: &[f32], relative: f32) {
 #[test]
 fn diffuse_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
-    for (width, rows) in [(4, 1), (4, 7), (64, 3), (252, 9), (256, 16), (260, 61)] {
-        for distance in 1..=4 {
+    // The last one has more than 65,535 groups, so its dispatch has two dimensions.
+    for (width, rows) in [
+        (4, 1),
+        (4, 7),
+        (64, 3),
+        (252, 9),
+        (256, 16),
+        (260, 61),
+        (4100, 4093),
+    ] {
+        let farthest = if rows > 1000 { 1 } else { 4 };
+        for distance in 1..=farthest {
             let texels = (width * rows) as usize;
             let trail = trail_values(texels, 3);
             let deposits: Vec<u32> = (0..texels as u32)
@@ -142,13 +152,7 @@ fn diffuse_agrees_with_its_twin() {
 fn exchange_seams_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &()).unwrap();
-    // Past 65,535 groups a dispatch has two dimensions.
-    let huge = 65_535 * 64 + 1;
-    for count in awkward_sizes(64)
-        .into_iter()
-        .filter(|&count| count > 0)
-        .chain([huge])
-    {
+    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
         // The first half of the texels is owned, the second is gutter.
         let trail = trail_values(2 * count as usize, 17);
         let seams: Vec<Seam> = (0..count)

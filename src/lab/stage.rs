@@ -186,10 +186,11 @@ mod tests {
             .unwrap()
             .into_rgba8();
         assert_eq!(read, picture);
-        let missing = save_screenshot(&folder.path().join("no such folder"), &picture).unwrap_err();
+        let no_folder = folder.path().join("screenshot_000002.png");
+        let error = save_screenshot(&no_folder, &picture).unwrap_err();
         assert!(
-            missing.to_string().contains("screenshot_000001.png"),
-            "{missing}"
+            error.to_string().contains("screenshot_000001.png"),
+            "{error}"
         );
     }
 }
