@@ -21,7 +21,11 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
 	@.ci/setup test
-	cargo test --release
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+		cargo test --release; \
+	else \
+		xvfb-run -a cargo test --release; \
+	fi
 
 mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)
 	@.ci/setup test
