@@ -3,6 +3,7 @@
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows.
 // One invocation a particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
+// Overflow: cannot happen; a texel counts at most every particle once.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -3,6 +3,7 @@
 // Writes  next_trail for owned texels; previous_deposits, cleared for the next step.
 // One invocation per four texels of a row: one wide load a row and side.
 // Texels that no triangle owns have density 0; four of them together return at once.
+// Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -2,6 +2,7 @@
 // Reads   seams, owned texels of trail.
 // Writes  gutter texels of trail; nothing reads a gutter texel here.
 // One invocation a gutter texel.
+// Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

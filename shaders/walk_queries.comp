@@ -3,6 +3,7 @@
 // Writes  walkers in place: one that is out of attempts goes on in the next dispatch, where it stopped.
 // One invocation a walk; a walker that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.
+// Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

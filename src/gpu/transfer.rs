@@ -58,7 +58,7 @@ impl Transfer {
     fn run(&mut self, ctx: &Context, record: impl FnOnce(vk::CommandBuffer)) -> GpuResult<()> {
         const WHO: &str = "a transfer";
         let device = &ctx.device.raw;
-        // SAFETY of all calls: the handles are this device's, and nothing of them is in use between two runs.
+        // SAFETY: for all calls, the handles are this device's, and nothing of them is in use between two runs.
         unsafe {
             if self.pool == vk::CommandPool::null() {
                 let info =
