@@ -433,6 +433,10 @@ impl Lab {
             self.message_count += 1;
             log::error!("validation: {message}");
         }
+        let told = self.ctx.debug_entries();
+        if !told.entries.is_empty() || told.overflow > 0 {
+            log::warn!("told by debug_value:\n{told}");
+        }
     }
 }
 
