@@ -125,13 +125,17 @@ impl Render {
     }
 }
 
+/// In a film the exposure follows the mean of the pictures so far, and later ones at least so quickly.
+const SLOWEST_ADAPTATION: f32 = 0.12;
+
 /// Takes pictures of a session.
 struct Photographer {
     renderer: Renderer,
     offscreen: Offscreen,
     view: View,
-    /// Pictures in a row: the exposure follows the trail slowly after the first, so that films do not flicker.
+    /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
+    taken: f32,
 }
 
 impl Photographer {
@@ -142,6 +146,7 @@ impl Photographer {
                 .map_err(|error| too_large(size, error))?,
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
             film,
+            taken: 0.0,
         })
     }
 
@@ -157,8 +162,9 @@ impl Photographer {
         self.offscreen.record_readback(&mut rec);
         session.frames.submit(rec)?;
         session.frames.wait_idle()?;
-        if self.film && matches!(self.view.exposure, Exposure::Auto { .. }) {
-            self.view.exposure = Exposure::following();
+        self.taken += 1.0;
+        if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
+            *adaptation = (1.0 / (self.taken + 1.0)).max(SLOWEST_ADAPTATION);
         }
         Ok(self.offscreen.image())
     }
