@@ -2,7 +2,8 @@
 //!
 //! A [`Context`] is an open device. [`Buffer`]s are typed and named; [`Pipeline`]s are made from the handles that the
 //! build generates for every shader. [`Frames`] gives out a [`Recorder`], which times, labels and checks whatever is
-//! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in here.
+//! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in here; only `render::gui`,
+//! which hands them to the painter of the interface, has its share.
 //!
 //! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
 //! graveyard until every frame that was begun before is over.
