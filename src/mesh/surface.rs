@@ -125,6 +125,8 @@ pub struct Surface {
     pub halfedges: Vec<HalfEdge>,
     /// One for each object.
     pub objects: Vec<ObjectRange>,
+    /// One for each object: texture coordinates of each corner of its triangles, if the model has them.
+    pub uvs: Vec<Option<Vec<[Vec2; 3]>>>,
 }
 
 impl Surface {
@@ -142,6 +144,7 @@ impl Surface {
             triangles: Vec::new(),
             halfedges: Vec::new(),
             objects: Vec::new(),
+            uvs: Vec::new(),
         };
         for &(mesh, scale) in objects {
             surface.append(mesh, scale);
@@ -173,6 +176,8 @@ impl Surface {
             triangles: (first_triangle as u32, self.corners.len() as u32),
             vertices: (first_vertex as u32, self.positions.len() as u32),
         });
+
+        self.uvs.push(mesh.uvs.clone());
 
         let frames: Vec<Frame> = mesh
             .corners

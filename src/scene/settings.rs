@@ -319,9 +319,13 @@ choice! {
 choice! {
     /// How triangles are laid out in the atlas.
     AtlasMethod {
+        /// Few large charts in which triangles keep their angles and, nearly, their size.
+        Charts = "charts",
         /// Each triangle in a cell of a regular grid, two to a cell.
         #[default]
         Grid = "grid",
+        /// The model's own texture coordinates.
+        Mesh = "mesh",
     }
 }
 

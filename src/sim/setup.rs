@@ -68,11 +68,14 @@ impl Setup {
 pub(super) fn atlas_options(settings: &Settings) -> AtlasOptions {
     AtlasOptions {
         method: match settings.atlas.method {
+            settings::AtlasMethod::Charts => AtlasMethod::Charts,
             settings::AtlasMethod::Grid => AtlasMethod::Grid,
+            settings::AtlasMethod::Mesh => AtlasMethod::Mesh,
         },
         size: settings.atlas.size,
         cell_size: settings.atlas.cell_size,
         gutter: settings.trail.diffusion_distance.max(1),
+        ..AtlasOptions::default()
     }
 }
 

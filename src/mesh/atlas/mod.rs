@@ -12,6 +12,9 @@
 //!
 //! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
 
+mod charts;
+mod control;
+mod flat;
 mod grid;
 mod gutter;
 mod rows;
@@ -25,6 +28,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::surface::{AtlasMap, NONE, Seam, Surface};
+pub use control::Control;
 
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
@@ -32,21 +36,27 @@ pub const MAX_SIZE: u32 = 32_768;
 /// How triangles are laid out in the texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtlasMethod {
+    /// Few large charts in which triangles keep their angles and, nearly, their size.
+    Charts,
     /// Square cells of one size, two neighbouring triangles in each.
     #[default]
     Grid,
+    /// As the model's own texture coordinates say.
+    Mesh,
 }
 
 impl fmt::Display for AtlasMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            AtlasMethod::Charts => f.write_str("charts"),
             AtlasMethod::Grid => f.write_str("grid"),
+            AtlasMethod::Mesh => f.write_str("mesh"),
         }
     }
 }
 
 /// What an atlas is made from, besides the surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AtlasOptions {
     /// How triangles are laid out.
     pub method: AtlasMethod,
@@ -56,11 +66,16 @@ pub struct AtlasOptions {
     pub cell_size: u32,
     /// Width of the halo round each chart in texels; less than 1 counts as 1, which bilinear reads need.
     pub gutter: u32,
+    /// For `charts`, one an object: its texels per surface area, relative to the others; empty: all alike.
+    pub weights: Vec<f32>,
+    /// For `charts`: a seed by which each chart is turned by a random angle before it is packed; 0: none is. Trails must
+    /// not depend on how charts lie, and this is how one sees that.
+    pub turn: u64,
 }
 
 impl AtlasOptions {
     /// The same with a gutter that bilinear reads can do with, if there can be such an atlas at all.
-    fn checked(self, surface: &Surface) -> Result<Self, AtlasError> {
+    fn checked(&self, surface: &Surface) -> Result<Self, AtlasError> {
         if self.size == 0 || self.size > MAX_SIZE {
             return Err(AtlasError::Size(self.size));
         }
@@ -69,7 +84,7 @@ impl AtlasOptions {
         }
         Ok(Self {
             gutter: self.gutter.max(1),
-            ..self
+            ..self.clone()
         })
     }
 }
@@ -85,6 +100,9 @@ pub enum AtlasError {
     /// The texture side is not in the range.
     #[error("atlas size {0} is out of range: choose from 1 to {MAX_SIZE}")]
     Size(u32),
+    /// Somebody asked to stop.
+    #[error("interrupted while the atlas was being made")]
+    Cancelled,
     /// A cell has no room for two triangles and their gutter.
     #[error(
         "atlas cell size {cell_size} is too small for a gutter of {gutter}: choose at least {needed}, \
@@ -147,6 +165,7 @@ struct Layout {
     chart_count: u32,
     cell_size: u32,
     owner: Vec<u32>,
+    /// Per texel: the surface area that lies in it, world units squared, on owned and on gutter texels.
     area: Vec<f32>,
     gutter_texels: Vec<GutterTexel>,
 }
@@ -193,9 +212,26 @@ impl Atlas {
     /// # Errors
     /// When the size is out of range or the texture has no room; the message names a size that works.
     pub fn build(surface: &Surface, options: &AtlasOptions) -> Result<Self, AtlasError> {
+        Self::build_with(surface, options, &Control::default())
+    }
+
+    /// The same, telling how far it is, and stopping where it is told to.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build), and [`AtlasError::Cancelled`].
+    pub fn build_with(
+        surface: &Surface,
+        options: &AtlasOptions,
+        control: &Control<'_>,
+    ) -> Result<Self, AtlasError> {
         let options = options.checked(surface)?;
         let layout = match options.method {
+            AtlasMethod::Charts => {
+                let _flat = charts::flat_charts(surface, control)?;
+                unimplemented!("packing")
+            }
             AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
+            AtlasMethod::Mesh => unimplemented!("mesh"),
         };
         let seams = gutter::seams(surface, &layout, pitch_of(options.size));
         Ok(Self::assemble(surface, &options, layout, seams))
@@ -213,15 +249,17 @@ impl Atlas {
         let options = options.checked(surface)?;
         match options.method {
             AtlasMethod::Grid => Ok(grid::Grid::new(surface, &options)?.gutter_texel_count()),
+            AtlasMethod::Charts | AtlasMethod::Mesh => unimplemented!(),
         }
     }
 
     fn assemble(
         surface: &Surface,
         options: &AtlasOptions,
-        layout: Layout,
+        mut layout: Layout,
         seams: Vec<Seam>,
     ) -> Self {
+        give_to_owned(&mut layout.area, &seams);
         let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
         let mean_texel_area = surface_area(surface) / owned_count as f64;
         let density = layout
@@ -310,6 +348,17 @@ impl fmt::Display for Atlas {
             self.seams.len(),
             100.0 * f64::from(self.owned_count) / texels,
         )
+    }
+}
+
+/// What lies in gutter texels is given to the owned texels behind them, by the weights with which they are read: so does
+/// the diffusion, and so do deposits.
+fn give_to_owned(area: &mut [f32], seams: &[Seam]) {
+    for seam in seams {
+        let given = std::mem::take(&mut area[seam.texel as usize]);
+        for (source, weight) in seam.source.into_iter().zip(seam.weight) {
+            area[source as usize] += weight * given;
+        }
     }
 }
 
