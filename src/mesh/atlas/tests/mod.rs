@@ -34,6 +34,7 @@ fn options(size: u32, gutter: u32) -> AtlasOptions {
         size,
         cell_size: 0,
         gutter,
+        ..AtlasOptions::default()
     }
 }
 
