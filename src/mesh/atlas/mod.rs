@@ -12,12 +12,14 @@
 //!
 //! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
 
+mod cache;
 mod charts;
 mod control;
 mod flat;
 mod grid;
 mod gutter;
 mod rows;
+mod statistics;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -29,6 +31,7 @@ use rayon::prelude::*;
 
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 pub use control::Control;
+pub use statistics::AtlasStatistics;
 
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
@@ -227,8 +230,11 @@ impl Atlas {
         let options = options.checked(surface)?;
         let layout = match options.method {
             AtlasMethod::Charts => {
-                let _flat = charts::flat_charts(surface, control)?;
-                unimplemented!("packing")
+                let _places = cache::kept(surface, &options, control, || {
+                    let _flat = charts::flat_charts(surface, control)?;
+                    unimplemented!("packing")
+                })?;
+                unimplemented!("deriving")
             }
             AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
             AtlasMethod::Mesh => unimplemented!("mesh"),
