@@ -11,7 +11,7 @@ use crate::mesh::surface::{NONE, Surface};
 
 /// A distance that can be ordered; triangles break ties.
 #[derive(Clone, Copy, PartialEq)]
-struct Reached(f64, u32);
+pub(super) struct Reached(pub f64, pub u32);
 
 impl Eq for Reached {}
 
@@ -32,7 +32,7 @@ pub(super) struct Graph {
     /// Triangles of the surface, ascending.
     pub triangles: Vec<u32>,
     /// Per triangle its neighbours among them and how far they are.
-    neighbours: Vec<[(u32, f64); 3]>,
+    pub neighbours: Vec<[(u32, f64); 3]>,
 }
 
 impl Graph {

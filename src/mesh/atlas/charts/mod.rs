@@ -10,6 +10,7 @@ mod merge;
 mod metric;
 mod patch;
 mod piece;
+mod smooth;
 #[cfg(test)]
 mod tests;
 
@@ -24,6 +25,7 @@ use merge::{Merger, Pool};
 use metric::Metric;
 use patch::{Patch, Places};
 use piece::{Bounds, Piece, STRICT};
+use smooth::Smoothing;
 
 /// Connected parts up to this size are built from single triangles.
 const SMALL: usize = 600;
@@ -58,6 +60,15 @@ pub(super) fn flat_charts(
             control.step(doing, DONE * (0.3 + 0.6 * (1.0 - left.clamp(0.0, 1.0))))
         },
     )?;
+    let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
+    let graph = pool.with(|places| {
+        Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0))
+    });
+    for (opening, blur) in [(0.6, 6), (0.4, 6)] {
+        merger.smooth(&graph, &Smoothing { opening, blur }, &STRICT)?;
+    }
+    merger.run(&STRICT, |_, _| true, |_| Ok(()))?;
+    merger.smooth(&graph, &Smoothing { opening: 0.4, blur: 6 }, &STRICT)?;
     let mut pieces = merger.finish();
     pieces.sort_by_key(|piece| piece.triangles[0]);
     Ok(pieces

@@ -51,7 +51,7 @@ pub(super) struct Bounds {
 }
 
 pub(super) const STRICT: Bounds = Bounds {
-    share: 0.05,
+    share: 0.045,
     wild: 0.002,
     hull: 1.6,
     roundness: 3.5,
