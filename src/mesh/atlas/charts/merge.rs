@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::metric::Metric;
 use super::patch::Places;
-use super::piece::{Bounds, Piece, Refusal};
+use super::piece::{Bounds, Piece, Refusal, Spending};
 use super::{AtlasError, Control};
 use crate::mesh::surface::{NONE, Surface};
 
@@ -45,6 +45,8 @@ pub(super) struct Merger<'a> {
     pub pieces: Vec<Option<Piece>>,
     /// Per triangle, its piece.
     pub labels: Vec<u32>,
+    /// Surface area of everything.
+    pub area: f64,
     /// Pairs that are not to be tried again, and the area that they had together.
     refused: HashMap<(u32, u32), f64>,
 }
@@ -74,6 +76,7 @@ impl<'a> Merger<'a> {
             metric,
             pool,
             control,
+            area: pieces.iter().map(|piece| piece.area).sum(),
             pieces: pieces.into_iter().map(Some).collect(),
             labels,
             refused: HashMap::new(),
@@ -104,13 +107,19 @@ impl<'a> Merger<'a> {
                     Ok(self.try_pair(pair, bounds))
                 })
                 .collect::<Result<_, AtlasError>>()?;
+            let mut spent = self.spent();
             for (pair, piece) in chosen.iter().zip(joined) {
-                match piece {
-                    Ok(piece) => self.join(pair, piece),
-                    Err(_) => {
-                        let area = self.area(pair.a) + self.area(pair.b);
-                        self.refused.insert((pair.a, pair.b), area);
-                    }
+                let affordable = piece.ok().and_then(|piece| {
+                    let olds = [pair.a, pair.b].map(|i| self.spending(i));
+                    let sum = spent.plus(&piece.spending()).minus(&olds[0]).minus(&olds[1]);
+                    sum.within(&spent, self.area).then_some((piece, sum))
+                });
+                if let Some((piece, sum)) = affordable {
+                    spent = sum;
+                    self.join(pair, piece);
+                } else {
+                    let area = self.area_of(pair.a) + self.area_of(pair.b);
+                    self.refused.insert((pair.a, pair.b), area);
                 }
             }
             told(self.pieces.iter().flatten().count())?;
@@ -122,7 +131,18 @@ impl<'a> Merger<'a> {
         self.refused.clear();
     }
 
-    fn area(&self, piece: u32) -> f64 {
+    /// The areas that shrink, grow and skew too much, of all pieces.
+    pub fn spent(&self) -> Spending {
+        let pieces = self.pieces.iter().flatten();
+        pieces.fold(Spending::default(), |sum, piece| sum.plus(&piece.spending()))
+    }
+
+    fn spending(&self, piece: u32) -> Spending {
+        let piece = self.pieces[piece as usize].as_ref();
+        piece.map_or(Spending::default(), Piece::spending)
+    }
+
+    fn area_of(&self, piece: u32) -> f64 {
         self.pieces[piece as usize].as_ref().map_or(0.0, |p| p.area)
     }
 
@@ -150,7 +170,7 @@ impl<'a> Merger<'a> {
                 .into_iter()
                 .filter_map(refused_with)
                 .fold(0.0, |most: f64, &area| most.max(area));
-            if self.area(new) + self.area(other) < GROWN * most {
+            if self.area_of(new) + self.area_of(other) < GROWN * most {
                 self.refused.insert((other, new), most);
             }
         }

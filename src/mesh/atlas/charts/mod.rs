@@ -24,7 +24,7 @@ use cluster::Graph;
 use merge::{Merger, Pool};
 use metric::Metric;
 use patch::{Patch, Places};
-use piece::{Bounds, Piece, STRICT};
+use piece::{Bounds, LOOSE, Piece, STRICT};
 use smooth::Smoothing;
 
 /// Connected parts up to this size are built from single triangles.
@@ -64,11 +64,19 @@ pub(super) fn flat_charts(
     let graph = pool.with(|places| {
         Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0))
     });
-    for (opening, blur) in [(0.6, 6), (0.4, 6)] {
-        merger.smooth(&graph, &Smoothing { opening, blur }, &STRICT)?;
+    let small_change = Smoothing { opening: 0.4, blur: 6 };
+    let big_change = Smoothing { opening: 0.6, blur: 6 };
+    for bounds in [&STRICT, &LOOSE] {
+        for _ in 0..3 {
+            let before = merger.pieces.iter().flatten().count();
+            merger.run(bounds, |_, _| true, |_| Ok(()))?;
+            merger.smooth(&graph, &big_change, &STRICT)?;
+            merger.smooth(&graph, &small_change, &STRICT)?;
+            if merger.pieces.len() == before {
+                break;
+            }
+        }
     }
-    merger.run(&STRICT, |_, _| true, |_| Ok(()))?;
-    merger.smooth(&graph, &Smoothing { opening: 0.4, blur: 6 }, &STRICT)?;
     let mut pieces = merger.finish();
     pieces.sort_by_key(|piece| piece.triangles[0]);
     Ok(pieces

@@ -57,6 +57,13 @@ pub(super) const STRICT: Bounds = Bounds {
     roundness: 3.5,
 };
 
+/// What a single chart may be like as long as all together are within the strict bounds.
+pub(super) const LOOSE: Bounds = Bounds {
+    share: 0.2,
+    wild: 0.005,
+    ..STRICT
+};
+
 /// Areas shrink at most to this and grow at most to its counterpart.
 const AREA: [f64; 2] = [0.856, 1.144];
 /// No triangle that counts goes beyond these.
@@ -189,6 +196,34 @@ impl Quality {
             && self.wild <= bounds.wild
             && self.hull <= bounds.hull
             && self.roundness <= bounds.roundness
+    }
+}
+
+/// Areas that shrink, grow and skew too much: what percentiles over the whole atlas are counted by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Spending([f64; 3]);
+
+impl Spending {
+    pub fn plus(&self, other: &Self) -> Self {
+        Self([0, 1, 2].map(|k| self.0[k] + other.0[k]))
+    }
+
+    pub fn minus(&self, other: &Self) -> Self {
+        Self([0, 1, 2].map(|k| self.0[k] - other.0[k]))
+    }
+
+    /// Whether it is a bearable part of the whole area, or no more than before.
+    pub fn within(&self, before: &Self, area: f64) -> bool {
+        let limit = STRICT.share * area;
+        let pairs = self.0.iter().zip(&before.0);
+        pairs.into_iter().all(|(now, before)| *now <= limit.max(*before))
+    }
+}
+
+impl Piece {
+    pub fn spending(&self) -> Spending {
+        let Quality { small, large, skewed, .. } = self.quality;
+        Spending([small, large, skewed].map(|share| share * self.area))
     }
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::AtlasError;
 use super::cluster::{Graph, Reached};
 use super::merge::Merger;
-use super::piece::{Bounds, Piece, Quality};
+use super::piece::{Bounds, Piece, Quality, Spending};
 use crate::mesh::surface::NONE;
 
 /// How charts are reshaped.
@@ -115,7 +115,12 @@ impl Merger<'_> {
             .zip(&self.pieces)
             .filter_map(|(new, old)| Some((perimeter(old.as_ref()?), perimeter(new.as_ref()?))))
             .fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
-        if after >= before {
+        let mut spent = Spending::default();
+        for (new, old) in made.iter().zip(&self.pieces) {
+            let piece = new.as_ref().or(old.as_ref());
+            spent = spent.plus(&piece.map_or(Spending::default(), Piece::spending));
+        }
+        if after >= before || !spent.within(&self.spent(), self.area) {
             return Ok(());
         }
         for (piece, new) in self.pieces.iter_mut().zip(made) {
