@@ -1,5 +1,6 @@
 //! Tests of the atlas, and what they share.
 
+mod charts;
 mod layout;
 mod reads;
 
