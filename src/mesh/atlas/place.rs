@@ -128,9 +128,9 @@ impl Packer {
     }
 
     fn of(pieces: Vec<Piece>, turned: bool) -> Self {
-        let longest = pieces
-            .iter()
-            .fold(0.0f64, |longest, piece| longest.max(piece.extent.max_element()));
+        let longest = pieces.iter().fold(0.0f64, |longest, piece| {
+            longest.max(piece.extent.max_element())
+        });
         Self {
             area: pieces.iter().map(Piece::area).sum(),
             longest,
@@ -293,7 +293,8 @@ impl Packer {
     fn least_scale(&self, sheet: Sheet) -> f64 {
         let texels = f64::from(sheet.size) * f64::from(sheet.size);
         let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
-        self.scale_for(sheet, least).min(0.999 * self.widest_scale(sheet))
+        self.scale_for(sheet, least)
+            .min(0.999 * self.widest_scale(sheet))
     }
 
     /// The error with the smallest size at which the charts fit.
@@ -318,7 +319,13 @@ impl Packer {
         })
     }
 
-    fn placed(&self, surface: &Surface, fixed: Fixed, scale: f64, spots: &[Spot]) -> (Vec<AtlasMap>, Vec<u32>, u32) {
+    fn placed(
+        &self,
+        surface: &Surface,
+        fixed: Fixed,
+        scale: f64,
+        spots: &[Spot],
+    ) -> (Vec<AtlasMap>, Vec<u32>, u32) {
         let triangle_count = surface.corners.len();
         let mut maps = vec![bytemuck::Zeroable::zeroed(); triangle_count];
         let mut chart = vec![0; triangle_count];
@@ -347,7 +354,12 @@ fn without_overlaps(surface: &Surface, piece: Piece, fixed: Fixed, scale: f64) -
 
 fn turn_at_random(pieces: &mut [Piece], seed: u64) {
     for (index, piece) in pieces.iter_mut().enumerate() {
-        let words = random(seed as u32, index as u32, (seed >> 32) as u32, Purpose::Start);
+        let words = random(
+            seed as u32,
+            index as u32,
+            (seed >> 32) as u32,
+            Purpose::Start,
+        );
         piece.turn_to(DVec2::from_angle(TAU * f64::from(unit(words[0]))));
     }
 }

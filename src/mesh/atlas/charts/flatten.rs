@@ -69,10 +69,7 @@ fn border_curve(
         .map(|&h| {
             direction += PI + bend[patch.vertex_of(h) as usize];
             let shape = patch.shape(metric, h as usize / 3);
-            (
-                shape.lengths[h as usize % 3],
-                DVec2::from_angle(direction),
-            )
+            (shape.lengths[h as usize % 3], DVec2::from_angle(direction))
         })
         .collect();
     // Least change of lengths, relative to themselves, that closes the curve.
@@ -176,10 +173,7 @@ impl Laplacian {
 
 /// Compressed columns of a lower triangle from its diagonal and entries (column, row, value), of which the same may come
 /// more than once.
-fn columns(
-    diagonal: &[f64],
-    entries: &[(u32, u32, f64)],
-) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
+fn columns(diagonal: &[f64], entries: &[(u32, u32, f64)]) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
     let n = diagonal.len();
     let mut ends = vec![0; n + 1];
     for &(column, ..) in entries {

@@ -216,13 +216,20 @@ impl Spending {
     pub fn within(&self, before: &Self, area: f64) -> bool {
         let limit = STRICT.share * area;
         let pairs = self.0.iter().zip(&before.0);
-        pairs.into_iter().all(|(now, before)| *now <= limit.max(*before))
+        pairs
+            .into_iter()
+            .all(|(now, before)| *now <= limit.max(*before))
     }
 }
 
 impl Piece {
     pub fn spending(&self) -> Spending {
-        let Quality { small, large, skewed, .. } = self.quality;
+        let Quality {
+            small,
+            large,
+            skewed,
+            ..
+        } = self.quality;
         Spending([small, large, skewed].map(|share| share * self.area))
     }
 }
@@ -281,7 +288,11 @@ fn crosses_itself(curve: &[DVec2]) -> bool {
     let turned = (high - low).y > (high - low).x;
     let at = |i: usize| {
         let point = curve[i % n];
-        if turned { DVec2::new(point.y, point.x) } else { point }
+        if turned {
+            DVec2::new(point.y, point.x)
+        } else {
+            point
+        }
     };
     let mut order: Vec<(f64, f64, u32)> = (0..n)
         .map(|i| {

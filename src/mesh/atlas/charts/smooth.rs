@@ -166,7 +166,11 @@ impl Merger<'_> {
                 };
                 add(own, 0.5);
                 for (length, twin) in lengths.into_iter().zip(twins) {
-                    let from = if twin == NONE { own } else { &mixes[twin as usize / 3] };
+                    let from = if twin == NONE {
+                        own
+                    } else {
+                        &mixes[twin as usize / 3]
+                    };
                     add(from, (0.5 * length / whole) as f32);
                 }
                 sums.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -182,7 +186,11 @@ impl Quality {
     /// Bounds that are kept by what keeps the given ones, and by this.
     fn or(&self, bounds: &Bounds) -> Bounds {
         Bounds {
-            share: bounds.share.max(self.small).max(self.large).max(self.skewed),
+            share: bounds
+                .share
+                .max(self.small)
+                .max(self.large)
+                .max(self.skewed),
             wild: bounds.wild.max(self.wild),
             hull: bounds.hull.max(self.hull),
             roundness: bounds.roundness.max(self.roundness),

@@ -117,10 +117,13 @@ fn picture(name: &str, charts: &[FlatChart]) {
     let mut picture = image::RgbImage::new(width, width + 400);
     let mut sorted: Vec<&FlatChart> = charts.iter().collect();
     let bounds = |chart: &FlatChart| {
-        chart.corners.iter().flatten().fold(
-            (DVec2::INFINITY, DVec2::NEG_INFINITY),
-            |(low, high), &p| (low.min(p), high.max(p)),
-        )
+        chart
+            .corners
+            .iter()
+            .flatten()
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| {
+                (low.min(p), high.max(p))
+            })
     };
     let height = |chart: &FlatChart| bounds(chart).1.y - bounds(chart).0.y;
     sorted.sort_by(|a, b| height(b).total_cmp(&height(a)));
@@ -134,11 +137,16 @@ fn picture(name: &str, charts: &[FlatChart]) {
         }
         row = row.max(size.y);
         let hue = k as f64 * 0.618;
-        let colour = [0.0, 0.33, 0.67].map(|o| 90.0 + 120.0 * (std::f64::consts::TAU * (hue + o)).sin().abs());
+        let colour = [0.0, 0.33, 0.67]
+            .map(|o| 90.0 + 120.0 * (std::f64::consts::TAU * (hue + o)).sin().abs());
         for (i, corners) in chart.corners.iter().enumerate() {
             let shade = if i % 2 == 0 { 1.0 } else { 0.85 };
             let colour = image::Rgb(colour.map(|c| (c * shade) as u8));
-            fill(&mut picture, corners.map(|p| at + scale * (p - low)), colour);
+            fill(
+                &mut picture,
+                corners.map(|p| at + scale * (p - low)),
+                colour,
+            );
         }
         at.x += size.x + 4.0;
     }
@@ -149,7 +157,9 @@ fn picture(name: &str, charts: &[FlatChart]) {
         .chars()
         .map(|c| if c.is_alphanumeric() { c } else { '-' })
         .collect();
-    picture.save(format!("/work/out/charts-{name}.png")).unwrap();
+    picture
+        .save(format!("/work/out/charts-{name}.png"))
+        .unwrap();
 }
 
 fn fill(picture: &mut image::RgbImage, [a, b, c]: [DVec2; 3], colour: image::Rgb<u8>) {
