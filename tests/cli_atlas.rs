@@ -258,3 +258,155 @@ fn faces_without_a_place_are_told() {
     );
     assert_eq!(rows.lines().count(), 3);
 }
+
+/// Lays suzanne out in charts, with a cache folder of the test's own: the numbers, and the bytes of the picture.
+fn charts(cache: &Folder, options: &[&str]) -> (Value, Vec<u8>) {
+    let folder = Folder::new();
+    let picture = folder.file("atlas.png");
+    let output = program()
+        .args(["atlas", "suzanne", "--method", "charts", "--size", "256"])
+        .args(["--json", "--out", path(&picture)])
+        .args(options)
+        .env("XDG_CACHE_HOME", cache.file("."))
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let numbers = serde_json::from_slice(&output.stdout).expect("it is JSON");
+    (numbers, std::fs::read(picture).expect("it is written"))
+}
+
+/// The only layout that is kept in a cache folder.
+fn kept(cache: &Folder) -> std::path::PathBuf {
+    let folder = cache.file("myxo/atlases");
+    let mut files = std::fs::read_dir(folder).expect("layouts are kept");
+    let file = files.next().expect("there is one").expect("it is listed");
+    assert!(files.next().is_none(), "and no other");
+    file.path()
+}
+
+fn was_cut((numbers, _): &(Value, Vec<u8>)) -> bool {
+    let phases = numbers["phases"].as_object().expect("it is a table");
+    !phases.is_empty()
+}
+
+#[test]
+fn a_layout_is_kept_and_read_again() {
+    let cache = Folder::new();
+    let first = charts(&cache, &[]);
+    assert!(was_cut(&first), "{}", first.0);
+    let file = kept(&cache);
+    let content = std::fs::read(&file).expect("it can be read");
+    let second = charts(&cache, &[]);
+    assert!(!was_cut(&second), "{}", second.0);
+    assert!(first.1 == second.1, "the same picture");
+    assert_eq!(first.0["utilisation"], second.0["utilisation"]);
+    // Once more without it: nothing depends on what is kept.
+    let fresh = charts(&cache, &["--fresh"]);
+    assert!(was_cut(&fresh) && first.1 == fresh.1);
+
+    for damage in [&content[..content.len() / 2], b"", b"MYXOAT01 and nonsense"] {
+        std::fs::write(&file, damage).expect("it can be written");
+        let mended = charts(&cache, &[]);
+        assert!(was_cut(&mended) && first.1 == mended.1);
+        assert!(std::fs::read(&file).expect("it is there") == content);
+    }
+    // A layout of something else under this name.
+    let other = charts(&cache, &["--gutter", "2"]);
+    assert!(was_cut(&other) && first.1 != other.1);
+}
+
+#[test]
+fn two_processes_may_keep_the_same_layout() {
+    let cache = Folder::new();
+    let pictures: Vec<Vec<u8>> = std::thread::scope(|scope| {
+        let runs: Vec<_> = (0..3)
+            .map(|_| scope.spawn(|| charts(&cache, &[]).1))
+            .collect();
+        let join = |run: std::thread::ScopedJoinHandle<'_, _>| run.join().expect("it runs");
+        runs.into_iter().map(join).collect()
+    });
+    assert!(pictures.windows(2).all(|pair| pair[0] == pair[1]));
+    assert!(!was_cut(&charts(&cache, &[])));
+    kept(&cache);
+}
+
+#[test]
+fn without_a_cache_folder_layouts_are_made_all_the_same() {
+    let cache = Folder::new();
+    cache.with("myxo", "a file where the folder would be");
+    assert!(was_cut(&charts(&cache, &[])));
+    assert!(was_cut(&charts(&cache, &[])));
+}
+
+#[test]
+fn charts_do_not_depend_on_the_number_of_threads() {
+    let cache = Folder::new();
+    let run = |threads: &str| {
+        let picture = cache.file(format!("{threads}.png"));
+        let output = program()
+            .args(["atlas", "suzanne", "--method", "charts", "--size", "256"])
+            .args(["--fresh", "--out", path(&picture)])
+            .env("RAYON_NUM_THREADS", threads)
+            .output()
+            .expect("the program starts");
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        std::fs::read(picture).expect("it is written")
+    };
+    assert!(run("1") == run("2") && run("2") == run("5"));
+}
+
+/// A mesh that takes long enough to be interrupted.
+const LARGE: &str = "builtin:torus?major=1000&minor=500";
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_it() {
+    use std::time::{Duration, Instant};
+    let folder = Folder::new();
+    let picture = folder.file("atlas.png");
+    let commands = [
+        vec!["atlas", LARGE, "--fresh", "--method", "charts"],
+        vec![
+            "query",
+            "atlas",
+            "--atlas-method",
+            "charts",
+            "--mesh",
+            LARGE,
+        ],
+    ];
+    for command in commands {
+        let mut run = program();
+        run.args(&command).args(["--out", path(&picture)]);
+        let run = run
+            .env("XDG_CACHE_HOME", folder.file("cache"))
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        // It reads and pools the mesh first.
+        std::thread::sleep(Duration::from_millis(1500));
+        let kill = format!("kill -INT {}", run.id());
+        let killed = std::process::Command::new("sh")
+            .args(["-c", &kill])
+            .status();
+        assert!(killed.expect("there is a shell").success());
+        let asked = Instant::now();
+        let output = run.wait_with_output().expect("it ends");
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{message}");
+        assert!(
+            asked.elapsed() < Duration::from_secs(5),
+            "{:?}",
+            asked.elapsed()
+        );
+        assert!(
+            message.ends_with("myxo: interrupted while the atlas was being made\n"),
+            "{message}"
+        );
+        assert!(
+            output.stdout.is_empty() && folder.names().is_empty(),
+            "nothing is left"
+        );
+    }
+}
