@@ -48,6 +48,7 @@
 //! ```text
 //! advance          pending walk, sense, turn, walk, deposit        one invocation a particle
 //! diffuse          trail spreads, takes up deposits, decays        one invocation per four texels
+//! diffuse_seams    the same for texels that exchange over a seam   one invocation a seam texel
 //! exchange_seams   gutter texels, so that reads never see a seam   one invocation a gutter texel
 //! ```
 //!

@@ -86,7 +86,7 @@ impl Interface {
             };
             ui.label(RichText::new(speed).monospace().color(theme::WEAK));
         });
-        if self.is_pending(facts.gutter) {
+        if self.is_pending() {
             ui.horizontal(|ui| {
                 let button =
                     egui::Button::new(RichText::new("⟲ Restart to apply").color(Color32::BLACK))
@@ -105,7 +105,7 @@ impl Interface {
                     .on_hover_text("Keep what is running.")
                     .clicked()
                 {
-                    let live = self.live_settings(facts.gutter);
+                    let live = self.live_settings();
                     self.edited = live;
                 }
             });
@@ -222,7 +222,6 @@ impl Interface {
                 let context = RowContext {
                     loaded: &self.loaded,
                     running: &self.running,
-                    gutter: facts.gutter,
                 };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited, &context);
@@ -244,11 +243,7 @@ impl Interface {
             }
             let title = format!("Object: {}", self.edited.objects[i].name);
             section(ui, &title, false, !filter.is_empty(), |ui| {
-                let context = RowContext {
-                    loaded,
-                    running,
-                    gutter: facts.gutter,
-                };
+                let context = RowContext { loaded, running };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
                 }

@@ -38,6 +38,7 @@ impl Simulation {
             Error::Atlas(error) => memory::atlas_error(ctx.info(), error),
             error => error,
         })?;
+        memory::check_atlas(ctx.info(), &setup)?;
         let constants = StepConstants::new(&scene.settings);
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,
@@ -73,7 +74,7 @@ impl Simulation {
     /// # Errors
     /// When a changed setting needs a restart (the message names it): make a new simulation then.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
-        let restarting = restarting(&self.settings, settings, self.setup.atlas.gutter);
+        let restarting = restarting(&self.settings, settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();
             return Err(Error::Invalid(format!(

@@ -26,10 +26,7 @@ impl Harness {
         let mut harness = Self {
             ctx: egui::Context::default(),
             interface: Interface::new(&scene),
-            facts: Facts {
-                gutter: 1,
-                ..Facts::default()
-            },
+            facts: Facts { ..Facts::default() },
             time: 0.0,
         };
         theme::apply(&harness.ctx);

@@ -246,7 +246,7 @@ fn validation_notices_what_is_broken() {
     let breaks: [(&str, Break); 8] = [
         ("outside its owner", &|a| a.owner[owned] += 1),
         ("owned texels", &|a| a.owned_count += 1),
-        ("weights", &|a| a.seams[last].weight[0] *= 0.999),
+        ("weights", &|a| a.seams[last].weight[0] -= 1),
         ("reads", &|a| a.seams[last].source[0] = gutter_texel),
         ("order", &|a| a.seams.swap(0, last)),
         ("gutter", &|a| {
