@@ -33,7 +33,7 @@ impl Interface {
                 section(ui, "Picture", true, false, |ui| {
                     self.picture_section(ui, facts)
                 });
-                self.parameter_sections(ui, facts, commands);
+                self.parameter_sections(ui, commands);
                 section(ui, "Kernel times", true, false, |ui| {
                     kernel_table(ui, facts)
                 });
@@ -198,7 +198,7 @@ impl Interface {
         }
     }
 
-    fn parameter_sections(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+    fn parameter_sections(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
         ui.add_space(4.0);
         ui.add(
             egui::TextEdit::singleline(&mut self.filter)

@@ -7,7 +7,7 @@ use super::types::{
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
-use crate::mesh::atlas::{AtlasError, AtlasMethod};
+use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod};
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 
@@ -104,8 +104,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
 ///
 /// # Errors
 /// Names the table that is too large, the device's limit, and what makes it smaller.
-pub fn check_atlas(device: &DeviceInfo, setup: &Setup) -> Result<()> {
-    let atlas = &setup.atlas;
+pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
     let tables = [
         (atlas.seams.len() as u64, SEAM, "gutter texels"),
         (atlas.exchange.rows.len() as u64, ROW, "texels beside seams"),
@@ -327,8 +326,8 @@ mod tests {
             exchange.entries.len() as u64 * ENTRY,
         ];
         let largest = tables.into_iter().max().expect("there are some");
-        assert!(check_atlas(&device(largest), &setup).is_ok());
-        let error = check_atlas(&device(largest - 1), &setup).expect_err("it is too large");
+        assert!(check_atlas(&device(largest), &setup.atlas).is_ok());
+        let error = check_atlas(&device(largest - 1), &setup.atlas).expect_err("it is too large");
         let message = error.to_string();
         assert!(
             message.contains("too large for abacus: atlas.size = 512 with atlas.method = \"grid\"")

@@ -38,7 +38,7 @@ impl Simulation {
             Error::Atlas(error) => memory::atlas_error(ctx.info(), error),
             error => error,
         })?;
-        memory::check_atlas(ctx.info(), &setup)?;
+        memory::check_atlas(ctx.info(), &setup.atlas)?;
         let constants = StepConstants::new(&scene.settings);
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,

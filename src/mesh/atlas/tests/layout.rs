@@ -229,6 +229,7 @@ fn an_atlas_depends_on_nothing_but_its_arguments() {
     assert_eq!(one.owner, three.owner);
     assert_eq!(one.maps, three.maps);
     assert_eq!(one.density, three.density);
+    assert_eq!(one.exchange, three.exchange);
     assert_eq!(
         bytemuck::cast_slice::<_, u8>(&one.seams),
         bytemuck::cast_slice::<_, u8>(&three.seams)

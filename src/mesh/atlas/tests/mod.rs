@@ -1,5 +1,6 @@
 //! Tests of the atlas, and what they share.
 
+mod exchange;
 mod layout;
 mod reads;
 
