@@ -1,5 +1,6 @@
 //! `myxo query`: questions in CSV, answers in CSV, answered by the code that the simulation runs.
 
+mod diffuse;
 mod geodesic;
 mod table;
 
@@ -17,6 +18,7 @@ pub struct Query {
 
 #[derive(Clone, Debug, Subcommand)]
 enum Kind {
+    Diffuse(diffuse::Diffuse),
     Geodesic(geodesic::Geodesic),
 }
 
@@ -24,6 +26,7 @@ impl Query {
     /// Answers the questions.
     pub fn run(&self) -> Result<Outcome> {
         match &self.kind {
+            Kind::Diffuse(diffuse) => diffuse.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
         }
     }
