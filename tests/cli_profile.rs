@@ -63,7 +63,7 @@ fn kernels_account_for_the_step() {
         2,
         "{table}"
     );
-    assert_eq!(lines.len(), 8, "{table}");
+    assert_eq!(lines.len(), 9, "{table}");
 
     let advance = kernels
         .iter()
