@@ -22,9 +22,11 @@ void main() {
     uint i = invocation_index();
     if (i >= params.seam_count) return;
     Seam seam = seams[i];
-    precise float value = seam.weight[0] * trail[seam.source[0]];
-    value += seam.weight[1] * trail[seam.source[1]];
-    value += seam.weight[2] * trail[seam.source[2]];
-    value += seam.weight[3] * trail[seam.source[3]];
-    trail[seam.texel] = value;
+    // Four weights of 16 bits, in units of 1 / 32768.
+    precise float value = float(seam.weight[0] & 0xffffu) * trail[seam.source[0]];
+    value += float(seam.weight[0] >> 16u) * trail[seam.source[1]];
+    value += float(seam.weight[1] & 0xffffu) * trail[seam.source[2]];
+    value += float(seam.weight[1] >> 16u) * trail[seam.source[3]];
+    precise float filled = value * (1.0 / 32768.0);
+    trail[seam.texel] = filled;
 }

@@ -48,6 +48,7 @@
 //! ```text
 //! advance          pending walk, sense, turn, walk, deposit        one invocation a particle
 //! diffuse          trail spreads, takes up deposits, decays        one invocation per four texels
+//! diffuse_seams    the same for texels that exchange over a seam   one invocation a seam texel
 //! exchange_seams   gutter texels, so that reads never see a seam   one invocation a gutter texel
 //! ```
 //!
@@ -80,7 +81,7 @@
 //! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
 //! hash ([`sim::Snapshot::hash`]) does not see the order of particles.
 //!
-//! **Invariant:** no particle is lost or doubled, and every one counts once a step on a texel that a triangle owns
+//! **Invariant:** no particle is lost or doubled, and every one counts once a step on an owned or a gutter texel
 //! ([`sim::Snapshot::validate`]).
 //!
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound

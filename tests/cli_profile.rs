@@ -63,7 +63,7 @@ fn kernels_account_for_the_step() {
         2,
         "{table}"
     );
-    assert_eq!(lines.len(), 8, "{table}");
+    assert_eq!(lines.len(), 9, "{table}");
 
     let advance = kernels
         .iter()
@@ -136,7 +136,14 @@ fn a_trace_has_host_and_device_on_one_clock() {
         assert!(messages.contains("no timestamps"), "{messages}");
         return;
     }
-    for name in ["frame", "step", "advance", "diffuse", "exchange_seams"] {
+    for name in [
+        "frame",
+        "step",
+        "advance",
+        "diffuse",
+        "diffuse_seams",
+        "exchange_seams",
+    ] {
         assert_eq!(called(&device, name).len(), 6, "{name}");
     }
     // What overlaps on one track has to nest, up to the nanosecond that rounding may add.
@@ -178,7 +185,7 @@ fn one_kernel_runs_alone_and_leaves_the_state_alone() {
     let folder = Folder::new();
     let [alone, picture, straight, state] =
         ["alone.json", "x.png", "straight.json", "x.state"].map(|name| folder.file(name));
-    for kernel in ["advance", "diffuse", "exchange_seams"] {
+    for kernel in ["advance", "diffuse", "diffuse_seams", "exchange_seams"] {
         let options = [
             "--kernel",
             kernel,
@@ -225,6 +232,6 @@ fn unknown_kernels_are_answered_with_those_that_exist() {
     let message = failed(&["profile", "cube", "--kernel", "difuse"]);
     assert_eq!(
         message,
-        "myxo: there is no kernel `difuse`, did you mean `diffuse`?: those of a step are advance, diffuse, exchange_seams\n"
+        "myxo: there is no kernel `difuse`, did you mean `diffuse`?: those of a step are advance, diffuse, diffuse_seams, exchange_seams\n"
     );
 }

@@ -125,7 +125,10 @@ fn report_tells_everything_about_a_run() {
         .filter_map(|row| row["name"].as_str())
         .collect();
     names.sort_unstable();
-    assert_eq!(names, ["advance", "diffuse", "exchange_seams"]);
+    assert_eq!(
+        names,
+        ["advance", "diffuse", "diffuse_seams", "exchange_seams"]
+    );
     for row in kernels {
         assert_eq!(row["dispatches_per_step"], 1.0);
     }

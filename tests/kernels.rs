@@ -5,18 +5,20 @@ mod common;
 use common::{Gpu, awkward_sizes, gpu, scene};
 use glam::{DVec2, UVec4, Vec4};
 use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
+use myxo::mesh::atlas::STRIP;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery};
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::settings::{Border, Settings};
 use myxo::sim::kernels::{
-    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, ExchangeSeams, ExchangeSeamsArgs,
-    ExchangeSeamsParams, WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams,
+    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
+    DiffuseSeamsParams, ExchangeSeams, ExchangeSeamsArgs, ExchangeSeamsParams, WalkQueries,
+    WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams,
 };
 use myxo::sim::queries::walker_of;
 use myxo::sim::twin::walk::WALK_OUT_OF_ATTEMPTS;
-use myxo::sim::types::{Seam, Walker};
+use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam, Walker};
 use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, TINY_TRAIL, twin};
 use std::sync::Arc;
 
@@ -89,13 +91,18 @@ fn diffuse_agrees_with_its_twin() {
                 })
                 .collect();
             let untouched = trail_values(texels, 11);
+            // Every strip, or two of three; the last one may reach beyond the texture.
+            let strips: Vec<u32> = (0..(texels as u32).div_ceil(STRIP))
+                .filter(|strip| distance == 1 || strip % 3 != 1)
+                .collect();
             let previous: Vec<u32> = (0..texels as u32).collect();
             let constants = DiffuseConstants { distance };
             let params = DiffuseParams {
+                lane_count: 8 * strips.len() as u32,
                 quad_count: texels as u32 / 4,
                 quads_a_row: width / 4,
-                rows,
                 diffusion: 0.37,
+                most_density: 1.2,
                 deposit: 1.7,
                 decay: 0.93,
                 tiny: TINY_TRAIL,
@@ -104,6 +111,7 @@ fn diffuse_agrees_with_its_twin() {
             twin::diffuse(
                 &constants,
                 &params,
+                &strips,
                 &trail,
                 &deposits,
                 &density,
@@ -117,11 +125,13 @@ fn diffuse_agrees_with_its_twin() {
             let density = buffer(&gpu.ctx, "density", &density);
             let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
             let previous = buffer(&gpu.ctx, "previous_deposits", &previous);
+            let strips = buffer(&gpu.ctx, "strips", &strips);
             gpu.run(|rec| {
                 rec.dispatch(
                     &pipeline,
-                    Threads(params.quad_count),
+                    Threads(params.lane_count),
                     DiffuseArgs {
+                        strips: &strips,
                         trail: &trail.cast::<Vec4>(),
                         deposits: &deposits.cast::<UVec4>(),
                         density: &density.cast::<Vec4>(),
@@ -149,6 +159,110 @@ fn diffuse_agrees_with_its_twin() {
 }
 
 #[test]
+fn diffuse_seams_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let pipeline = Pipeline::<DiffuseSeams>::new(&gpu.ctx, &()).unwrap();
+    for (k, count) in awkward_sizes(64).into_iter().enumerate() {
+        let distance = 1 + k as u32 % 4;
+        // Rows at the first, the last and random places, with none to eleven pairs, gutter texels and neighbours.
+        let pitch = 64;
+        let texels = pitch * (2 * distance + 3 + count / pitch);
+        let mut entries = Vec::new();
+        let rows: Vec<ExchangeRow> = (0..count)
+            .map(|i| {
+                let words = random(31, i, k as u32, Purpose::Start);
+                let first = entries.len() as u32;
+                let (pair_count, deposit_count) = (words[0] % 12, (words[0] >> 8) % 5);
+                entries.extend((0..pair_count + deposit_count).map(|e| {
+                    let words = random(37, first + e, 1, Purpose::Start);
+                    ExchangeEntry {
+                        texel: words[0] % texels,
+                        weight: 0.1 * unit(words[1]),
+                    }
+                }));
+                let reach = distance * (pitch + 1);
+                ExchangeRow {
+                    texel: match i {
+                        0 => 0,
+                        1 => texels - 1,
+                        _ => reach + words[1] % (texels - 2 * reach),
+                    },
+                    first,
+                    pair_count,
+                    // At the ends of the texture there are no neighbours.
+                    counts_and_mask: deposit_count << 8 | if i < 2 { 0 } else { words[2] & 0xff },
+                    conductance: 0.11 * unit(words[3]),
+                }
+            })
+            .collect();
+        let trail = trail_values(texels as usize, 19);
+        let deposits: Vec<u32> = (0..texels)
+            .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
+            .collect();
+        let density: Vec<f32> = (0..texels).map(|i| 0.2 + (i % 5) as f32 * 0.3).collect();
+        let untouched = trail_values(texels as usize, 11);
+        let params = DiffuseSeamsParams {
+            row_count: count,
+            reach_across: distance,
+            reach_down: distance * pitch,
+            diffusion: 0.37,
+            deposit: 1.7,
+            decay: 0.93,
+            tiny: TINY_TRAIL,
+        };
+        // Two rows at one place differ, and which of them comes last is nobody's promise.
+        let mut seen = std::collections::HashSet::new();
+        let rows: Vec<ExchangeRow> = rows
+            .into_iter()
+            .filter(|row| seen.insert(row.texel))
+            .collect();
+        let params = DiffuseSeamsParams {
+            row_count: rows.len() as u32,
+            ..params
+        };
+        let mut expected = untouched.clone();
+        twin::diffuse_seams(
+            &params,
+            &rows,
+            &entries,
+            &trail,
+            &deposits,
+            &density,
+            &mut expected,
+        );
+        let rows = buffer(&gpu.ctx, "rows", &rows);
+        let entries = buffer(&gpu.ctx, "entries", &entries);
+        let trail = buffer(&gpu.ctx, "trail", &trail);
+        let deposits = buffer(&gpu.ctx, "deposits", &deposits);
+        let density = buffer(&gpu.ctx, "density", &density);
+        let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
+        gpu.run(|rec| {
+            rec.dispatch(
+                &pipeline,
+                Threads(params.row_count),
+                DiffuseSeamsArgs {
+                    rows: &rows,
+                    entries: &entries,
+                    trail: &trail,
+                    deposits: &deposits,
+                    density: &density,
+                    next_trail: &next_trail,
+                },
+                params,
+            );
+        });
+        assert_near(
+            &format!("{count} rows"),
+            &gpu.ctx.download(&next_trail).unwrap(),
+            &expected,
+            // Of the largest value, which may cancel.
+            1e-5,
+        );
+    }
+    gpu.finish();
+}
+
+#[test]
 fn exchange_seams_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &()).unwrap();
@@ -158,13 +272,10 @@ fn exchange_seams_agrees_with_its_twin() {
         let seams: Vec<Seam> = (0..count)
             .map(|i| {
                 let words = random(23, i, 0, Purpose::Start);
-                let weight = words.map(|w| unit(w) + 0.01);
-                let sum: f32 = weight.iter().sum();
-                Seam {
-                    texel: 2 * count - 1 - i,
-                    source: words.map(|w| w % count),
-                    weight: weight.map(|w| w / sum),
-                }
+                let mut units = words.map(|w| w % 8193);
+                units[0] += Seam::UNITS - units.iter().sum::<u32>();
+                let source = words.map(|w| (w >> 16) % count);
+                Seam::new(2 * count - 1 - i, source, units)
             })
             .collect();
         let mut expected = trail.clone();

@@ -13,6 +13,8 @@ struct HalfEdge { uint twin; float cos; float sin; uint fine; };
 struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };
 struct Vertex { vec3 position; uint object; };
 struct Pose { vec4 x; vec4 y; vec4 z; };
-struct Seam { uint texel; uint source[4]; float weight[4]; };
+struct Seam { uint texel; uint source[4]; uint weight[2]; };
+struct ExchangeRow { uint texel; uint first; uint pair_count; uint counts_and_mask; float conductance; };
+struct ExchangeEntry { uint texel; float weight; };
 
 #endif

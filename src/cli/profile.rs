@@ -168,7 +168,7 @@ mod tests {
         let error = kernel_called("difuse").unwrap_err().to_string();
         assert_eq!(
             error,
-            "there is no kernel `difuse`, did you mean `diffuse`?: those of a step are advance, diffuse, exchange_seams"
+            "there is no kernel `difuse`, did you mean `diffuse`?: those of a step are advance, diffuse, diffuse_seams, exchange_seams"
         );
     }
 }

@@ -101,7 +101,6 @@ fn describe<T>(text: &mut String, parameter: &Parameter<T>, key: &str, defaults:
     let effect = match parameter.effect {
         Effect::Live => "changes while running",
         Effect::Restart => "restarts",
-        Effect::RestartBeyondGutter => "changes while running, restarts beyond the gutter",
     };
     let value = parameter.value(defaults);
     let quote = if matches!(parameter.kind, Kind::Choice { .. }) {

@@ -11,7 +11,8 @@ use super::report::{KernelTime, Throughput};
 fn work_of(kernel: &str, setup: &Setup) -> Option<(u64, &'static str)> {
     match kernel {
         "advance" => Some((setup.particles.len() as u64, "particles")),
-        "diffuse" => Some((setup.atlas.texel_count() as u64, "texels")),
+        "diffuse" => Some((u64::from(setup.atlas.owned_count), "texels")),
+        "diffuse_seams" => Some((setup.atlas.exchange.rows.len() as u64, "seam texels")),
         "exchange_seams" => Some((setup.atlas.seams.len() as u64, "gutter texels")),
         _ => None,
     }

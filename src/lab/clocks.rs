@@ -100,7 +100,6 @@ impl Clocks {
         facts.step = stage.simulation.step();
         facts.triangles = setup.surface.corners.len();
         facts.texels = setup.atlas.owned_count as usize;
-        facts.gutter = setup.atlas.gutter;
         facts.kernels.clear();
         facts.step_ms = None;
     }

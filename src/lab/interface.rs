@@ -77,8 +77,6 @@ pub struct Facts {
     pub triangles: usize,
     /// Texels that triangles own.
     pub texels: usize,
-    /// The running atlas's gutter, texels.
-    pub gutter: u32,
 }
 
 /// A line that stays for a while.
@@ -213,10 +211,10 @@ impl Interface {
     }
 
     /// The edited settings, but for what would restart the running simulation.
-    pub fn live_settings(&self, gutter: u32) -> Settings {
+    pub fn live_settings(&self) -> Settings {
         let mut live = self.running.clone();
         for parameter in PARAMETERS {
-            if !parameter.restarts(&self.running, &self.edited, gutter) {
+            if !parameter.restarts(&self.running, &self.edited) {
                 parameter.copy(&self.edited, &mut live);
             }
         }
@@ -224,11 +222,11 @@ impl Interface {
     }
 
     /// Are there edits that wait for a restart?
-    pub fn is_pending(&self, gutter: u32) -> bool {
-        PARAMETERS.iter().any(|p| {
-            p.restarts(&self.running, &self.edited, gutter)
-                && p.differs(&self.running, &self.edited)
-        }) || self.running.objects != self.edited.objects
+    pub fn is_pending(&self) -> bool {
+        PARAMETERS
+            .iter()
+            .any(|p| p.restarts(&self.running, &self.edited))
+            || self.running.objects != self.edited.objects
     }
 
     fn handle_keys(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {

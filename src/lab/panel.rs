@@ -33,7 +33,7 @@ impl Interface {
                 section(ui, "Picture", true, false, |ui| {
                     self.picture_section(ui, facts)
                 });
-                self.parameter_sections(ui, facts, commands);
+                self.parameter_sections(ui, commands);
                 section(ui, "Kernel times", true, false, |ui| {
                     kernel_table(ui, facts)
                 });
@@ -86,7 +86,7 @@ impl Interface {
             };
             ui.label(RichText::new(speed).monospace().color(theme::WEAK));
         });
-        if self.is_pending(facts.gutter) {
+        if self.is_pending() {
             ui.horizontal(|ui| {
                 let button =
                     egui::Button::new(RichText::new("⟲ Restart to apply").color(Color32::BLACK))
@@ -105,7 +105,7 @@ impl Interface {
                     .on_hover_text("Keep what is running.")
                     .clicked()
                 {
-                    let live = self.live_settings(facts.gutter);
+                    let live = self.live_settings();
                     self.edited = live;
                 }
             });
@@ -199,7 +199,7 @@ impl Interface {
         }
     }
 
-    fn parameter_sections(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+    fn parameter_sections(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
         ui.add_space(4.0);
         ui.add(
             egui::TextEdit::singleline(&mut self.filter)
@@ -223,7 +223,6 @@ impl Interface {
                 let context = RowContext {
                     loaded: &self.loaded,
                     running: &self.running,
-                    gutter: facts.gutter,
                 };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited, &context);
@@ -245,11 +244,7 @@ impl Interface {
             }
             let title = format!("Object: {}", self.edited.objects[i].name);
             section(ui, &title, false, !filter.is_empty(), |ui| {
-                let context = RowContext {
-                    loaded,
-                    running,
-                    gutter: facts.gutter,
-                };
+                let context = RowContext { loaded, running };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
                 }

@@ -13,8 +13,6 @@ pub struct RowContext<'a, T> {
     pub loaded: &'a T,
     /// What the simulation runs with.
     pub running: &'a T,
-    /// Texels of gutter that the running atlas has.
-    pub gutter: u32,
 }
 
 /// Shows a parameter and lets it be changed; true if it was.
@@ -26,8 +24,7 @@ pub fn row<T>(
 ) -> bool {
     let mut changed = false;
     let modified = parameter.differs(value, context.loaded);
-    let pending = parameter.restarts(context.running, value, context.gutter)
-        && parameter.differs(value, context.running);
+    let pending = parameter.restarts(context.running, value);
     ui.push_id(parameter.key, |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 5.0;
@@ -55,10 +52,8 @@ pub fn row<T>(
                 if parameter.effect != Effect::Live {
                     let color = if pending { theme::PENDING } else { theme::WEAK };
                     let mark = RichText::new("restarts").small().color(color);
-                    ui.label(mark).on_hover_text(match parameter.effect {
-                        Effect::Restart => "A change restarts the simulation.",
-                        _ => "A change beyond the atlas's gutter restarts the simulation.",
-                    });
+                    ui.label(mark)
+                        .on_hover_text("A change restarts the simulation.");
                 }
             });
         });

@@ -345,7 +345,7 @@ impl Lab {
     ) -> Result<()> {
         match command {
             Command::Apply => {
-                let live = self.interface.live_settings(self.clocks.facts.gutter);
+                let live = self.interface.live_settings();
                 match self.stage.simulation.apply(&live) {
                     Ok(()) => self.interface.running = live,
                     Err(error) => self.interface.notice(context, error.to_string(), true),

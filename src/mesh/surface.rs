@@ -99,8 +99,37 @@ pub struct Seam {
     pub texel: u32,
     /// Owned texels; unused places repeat a used one with weight 0.
     pub source: [u32; 4],
-    /// Weights, which sum to 1.
-    pub weight: [f32; 4],
+    /// Four weights of 16 bits, from the lowest, in units of 1 / [`Seam::UNITS`], which they sum to exactly.
+    pub weight: [u32; 2],
+}
+
+impl Seam {
+    /// Units of a whole.
+    pub const UNITS: u32 = 32_768;
+
+    /// One with weights in [`Seam::UNITS`].
+    #[must_use]
+    pub fn new(texel: u32, source: [u32; 4], units: [u32; 4]) -> Self {
+        debug_assert_eq!(units.iter().sum::<u32>(), Self::UNITS);
+        Self {
+            texel,
+            source,
+            weight: [units[0] | units[1] << 16, units[2] | units[3] << 16],
+        }
+    }
+
+    /// The weights in [`Seam::UNITS`].
+    #[must_use]
+    pub fn units(&self) -> [u32; 4] {
+        let [low, high] = self.weight;
+        [low & 0xffff, low >> 16, high & 0xffff, high >> 16]
+    }
+
+    /// The weights, which sum to exactly 1, in whatever order they are added.
+    #[must_use]
+    pub fn weights(&self) -> [f32; 4] {
+        self.units().map(|units| units as f32 / Self::UNITS as f32)
+    }
 }
 
 /// The range of one object in the pooled arrays.

@@ -32,8 +32,6 @@ pub enum Effect {
     Live,
     /// Restarts the simulation from step 0.
     Restart,
-    /// Live up to the atlas's gutter in texels; beyond it, a wider gutter is made and the simulation restarts.
-    RestartBeyondGutter,
 }
 
 /// What a parameter holds, what it may be, and how to reach it.
@@ -123,17 +121,10 @@ impl<T> Parameter<T> {
         self.key.rsplit_once('.').map_or("", |(section, _)| section)
     }
 
-    /// Does a change from `old` to `new` restart a simulation whose atlas has a gutter of `gutter` texels?
+    /// Does a change from `old` to `new` restart a simulation?
     #[must_use]
-    pub fn restarts(&self, old: &T, new: &T, gutter: u32) -> bool {
-        match self.effect {
-            Effect::Live => false,
-            Effect::Restart => self.differs(old, new),
-            Effect::RestartBeyondGutter => match &self.kind {
-                Kind::Number(number) => (number.get)(new) > f64::from(gutter),
-                _ => self.differs(old, new),
-            },
-        }
+    pub fn restarts(&self, old: &T, new: &T) -> bool {
+        self.effect == Effect::Restart && self.differs(old, new)
     }
 
     /// Is the value different in the two?
@@ -241,13 +232,13 @@ pub fn find(key: &str) -> Option<&'static Parameter> {
     PARAMETERS.iter().find(|parameter| parameter.key == key)
 }
 
-/// The parameters whose change from `old` to `new` restarts a simulation with a gutter of `gutter` texels. Objects
+/// The parameters whose change from `old` to `new` restarts a simulation. Objects
 /// that were added, removed, reshaped or renamed are not in the list; compare `objects` for that.
 #[must_use]
-pub fn restarting(old: &Settings, new: &Settings, gutter: u32) -> Vec<&'static Parameter> {
+pub fn restarting(old: &Settings, new: &Settings) -> Vec<&'static Parameter> {
     PARAMETERS
         .iter()
-        .filter(|parameter| parameter.restarts(old, new, gutter))
+        .filter(|parameter| parameter.restarts(old, new))
         .collect()
 }
 

@@ -81,11 +81,7 @@ impl Checkpoint {
             return Err("it was written with a scene that this version cannot read".to_owned());
         };
         let now = &scene.settings;
-        let fixed = |parameter: &Parameter| match parameter.effect {
-            Effect::Live => false,
-            Effect::Restart => true,
-            Effect::RestartBeyondGutter => !same_layout,
-        };
+        let fixed = |parameter: &Parameter| parameter.effect == Effect::Restart;
         let (fixed, live): (Vec<_>, Vec<_>) = PARAMETERS
             .iter()
             .filter(|parameter| parameter.differs(&then, now))

@@ -1,11 +1,13 @@
-//! How much device memory a scene takes, and whether its buffers are such as the device can have: known from the
-//! settings and the meshes, before anything takes time, and told in the words of the scene file.
+//! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
+//! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
-use super::setup::{Setup, atlas_options};
-use super::types::{AtlasMap, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex};
+use super::setup::Setup;
+use super::types::{
+    AtlasMap, ExchangeEntry, ExchangeRow, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex,
+};
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
-use crate::mesh::atlas::{Atlas, AtlasError, AtlasOptions};
+use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod};
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 
@@ -16,7 +18,10 @@ pub fn size_in_bytes(setup: &Setup) -> u64 {
     let count = |len: usize| len as u64;
     particle_bytes(count(setup.particles.len()))
         + texel_bytes(count(setup.atlas.texel_count()))
+        + count(setup.atlas.strips.len()) * size_of::<u32>() as u64
         + count(setup.atlas.seams.len()) * SEAM
+        + count(setup.atlas.exchange.rows.len()) * ROW
+        + count(setup.atlas.exchange.entries.len()) * ENTRY
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * size_of::<Pose>() as u64
@@ -54,8 +59,7 @@ pub fn most_triangles(device: &DeviceInfo) -> u64 {
 /// # Errors
 /// Names every setting that is too large, the device's limit, and the largest value that fits.
 pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
-    let (limit, limit_name) = largest_buffer(device);
-    let holds = format!("one buffer holds {} ({limit_name})", human(limit));
+    let holds = holds(device);
     let mut problems = Vec::new();
 
     let particles = u64::from(scene.settings.particles.count);
@@ -68,8 +72,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
             number(most)
         ));
     }
-    let options = atlas_options(&scene.settings);
-    let size = u64::from(options.size);
+    let size = u64::from(scene.settings.atlas.size);
     let largest = largest_atlas(device);
     if size > largest {
         problems.push(format!(
@@ -89,25 +92,50 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
             number(most)
         ));
     }
-    // No texel has more than one seam, so most atlases need no counting.
-    if problems.is_empty() && texel_count(size) * SEAM > limit {
-        let seams = seam_count(device, scene, &options)?;
-        if seams * SEAM > limit {
-            problems.push(format!(
-                "atlas.size = {} gives the {} triangles gutters of {} texels, which take {}, and {holds}: {}",
-                number(size),
-                number(triangles),
-                number(seams),
-                human(seams * SEAM),
-                gutter_advice(scene, &options, limit / SEAM)
-            ));
-        }
-    }
     match problems.as_slice() {
         [] => Ok(()),
         [only] => Err(too_large(device, only)),
         many => Err(too_large(device, &format!("\n  {}", many.join("\n  ")))),
     }
+}
+
+/// Makes sure that the tables of an atlas's seams are no larger than the device allows. How large they are shows only
+/// when the atlas is there.
+///
+/// # Errors
+/// Names the table that is too large, the device's limit, and what makes it smaller.
+pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
+    let tables = [
+        (atlas.seams.len() as u64, SEAM, "gutter texels"),
+        (atlas.exchange.rows.len() as u64, ROW, "texels beside seams"),
+        (
+            atlas.exchange.entries.len() as u64,
+            ENTRY,
+            "exchanges over seams",
+        ),
+    ];
+    let limit = largest_buffer(device).0;
+    let Some((count, size, what)) = tables
+        .into_iter()
+        .find(|(count, size, _)| count * size > limit)
+    else {
+        return Ok(());
+    };
+    let fewer_seams = match atlas.method {
+        AtlasMethod::Grid => ", or take atlas.method = \"charts\", which has fewer seams",
+        AtlasMethod::Charts | AtlasMethod::Mesh => "",
+    };
+    Err(too_large(
+        device,
+        &format!(
+            "atlas.size = {} with atlas.method = \"{}\" makes {} {what}, which take {}, and {}: lower atlas.size{fewer_seams}",
+            number(u64::from(atlas.size)),
+            atlas.method,
+            number(count),
+            human(count * size),
+            holds(device),
+        ),
+    ))
 }
 
 /// As the atlas says it, but never with a size that this device does not hold.
@@ -132,52 +160,11 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
-fn seam_count(device: &DeviceInfo, scene: &Scene, options: &AtlasOptions) -> Result<u64> {
-    Atlas::gutter_texel_count(&scene.surface, options).map_err(|error| atlas_error(device, error))
-}
-
-/// The largest atlas with at most `most` gutter texels.
-fn gutter_advice(scene: &Scene, options: &AtlasOptions, most: u64) -> String {
-    let fits = |size: u32| {
-        let options = AtlasOptions {
-            size,
-            ..options.clone()
-        };
-        Atlas::gutter_texel_count(&scene.surface, &options).is_ok_and(|count| count <= most)
-    };
-    // Where cells grow with the atlas, so do gutters; below some size there is no room for the cells at all.
-    let (mut low, mut high) = (smallest_atlas(scene, options), options.size);
-    if !fits(low) {
-        return "use meshes with fewer triangles".to_owned();
-    }
-    while high - low > 1 {
-        let middle = low.midpoint(high);
-        if fits(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    format!("use at most {}", number(u64::from(low)))
-}
-
-/// The smallest atlas that has room for the triangles.
-fn smallest_atlas(scene: &Scene, options: &AtlasOptions) -> u32 {
-    match Atlas::gutter_texel_count(
-        &scene.surface,
-        &AtlasOptions {
-            size: 1,
-            ..options.clone()
-        },
-    ) {
-        Err(AtlasError::NoRoom { needed, .. }) => u32::try_from(needed).unwrap_or(options.size),
-        _ => 1,
-    }
-}
-
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
+const ROW: u64 = size_of::<ExchangeRow>() as u64;
+const ENTRY: u64 = size_of::<ExchangeEntry>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
 fn particle_bytes(count: u64) -> u64 {
@@ -197,6 +184,11 @@ fn triangle_bytes(count: u64) -> u64 {
 
 fn texel_count(size: u64) -> u64 {
     size.next_multiple_of(4) * size
+}
+
+fn holds(device: &DeviceInfo) -> String {
+    let (limit, limit_name) = largest_buffer(device);
+    format!("one buffer holds {} ({limit_name})", human(limit))
 }
 
 /// In bytes, and the limit's name in Vulkan.
@@ -324,21 +316,24 @@ mod tests {
     }
 
     #[test]
-    fn gutters_that_are_too_large_lower_the_atlas() {
-        let torus = |size| scene("builtin:torus?major=24&minor=16", 100, size);
-        let message = refusal(&device(1 << 20), &torus(512));
-        let most = advised(&message);
+    fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
+        let scene = scene("builtin:torus?major=24&minor=16", 100, 512);
+        let setup = Setup::new(&scene).expect("it has room");
+        let exchange = &setup.atlas.exchange;
+        let tables = [
+            setup.atlas.seams.len() as u64 * SEAM,
+            exchange.rows.len() as u64 * ROW,
+            exchange.entries.len() as u64 * ENTRY,
+        ];
+        let largest = tables.into_iter().max().expect("there are some");
+        assert!(check_atlas(&device(largest), &setup.atlas).is_ok());
+        let error = check_atlas(&device(largest - 1), &setup.atlas).expect_err("it is too large");
+        let message = error.to_string();
         assert!(
-            message.contains("gives the 768 triangles gutters of"),
+            message.contains("too large for abacus: atlas.size = 512 with atlas.method = \"grid\"")
+                && message.contains("lower atlas.size"),
             "{message}"
         );
-        assert!((80..512).contains(&most), "{message}");
-        assert!(check(&device(1 << 20), &torus(most)).is_ok());
-        assert!(check(&device(1 << 20), &torus(most + 1)).is_err());
-        let setup = Setup::new(&torus(most)).expect("it has room");
-        assert!(setup.atlas.seams.len() as u64 * SEAM <= 1 << 20);
-        let setup = Setup::new(&torus(most + 1)).expect("it has room");
-        assert!(setup.atlas.seams.len() as u64 * SEAM > 1 << 20);
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod snapshot;
 mod state;
 
 pub mod checkpoint;
+pub mod diffusion;
 pub mod kernels;
 pub mod memory;
 pub mod queries;

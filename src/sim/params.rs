@@ -2,9 +2,11 @@
 //! cosines and sines. The twins take the same.
 
 use super::kernels::{
-    AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, ExchangeSeamsParams,
+    AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
+    ExchangeSeamsParams,
 };
 use super::setup::Setup;
+use crate::mesh::atlas::{Atlas, GREATEST_DENSITY, GREATEST_DIFFUSION};
 use crate::scene::settings::{Border, Settings};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
@@ -16,8 +18,12 @@ pub const TINY_TRAIL: f32 = 1e-20;
 pub struct StepParams {
     /// For `advance`.
     pub advance: AdvanceParams,
-    /// For `diffuse`.
+    /// For `diffuse`; in two halves of a step for the second of them.
     pub diffuse: DiffuseParams,
+    /// For `diffuse_seams`, likewise.
+    pub diffuse_seams: DiffuseSeamsParams,
+    /// Does the trail spread in two halves of a step?
+    pub in_halves: bool,
     /// For `exchange_seams`.
     pub exchange_seams: ExchangeSeamsParams,
 }
@@ -58,6 +64,8 @@ impl StepParams {
         let physarum = &settings.physarum;
         let atlas = &setup.atlas;
         let radius = setup.radius;
+        let in_halves = settings.trail.diffusion > GREATEST_DIFFUSION;
+        let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
         let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
         let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
         Self {
@@ -80,19 +88,60 @@ impl StepParams {
                 decrowding_weight: physarum.decrowding_weight,
             },
             diffuse: DiffuseParams {
-                quad_count: atlas.pitch * atlas.size / 4,
-                quads_a_row: atlas.pitch / 4,
-                rows: atlas.size,
-                diffusion: settings.trail.diffusion,
+                diffusion,
                 deposit: physarum.deposit,
                 decay: settings.trail.decay,
-                tiny: TINY_TRAIL,
+                ..spreading(atlas).0
             },
+            diffuse_seams: DiffuseSeamsParams {
+                diffusion,
+                deposit: physarum.deposit,
+                decay: settings.trail.decay,
+                ..spreading(atlas).1
+            },
+            in_halves,
             exchange_seams: ExchangeSeamsParams {
                 seam_count: atlas.seams.len() as u32,
             },
         }
     }
+
+    /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first
+    /// half does nothing else: deposits and decay come with the second, and so do the gutters, which diffusion does not
+    /// read.
+    #[must_use]
+    pub fn first_half(&self) -> Option<Self> {
+        self.in_halves.then(|| {
+            let mut half = *self;
+            (half.diffuse.deposit, half.diffuse.decay) = (0.0, 1.0);
+            (half.diffuse_seams.deposit, half.diffuse_seams.decay) = (0.0, 1.0);
+            half
+        })
+    }
+}
+
+/// The trail's two kernels on an atlas, without deposits, decay and diffusion.
+pub(super) fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
+    let diffuse = DiffuseParams {
+        lane_count: 8 * atlas.strips.len() as u32,
+        quad_count: atlas.pitch * atlas.size / 4,
+        quads_a_row: atlas.pitch / 4,
+        diffusion: 0.0,
+        most_density: GREATEST_DENSITY,
+        deposit: 0.0,
+        decay: 1.0,
+        tiny: TINY_TRAIL,
+    };
+    let diffuse_seams = DiffuseSeamsParams {
+        row_count: atlas.exchange.rows.len() as u32,
+        reach_across: atlas.gutter,
+        reach_down: atlas.gutter * atlas.pitch,
+        diffusion: 0.0,
+        deposit: 0.0,
+        decay: 1.0,
+        tiny: TINY_TRAIL,
+    };
+    (diffuse, diffuse_seams)
 }
 
 /// The word that keys the random streams of a seed.

@@ -51,10 +51,12 @@ impl Simulation {
     /// As [`with_control`](Self::with_control).
     pub fn set_up(device: &DeviceInfo, scene: &Scene, control: &Control<'_>) -> Result<Setup> {
         memory::check(device, scene)?;
-        Setup::with_control(scene, control).map_err(|error| match error {
+        let setup = Setup::with_control(scene, control).map_err(|error| match error {
             Error::Atlas(error) => memory::atlas_error(device, error),
             error => error,
-        })
+        })?;
+        memory::check_atlas(device, &setup.atlas)?;
+        Ok(setup)
     }
 
     /// The rest.
@@ -97,7 +99,7 @@ impl Simulation {
     /// # Errors
     /// When a changed setting needs a restart (the message names it): make a new simulation then.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
-        let restarting = restarting(&self.settings, settings, self.setup.atlas.gutter);
+        let restarting = restarting(&self.settings, settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();
             return Err(Error::Invalid(format!(

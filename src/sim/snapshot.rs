@@ -120,7 +120,11 @@ impl Snapshot {
                 return Err(format!("particle {id} has {} pending", motion.pending));
             }
         }
-        let mut deposited = 0;
+        // On texels that nobody owns and that are no gutter, deposits would be lost.
+        let in_gutters = setup.atlas.seams.iter();
+        let mut deposited: u64 = in_gutters
+            .map(|seam| u64::from(self.deposits[seam.texel as usize]))
+            .sum();
         for (texel, (&value, &deposits)) in self.trail.iter().zip(&self.deposits).enumerate() {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(format!("the trail is {value} at texel {texel}"));
@@ -132,7 +136,7 @@ impl Snapshot {
         let expected = if self.step == 0 { 0 } else { count as u64 };
         if deposited != expected {
             return Err(format!(
-                "{deposited} deposits on owned texels in the last step, not {expected}"
+                "{deposited} deposits on owned and gutter texels in the last step, not {expected}"
             ));
         }
         Ok(())

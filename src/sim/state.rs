@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::kernels::{Advance, Diffuse, ExchangeSeams};
+use super::kernels::{Advance, Diffuse, DiffuseSeams, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
-use super::types::{AtlasMap, Motion, Particle, Pose, Seam, Vertex};
+use super::types::{AtlasMap, ExchangeEntry, ExchangeRow, Motion, Particle, Pose, Seam, Vertex};
 use crate::gpu::{Buffer, Context, GpuError, Pipeline, Texels};
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
@@ -16,6 +16,8 @@ pub struct Kernels {
     pub advance: Pipeline<Advance>,
     /// Spreads and decays the trail.
     pub diffuse: Pipeline<Diffuse>,
+    /// The same for texels beside seams.
+    pub diffuse_seams: Pipeline<DiffuseSeams>,
     /// Fills gutters.
     pub exchange_seams: Pipeline<ExchangeSeams>,
 }
@@ -26,6 +28,7 @@ impl Kernels {
         Ok(Self {
             advance: Pipeline::new(ctx, &constants.advance)?,
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
+            diffuse_seams: Pipeline::new(ctx, &())?,
             exchange_seams: Pipeline::new(ctx, &())?,
         })
     }
@@ -65,6 +68,12 @@ pub struct State {
     pub deposits: PingPong<u32>,
     /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
     pub density: Buffer<f32>,
+    /// One a strip of texels of which any is in use.
+    pub strips: Buffer<u32>,
+    /// One a texel that exchanges across a seam.
+    pub exchange_rows: Buffer<ExchangeRow>,
+    /// What it exchanges with.
+    pub exchange_entries: Buffer<ExchangeEntry>,
     /// One a gutter texel that is read.
     pub seams: Buffer<Seam>,
     /// One a triangle: its shape.
@@ -85,12 +94,16 @@ impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
         let texels = setup.atlas.density.len();
+        let exchange = &setup.atlas.exchange;
         Ok(Self {
             particles: Buffer::from_slice(ctx, "particles", &setup.particles)?,
             motions: Buffer::from_slice(ctx, "motions", &setup.motions)?,
             trail: PingPong::new(ctx, "trail", texels)?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
             density: Buffer::from_slice(ctx, "density", &setup.atlas.density)?,
+            strips: Buffer::from_slice(ctx, "strips", &setup.atlas.strips)?,
+            exchange_rows: Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
+            exchange_entries: Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
             seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
             triangles: Texels::new(
                 &Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,

@@ -1,6 +1,6 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
-use super::kernels::{AdvanceArgs, DiffuseArgs, ExchangeSeamsArgs};
+use super::kernels::{AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, ExchangeSeamsArgs};
 use super::params::StepParams;
 use super::state::{Kernels, State};
 use crate::gpu::{Access::Kernel, Recorder, Threads};
@@ -10,9 +10,10 @@ use crate::gpu::{Access::Kernel, Recorder, Threads};
 pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
 
 /// The kernels of a step, in order, by name.
-pub const KERNELS: [(&str, Record); 3] = [
+pub const KERNELS: [(&str, Record); 4] = [
     ("advance", advance),
     ("diffuse", diffuse),
+    ("diffuse_seams", diffuse_seams),
     ("exchange_seams", exchange_seams),
 ];
 
@@ -20,7 +21,13 @@ pub const KERNELS: [(&str, Record); 3] = [
 /// written and not yet made visible.
 pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
     advance(rec, k, s, params);
+    if let Some(first_half) = params.first_half() {
+        diffuse(rec, k, s, &first_half);
+        diffuse_seams(rec, k, s, &first_half);
+        s.trail.swap();
+    }
     diffuse(rec, k, s, params);
+    diffuse_seams(rec, k, s, params);
     exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
@@ -61,8 +68,9 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
 fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     rec.dispatch(
         &k.diffuse,
-        Threads(params.diffuse.quad_count),
+        Threads(params.diffuse.lane_count),
         DiffuseArgs {
+            strips: &s.strips,
             trail: &s.trail.front.cast(),
             deposits: &s.deposits.front.cast(),
             density: &s.density.cast(),
@@ -71,8 +79,27 @@ fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         },
         params.diffuse,
     );
-    // The gutter is filled from texels that diffuse wrote; the next step counts deposits from zero.
+    // diffuse_seams writes some texels over; the next step counts deposits from zero.
     rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.deposits.back]);
+}
+
+fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    rec.dispatch(
+        &k.diffuse_seams,
+        Threads(params.diffuse_seams.row_count),
+        DiffuseSeamsArgs {
+            rows: &s.exchange_rows,
+            entries: &s.exchange_entries,
+            trail: &s.trail.front,
+            deposits: &s.deposits.front,
+            density: &s.density,
+            next_trail: &s.trail.back,
+        },
+        params.diffuse_seams,
+    );
+    // The gutter is filled from texels that were written here; a second half of the step reads them, and writes over
+    // those that were read.
+    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.trail.front]);
 }
 
 fn exchange_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {

@@ -4,6 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3, Vec4};
 
+pub use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
 
 /// Where a particle is, and who it is.

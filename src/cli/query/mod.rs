@@ -1,6 +1,7 @@
 //! `myxo query`: questions in CSV, answers in CSV, answered by the code that the simulation runs.
 
 mod atlas;
+mod diffuse;
 mod geodesic;
 mod table;
 
@@ -22,6 +23,7 @@ pub struct Query {
 #[derive(Clone, Debug, Subcommand)]
 enum Kind {
     Atlas(atlas::Atlas),
+    Diffuse(diffuse::Diffuse),
     Geodesic(geodesic::Geodesic),
 }
 
@@ -30,6 +32,7 @@ impl Query {
     pub fn run(&self) -> Result<Outcome> {
         match &self.kind {
             Kind::Atlas(atlas) => atlas.run(),
+            Kind::Diffuse(diffuse) => diffuse.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
         }
     }

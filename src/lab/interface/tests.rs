@@ -26,10 +26,7 @@ impl Harness {
         let mut harness = Self {
             ctx: egui::Context::default(),
             interface: Interface::new(&scene),
-            facts: Facts {
-                gutter: 1,
-                ..Facts::default()
-            },
+            facts: Facts { ..Facts::default() },
             time: 0.0,
         };
         theme::apply(&harness.ctx);
@@ -246,16 +243,16 @@ fn what_restarts_waits_and_what_does_not_is_live() {
     let interface = &mut harness.interface;
     interface.edited.trail.decay = 0.5;
     interface.edited.particles.count = 77;
-    assert!(interface.is_pending(1));
-    let live = interface.live_settings(1);
+    assert!(interface.is_pending());
+    let live = interface.live_settings();
     assert_eq!(
         (live.trail.decay, live.particles.count),
         (0.5, interface.running.particles.count)
     );
     interface.edited.particles.count = interface.running.particles.count;
-    assert!(!interface.is_pending(1));
+    assert!(!interface.is_pending());
     interface.edited.objects[0].scale = 2.0;
-    assert!(interface.is_pending(1));
+    assert!(interface.is_pending());
 }
 
 #[test]

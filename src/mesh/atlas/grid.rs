@@ -209,17 +209,6 @@ impl Grid {
         (owner, area)
     }
 
-    /// The number of gutter texels of all cells.
-    pub(super) fn gutter_texel_count(&self) -> u64 {
-        let in_cell = |paired| {
-            let rows = self.cell_gutter(paired);
-            rows.iter().map(|row| row.len() as u64).sum::<u64>()
-        };
-        let singles = self.cells.iter().filter(|cell| cell[1] == NONE).count() as u64;
-        let pairs = self.cells.len() as u64 - singles;
-        pairs * in_cell(true) + singles * in_cell(false)
-    }
-
     /// In ascending order of texel.
     fn gutter_texels(&self) -> Vec<GutterTexel> {
         let pitch = pitch_of(self.size);

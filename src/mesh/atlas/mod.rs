@@ -18,6 +18,7 @@ mod bitmap;
 mod cache;
 mod charts;
 mod control;
+mod exchange;
 mod fixed;
 mod flat;
 mod grid;
@@ -39,6 +40,9 @@ use rayon::prelude::*;
 
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 pub use control::Control;
+pub use exchange::{
+    Exchange, ExchangeEntry, ExchangeRow, GREATEST_DENSITY, GREATEST_DIFFUSION, STRIP,
+};
 pub use statistics::AtlasStatistics;
 
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
@@ -240,6 +244,10 @@ pub struct Atlas {
     pub gutter_texels: Vec<GutterTexel>,
     /// How each of them is filled, in the same order.
     pub seams: Vec<Seam>,
+    /// How texels beside seams exchange what diffuses.
+    pub exchange: Exchange,
+    /// The strips of [`STRIP`] texels, counted from the first texel, with owned or gutter texels in them.
+    pub strips: Vec<u32>,
 }
 
 impl Atlas {
@@ -276,22 +284,6 @@ impl Atlas {
         Ok(Self::assemble(surface, &options, layout, seams))
     }
 
-    /// How many gutter texels [`build`](Self::build) would make, each of which takes a [`Seam`]; without laying the
-    /// triangles out, which takes much longer. 0 for methods where only the layout tells.
-    ///
-    /// # Errors
-    /// As [`build`](Self::build).
-    pub fn gutter_texel_count(
-        surface: &Surface,
-        options: &AtlasOptions,
-    ) -> Result<u64, AtlasError> {
-        let options = options.checked(surface)?;
-        match options.method {
-            AtlasMethod::Grid => Ok(grid::Grid::new(surface, &options)?.gutter_texel_count()),
-            AtlasMethod::Charts | AtlasMethod::Mesh => Ok(0),
-        }
-    }
-
     fn assemble(
         surface: &Surface,
         options: &AtlasOptions,
@@ -301,7 +293,7 @@ impl Atlas {
         give_to_owned(&mut layout.area, &seams);
         let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
         let mean_texel_area = surface_area(surface) / owned_count as f64;
-        let density = layout
+        let density: Vec<f32> = layout
             .area
             .par_iter()
             .map(|&area| match area {
@@ -309,9 +301,26 @@ impl Atlas {
                 _ => ((mean_texel_area / f64::from(area)) as f32).min(f32::MAX),
             })
             .collect();
+        let pitch = pitch_of(options.size);
+        let deposited = match options.method {
+            // No point of a triangle lies outside the texels that its cell owns.
+            AtlasMethod::Grid => vec![false; seams.len()],
+            _ => exchange::deposited(&layout.maps, pitch, &layout.gutter_texels),
+        };
+        let exchange = exchange::Layers {
+            owner: &layout.owner,
+            chart: &layout.chart,
+            density: &density,
+            seams: &seams,
+            deposited: &deposited,
+            pitch,
+            distance: options.gutter,
+        }
+        .exchange();
+        let strips = exchange::used_strips(&density, &seams);
         Self {
             size: options.size,
-            pitch: pitch_of(options.size),
+            pitch,
             gutter: options.gutter,
             method: options.method,
             cell_size: layout.cell_size,
@@ -325,6 +334,8 @@ impl Atlas {
             density,
             gutter_texels: layout.gutter_texels,
             seams,
+            exchange,
+            strips,
         }
     }
 
@@ -394,7 +405,7 @@ impl fmt::Display for Atlas {
 fn give_to_owned(area: &mut [f32], seams: &[Seam]) {
     for seam in seams {
         let given = std::mem::take(&mut area[seam.texel as usize]);
-        for (source, weight) in seam.source.into_iter().zip(seam.weight) {
+        for (source, weight) in seam.source.into_iter().zip(seam.weights()) {
             area[source as usize] += weight * given;
         }
     }

@@ -200,13 +200,13 @@ impl Atlas {
             ensure(self.owner.get(texel as usize) == Some(&NONE), || {
                 format!("texel {texel} has a row and an owner")
             })?;
-            for (source, weight) in seam.source.into_iter().zip(seam.weight) {
+            for (source, weight) in seam.source.into_iter().zip(seam.weights()) {
                 let owned = self.owner.get(source as usize).is_some_and(|&t| t != NONE);
                 ensure(owned && (0.0..=1.0).contains(&weight), || {
                     format!("texel {texel} reads texel {source} with weight {weight}")
                 })?;
             }
-            let sum: f32 = seam.weight.iter().sum();
+            let sum: f32 = seam.weights().iter().sum();
             ensure(sum == 1.0, || {
                 format!("the weights of texel {texel} sum to {sum}")
             })?;

@@ -223,8 +223,8 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "trail.diffusion_distance",
         name: "Diffusion distance",
         unit: "texels",
-        help: "Reach of that neighbourhood: 1 is 3 x 3 texels, 2 is 5 x 5. Beyond the atlas's gutter the simulation restarts.",
-        effect: Effect::RestartBeyondGutter,
+        help: "Reach of that neighbourhood: 1 is 3 x 3 texels, 2 is 5 x 5.",
+        effect: Effect::Restart,
         kind: whole!(trail.diffusion_distance: u32, (1.0, 4.0), (1.0, 4.0), Linear),
     },
     Parameter {

@@ -2,51 +2,55 @@
 
 use crate::sim::kernels::{DiffuseConstants, DiffuseParams};
 
-/// Spreads, deposits and decays the trail of owned texels into `next_trail`, and clears `previous_deposits`.
+/// Spreads, deposits and decays the trail of the strips into `next_trail`, and clears `previous_deposits`.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn diffuse(
     constants: &DiffuseConstants,
     params: &DiffuseParams,
+    strips: &[u32],
     trail: &[f32],
     deposits: &[u32],
     density: &[f32],
     next_trail: &mut [f32],
     previous_deposits: &mut [u32],
 ) {
-    let pitch = 4 * params.quads_a_row as usize;
-    let rows = params.rows as usize;
     let distance = constants.distance as usize;
-    // Taps beyond the buffer's ends belong to texels that nobody owns; the kernel repeats the wide load there.
-    let row_sum = |row: usize, x: usize| {
-        let quad = |quad: isize| quad.clamp(0, params.quad_count as isize - 1) as usize;
-        let here = (row * pitch + x) / 4;
-        let before = 4 * quad(here as isize - 1);
-        let after = 4 * quad(here as isize + 1);
-        let lane = x % 4;
+    let last = params.quad_count - 1;
+    // Quads beyond the buffer's ends are never needed; the kernel reads the first or the last one there.
+    let excess = |quad: u32, lane: usize, thrice: f32| {
+        let before = 4 * (quad.max(1) - 1) as usize;
+        let after = 4 * (quad + 1).min(last) as usize;
+        let middle = 4 * quad as usize;
         let left = if lane >= distance {
-            trail[4 * here + lane - distance]
+            trail[middle + lane - distance]
         } else {
             trail[before + 4 + lane - distance]
         };
         let right = if lane + distance < 4 {
-            trail[4 * here + lane + distance]
+            trail[middle + lane + distance]
         } else {
             trail[after + lane + distance - 4]
         };
-        (left + trail[4 * here + lane]) + right
+        ((left + trail[middle + lane]) + right) - thrice
     };
-    for quad in 0..params.quad_count as usize {
-        if density[4 * quad..4 * quad + 4].iter().all(|&d| d == 0.0) {
+    for i in 0..params.lane_count {
+        let quad = 8 * strips[i as usize / 8] + i % 8;
+        if quad >= params.quad_count {
             continue;
         }
-        for texel in 4 * quad..4 * quad + 4 {
-            let (row, x) = (texel / pitch, texel % pitch);
-            let up = row - row.min(distance);
-            let down = row + (rows - 1 - row).min(distance);
-            let mean = ((row_sum(up, x) + row_sum(row, x)) + row_sum(down, x)) * (1.0 / 9.0);
-            let spread = trail[texel] + params.diffusion * (mean - trail[texel]);
-            let value = (spread + (params.deposit * deposits[texel] as f32) * density[texel])
-                * params.decay;
-            next_trail[texel] = if value >= params.tiny && density[texel] > 0.0 {
+        let reach = constants.distance as u32 * params.quads_a_row;
+        let up = quad.max(reach) - reach;
+        let down = (quad + reach).min(last);
+        for lane in 0..4 {
+            let texel = 4 * quad as usize + lane;
+            let (owned, here) = (density[texel], trail[texel]);
+            let thrice = 3.0 * here;
+            let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
+                + excess(down, lane, thrice);
+            let rate = (params.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
+            let spread = here + rate * more;
+            let value = (spread + (params.deposit * deposits[texel] as f32) * owned) * params.decay;
+            next_trail[texel] = if value >= params.tiny && owned > 0.0 {
                 value
             } else {
                 0.0

@@ -4,6 +4,7 @@
 
 mod advance;
 mod diffuse;
+mod diffuse_seams;
 pub mod exact;
 mod exchange_seams;
 pub mod trail;
@@ -12,6 +13,7 @@ mod walk_queries;
 
 pub use advance::{AdvanceInputs, advance};
 pub use diffuse::diffuse;
+pub use diffuse_seams::diffuse_seams;
 pub use exchange_seams::exchange_seams;
 pub use walk_queries::walk_queries;
 
@@ -75,20 +77,39 @@ impl Simulation {
             &mut self.motions,
             &mut self.deposits,
         );
-        diffuse(
-            &constants.diffuse,
-            &params.diffuse,
-            &self.trail,
-            &self.deposits,
-            &self.setup.atlas.density,
-            &mut self.next_trail,
-            &mut self.previous_deposits,
-        );
+        if let Some(first_half) = params.first_half() {
+            self.diffuse(&constants, &first_half);
+            std::mem::swap(&mut self.trail, &mut self.next_trail);
+        }
+        self.diffuse(&constants, &params);
         exchange_seams(&self.setup.atlas.seams, &mut self.next_trail);
         std::mem::swap(&mut self.trail, &mut self.next_trail);
         std::mem::swap(&mut self.deposits, &mut self.previous_deposits);
         self.step += 1;
         gaps
+    }
+
+    fn diffuse(&mut self, constants: &StepConstants, params: &StepParams) {
+        let atlas = &self.setup.atlas;
+        diffuse(
+            &constants.diffuse,
+            &params.diffuse,
+            &atlas.strips,
+            &self.trail,
+            &self.deposits,
+            &atlas.density,
+            &mut self.next_trail,
+            &mut self.previous_deposits,
+        );
+        diffuse_seams(
+            &params.diffuse_seams,
+            &atlas.exchange.rows,
+            &atlas.exchange.entries,
+            &self.trail,
+            &self.deposits,
+            &atlas.density,
+            &mut self.next_trail,
+        );
     }
 
     /// What it runs on.

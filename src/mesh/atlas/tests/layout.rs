@@ -229,6 +229,7 @@ fn an_atlas_depends_on_nothing_but_its_arguments() {
     assert_eq!(one.owner, three.owner);
     assert_eq!(one.maps, three.maps);
     assert_eq!(one.density, three.density);
+    assert_eq!(one.exchange, three.exchange);
     assert_eq!(
         bytemuck::cast_slice::<_, u8>(&one.seams),
         bytemuck::cast_slice::<_, u8>(&three.seams)
@@ -246,7 +247,7 @@ fn validation_notices_what_is_broken() {
     let breaks: [(&str, Break); 8] = [
         ("outside its owner", &|a| a.owner[owned] += 1),
         ("owned texels", &|a| a.owned_count += 1),
-        ("weights", &|a| a.seams[last].weight[0] *= 0.999),
+        ("weights", &|a| a.seams[last].weight[0] -= 1),
         ("reads", &|a| a.seams[last].source[0] = gutter_texel),
         ("order", &|a| a.seams.swap(0, last)),
         ("gutter", &|a| {

@@ -21,7 +21,7 @@ fn filled(atlas: &Atlas, surface: &Surface, field: impl Fn(Vec3) -> f32) -> Vec<
     }
     for seam in &atlas.seams {
         trail[seam.texel as usize] = (0..4)
-            .map(|k| seam.weight[k] * trail[seam.source[k] as usize])
+            .map(|k| seam.weights()[k] * trail[seam.source[k] as usize])
             .sum();
     }
     trail
@@ -143,7 +143,7 @@ fn open_borders_mirror() {
                 let seam = atlas.seams.iter().find(|seam| seam.texel == texel);
                 let seam = seam.expect("a gutter texel");
                 assert_eq!(seam.source[0], to[1] * atlas.pitch + to[0], "{from:?}");
-                assert!(seam.weight[0] > 0.99);
+                assert!(seam.weights()[0] > 0.99);
             }
         }
     }

@@ -1,0 +1,259 @@
+//! `myxo query diffuse`: how deposits spread over a surface.
+//!
+//! Deposits are put on the texels that particles there would use, spread by the kernels of the simulation, and what comes
+//! of them is told texel by texel.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+use myxo::gpu::{Context, ContextOptions};
+use myxo::mesh::Mesh;
+use myxo::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
+use myxo::mesh::surface::{NONE, Surface};
+use myxo::mesh::walk::SurfacePoint;
+use myxo::sim::diffusion::Diffusion;
+use myxo::sim::memory;
+use myxo::{Error, Result};
+
+use super::table::{Row, Table};
+use crate::cli::files::Sink;
+use crate::cli::options::DeviceOptions;
+use crate::cli::progress::Progress;
+use crate::cli::{Outcome, console, interrupt};
+
+/// Spread deposits over a mesh, without decay, and tell the trail of every texel
+///
+/// In:  id,face,b0,b1,b2,amount
+/// Out: face,b0,b1,b2,area,value,chart
+///
+/// Faces and corners are counted as in the file. A deposit adds amount / area to its texel; in every step each
+/// texel then goes half the way to the mean of the 3 x 3 texels about it. The sum of value * area stays.
+#[derive(Clone, Debug, Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "\
+Examples:
+  myxo query diffuse --mesh fish.obj --in spots.csv --steps 1000 --atlas-size 512 --out trail.csv
+  myxo query diffuse --mesh builtin:cube --steps 100 --atlas-size 256 --turn 3 < spots.csv | head"
+)]
+pub struct Diffuse {
+    /// A model (.obj, .glb, .gltf), or builtin:NAME
+    #[arg(long, value_name = "FILE")]
+    mesh: PathBuf,
+    /// The deposits; - for the standard input
+    #[arg(long = "in", value_name = "FILE", default_value = "-")]
+    input: PathBuf,
+    /// Steps to spread for, 0 to 1,000,000
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(..=1_000_000))]
+    steps: u64,
+    /// Side of the trail's texture, texels
+    #[arg(long, value_name = "S")]
+    atlas_size: u32,
+    /// How triangles are laid out in it: charts, grid or mesh
+    #[arg(long, value_name = "METHOD", default_value_t, value_parser = method)]
+    atlas_method: AtlasMethod,
+    /// Turns each chart by a random angle that this number decides; 0 turns none
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    turn: u64,
+    /// Where the trail goes; - for the standard output
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    out: PathBuf,
+    #[command(flatten)]
+    device: DeviceOptions,
+}
+
+const COLUMNS: &[&str] = &["id", "face", "b0", "b1", "b2", "amount"];
+const HEADER: &str = "face,b0,b1,b2,area,value,chart";
+
+/// How much of itself a texel gives for the mean in a step.
+const DIFFUSION: f32 = 0.5;
+
+/// Weights are taken for rounded ones and made to sum to 1 up to here; beyond, something else is meant by them.
+const WEIGHTS_MAY_BE_OFF: f64 = 1e-5;
+
+fn method(word: &str) -> Result<AtlasMethod, String> {
+    [AtlasMethod::Charts, AtlasMethod::Grid, AtlasMethod::Mesh]
+        .into_iter()
+        .find(|method| method.to_string() == word)
+        .ok_or_else(|| "charts, grid or mesh is expected".to_owned())
+}
+
+impl Diffuse {
+    /// Reads, spreads, writes.
+    pub fn run(&self) -> Result<Outcome> {
+        let sink = Sink::create(&self.out)?;
+        let mesh = match self.mesh.to_str() {
+            Some(builtin) if builtin.starts_with("builtin:") => Mesh::builtin(builtin)?,
+            _ => Mesh::load_raw(&self.mesh)?,
+        };
+        let table = Table::read(&self.input, COLUMNS)?;
+        let spots = table
+            .rows()
+            .map(|row| Spot::read(row, &mesh))
+            .collect::<Result<Vec<_>>>()?;
+        let ctx = Context::new(&ContextOptions {
+            device: self.device.device.clone(),
+            validation: self.device.validate,
+            ..ContextOptions::default()
+        })?;
+        let largest = memory::largest_atlas(ctx.info());
+        if u64::from(self.atlas_size) > largest {
+            return Err(Error::Invalid(format!(
+                "--atlas-size {} is too large for {}: use at most {largest}",
+                self.atlas_size,
+                ctx.info().name
+            )));
+        }
+        let surface = Surface::build(&[(&mesh, 1.0)]);
+        let options = AtlasOptions {
+            method: self.atlas_method,
+            size: self.atlas_size,
+            gutter: 1,
+            turn: self.turn,
+            ..AtlasOptions::default()
+        };
+        let atlas = Atlas::build(&surface, &options)?;
+        if self.device.validate {
+            atlas.validate(&surface).map_err(Error::Invalid)?;
+        }
+        let trail = Trail::new(&atlas, &spots)?;
+
+        interrupt::install()?;
+        let mut diffusion = Diffusion::new(&ctx, &atlas, DIFFUSION)?;
+        diffusion.set(&trail.values)?;
+        let mut progress = Progress::new(self.steps, &mesh.name);
+        diffusion.run(self.steps, |steps| {
+            (0..steps).for_each(|_| progress.step());
+            !interrupt::requested()
+        })?;
+        progress.finish();
+        if interrupt::requested() {
+            return Ok(Outcome::Interrupted);
+        }
+        let values = diffusion.values()?;
+        let messages = ctx.take_messages();
+        if !messages.is_empty() {
+            return Err(Error::Invalid(format!(
+                "Vulkan's validation complains: {}",
+                messages.join("\n")
+            )));
+        }
+        let deposited: f64 = spots.iter().map(|spot| spot.amount).sum();
+        let left = trail.unit * mass(&atlas, &values);
+        console::message(&format!(
+            "{atlas}\ndeposited {deposited}, and {left} after {} steps",
+            self.steps
+        ));
+        sink.write(answer(&mesh, &atlas, &values, trail.unit))?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// A deposit.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    point: SurfacePoint,
+    amount: f64,
+}
+
+impl Spot {
+    fn read(row: Row<'_>, mesh: &Mesh) -> Result<Self> {
+        let wrong = |problem: String| Error::Invalid(format!("{}: {problem}", row.place()));
+        let face = row.integer(1)?;
+        let weights = DVec3::new(row.number(2)?, row.number(3)?, row.number(4)?);
+        let amount = row.number(5)?;
+        let sum = weights.element_sum();
+        if weights.min_element() < -WEIGHTS_MAY_BE_OFF || (sum - 1.0).abs() > WEIGHTS_MAY_BE_OFF {
+            return Err(wrong("b0, b1, b2 are not weights that sum to 1".to_owned()));
+        }
+        if amount < 0.0 {
+            return Err(wrong("the amount is negative".to_owned()));
+        }
+        let weights = weights.max(DVec3::ZERO);
+        let weights = weights / weights.element_sum();
+        let point = u32::try_from(face)
+            .ok()
+            .and_then(|face| mesh.point_from_file(face, weights.to_array()))
+            .ok_or_else(|| wrong(format!("the mesh has no face {face} to deposit on")))?;
+        Ok(Self { point, amount })
+    }
+}
+
+/// The deposits as a trail.
+#[derive(Debug)]
+struct Trail {
+    /// Per texel, in `unit`s.
+    values: Vec<f32>,
+    /// What the trail would be if the deposits were spread evenly. So the device sees numbers of one size, whatever the
+    /// amounts are.
+    unit: f64,
+}
+
+impl Trail {
+    fn new(atlas: &Atlas, spots: &[Spot]) -> Result<Self> {
+        let deposited: f64 = spots.iter().map(|spot| spot.amount).sum();
+        let area: f64 = atlas.area.iter().map(|&area| f64::from(area)).sum();
+        let mut unit = deposited / area;
+        if !unit.is_finite() {
+            return Err(Error::Invalid(
+                "the amounts sum to more than a number can hold".to_owned(),
+            ));
+        }
+        if unit == 0.0 {
+            unit = 1.0;
+        }
+        let mut sums = vec![0.0; atlas.texel_count()];
+        let mut add = |texel: u32, amount: f64| {
+            sums[texel as usize] += amount / f64::from(atlas.area[texel as usize]);
+        };
+        for spot in spots {
+            let SurfacePoint { triangle, u, v } = spot.point;
+            let texel = atlas.texel_of(triangle, u as f32, v as f32);
+            let amount = spot.amount / unit;
+            if atlas.owner[texel as usize] != NONE {
+                add(texel, amount);
+                continue;
+            }
+            // Into the owned texels that the gutter texel is filled from.
+            let seam = atlas.seams.binary_search_by_key(&texel, |seam| seam.texel);
+            let seam = &atlas.seams[seam.expect("a triangle lies in owned and gutter texels")];
+            for (source, weight) in seam.source.into_iter().zip(seam.weights()) {
+                add(source, f64::from(weight) * amount);
+            }
+        }
+        Ok(Self {
+            values: sums.into_iter().map(|sum: f64| sum as f32).collect(),
+            unit,
+        })
+    }
+}
+
+/// The sum of value times area.
+fn mass(atlas: &Atlas, values: &[f32]) -> f64 {
+    let masses = values.iter().zip(&atlas.area);
+    masses
+        .map(|(&value, &area)| f64::from(value) * f64::from(area))
+        .sum()
+}
+
+/// The rows of all owned texels.
+fn answer(mesh: &Mesh, atlas: &Atlas, values: &[f32], unit: f64) -> String {
+    let mut text = format!("{HEADER}\n");
+    for texel in 0..values.len() {
+        let Some((triangle, u, v)) = atlas.surface_point_of(texel as u32) else {
+            continue;
+        };
+        let (u, v) = (f64::from(u), f64::from(v));
+        let (face, [b0, b1, b2]) = mesh.point_to_file(SurfacePoint { triangle, u, v });
+        let area = f64::from(atlas.area[texel]);
+        let value = unit * f64::from(values[texel]);
+        let chart = atlas.chart[triangle as usize];
+        let _ = writeln!(text, "{face},{b0},{b1},{b2},{area},{value},{chart}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,503 @@
+//! Diffusion across seams: which texels exchange with which, and how strongly.
+//!
+//! Diffusion moves mass between pairs of texels: `A_i du_i = b sum_j S_ij (u_j - u_i)` with the texels' areas `A` and
+//! conductances `S_ij = S_ji`, a finite-volume scheme. Whatever one texel loses the other gains, so the sum of value
+//! times area stays, and constants stay constant. Inside a chart the pairs are the eight neighbours of the stencil, each
+//! with a ninth of the mean texel area: charts keep angles, and in two dimensions the energy of such a map does not
+//! depend on its scale. Across a seam a gutter texel stands for the owned texels `j` that it is filled from: a texel `i`
+//! with gutter texels `k` among its neighbours would read `X_ij = sum_k w_kj / 9`, and `S = (X + X^T) / 2` is the
+//! symmetric exchange nearest to that.
+//!
+//! Texels with all eight neighbours in their chart need no table. All others, and those on the far side of a pair, have
+//! a row: which of the eight neighbours they exchange with, and the pairs across seams, one by one.
+//!
+//! **Invariant:** every pair stands in both rows, or is among both texels' eight neighbours, with the same conductance
+//! to the last bit.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, Vec2};
+use rayon::prelude::*;
+
+use super::super::surface::{AtlasMap, NONE, Seam};
+use super::GutterTexel;
+
+/// The largest diffusion that one step of these tables takes; stronger diffusion takes two.
+pub const GREATEST_DIFFUSION: f32 = 0.6;
+
+/// The largest share of its mass that a texel gives away in a step, so that no value becomes negative.
+const GREATEST_SHARE: f32 = 0.95;
+
+/// A texel smaller than the mean by more than this factor exchanges less than its neighbours ask for: at
+/// [`GREATEST_DIFFUSION`] it would give away more than [`GREATEST_SHARE`] of what it has.
+pub const GREATEST_DENSITY: f32 = GREATEST_SHARE / (GREATEST_DIFFUSION * 8.0 / 9.0);
+
+/// Conductance of two neighbours in a chart, in mean texel areas.
+const NINTH: f32 = 1.0 / 9.0;
+
+/// Pairs across a seam with less are left out: they cost as much as others and carry little, and to leave out a pair
+/// never changes the sum.
+const LEAST_CONDUCTANCE: f32 = 0.1 / 9.0;
+
+/// A gutter texel whose centre is farther than this from its chart, in texels, holds no point of a triangle: half a
+/// texel's diagonal, and room for rounding.
+const FARTHEST_POINT: f64 = 0.75;
+
+/// Texels of a row of the texture that kernels take together.
+pub const STRIP: u32 = 32;
+
+/// Texels and rows that one thread takes at a time.
+const CHUNK: usize = 2048;
+
+/// What one texel beside a seam exchanges.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ExchangeRow {
+    /// The owned texel, `y * pitch + x`.
+    pub texel: u32,
+    /// Where its entries begin.
+    pub first: u32,
+    /// How many pairs it has besides those in its chart.
+    pub pair_count: u32,
+    /// Upper 24 bits: how many gutter texels' deposits it takes a part of; their entries come after the pairs. Lower
+    /// eight: which of the neighbours in [`ExchangeRow::neighbours`] it exchanges with.
+    pub counts_and_mask: u32,
+    /// Conductance with each of them.
+    pub conductance: f32,
+}
+
+/// A texel on the other side of a pair and the conductance, or a gutter texel and the part of its deposits.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ExchangeEntry {
+    /// `y * pitch + x`.
+    pub texel: u32,
+    /// In mean texel areas, or a share.
+    pub weight: f32,
+}
+
+impl ExchangeRow {
+    /// Which of the eight neighbours it exchanges with, bit by bit.
+    #[must_use]
+    pub fn mask(&self) -> u32 {
+        self.counts_and_mask & 0xff
+    }
+
+    /// How many gutter texels' deposits it takes a part of.
+    #[must_use]
+    pub fn deposit_count(&self) -> u32 {
+        self.counts_and_mask >> 8
+    }
+
+    /// Offsets of the neighbours of the mask's bits, from the lowest.
+    #[must_use]
+    pub fn neighbours(pitch: u32, distance: u32) -> [i64; 8] {
+        let (x, y) = (i64::from(distance), i64::from(distance) * i64::from(pitch));
+        [-y - x, -y, -y + x, -x, x, y - x, y, y + x]
+    }
+}
+
+/// The tables of all texels beside seams, in ascending order of texel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Exchange {
+    /// One a texel.
+    pub rows: Vec<ExchangeRow>,
+    /// Of all rows.
+    pub entries: Vec<ExchangeEntry>,
+}
+
+impl Exchange {
+    /// The pairs of a row, besides those in its chart.
+    #[must_use]
+    pub fn pairs(&self, row: &ExchangeRow) -> &[ExchangeEntry] {
+        &self.entries[row.first as usize..][..row.pair_count as usize]
+    }
+
+    /// The gutter texels whose deposits a row takes up, and its part of each.
+    #[must_use]
+    pub fn deposits(&self, row: &ExchangeRow) -> &[ExchangeEntry] {
+        &self.entries[(row.first + row.pair_count) as usize..][..row.deposit_count() as usize]
+    }
+}
+
+/// What an exchange is made from.
+pub(super) struct Layers<'a> {
+    pub owner: &'a [u32],
+    pub chart: &'a [u32],
+    /// Mean texel area by this texel's area; 0 where nobody owns it.
+    pub density: &'a [f32],
+    pub seams: &'a [Seam],
+    /// Gutter texels on which particles may deposit, by their place in `seams`.
+    pub deposited: &'a [bool],
+    pub pitch: u32,
+    /// Texels between the stencil's taps.
+    pub distance: u32,
+}
+
+/// The rows of variable length of a table, one behind the other.
+struct Table<T> {
+    /// One more than there are rows.
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T: Copy + Send> Table<T> {
+    /// Row number `i` is what `row(i, ..)` pushes.
+    fn collect<S>(
+        count: usize,
+        scratch: impl Fn() -> S + Sync,
+        row: impl Fn(usize, &mut S, &mut Vec<T>) + Sync,
+    ) -> Self {
+        let chunks: Vec<(Vec<u32>, Vec<T>)> = (0..count.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let (mut ends, mut items) = (Vec::with_capacity(CHUNK), Vec::new());
+                let mut scratch = scratch();
+                for i in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
+                    row(i, &mut scratch, &mut items);
+                    ends.push(items.len() as u32);
+                }
+                (ends, items)
+            })
+            .collect();
+        let mut starts = Vec::with_capacity(count + 1);
+        starts.push(0);
+        let mut items = Vec::with_capacity(chunks.iter().map(|chunk| chunk.1.len()).sum());
+        for (ends, chunk) in chunks {
+            let before = items.len() as u32;
+            starts.extend(ends.into_iter().map(|end| before + end));
+            items.extend(chunk);
+        }
+        Self { starts, items }
+    }
+
+    fn row(&self, i: usize) -> &[T] {
+        &self.items[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+}
+
+impl Table<(u32, f32)> {
+    /// Row `target(j)` of the transposed table holds `(name(i), weight)` for every `(j, weight)` in row `i`, in the
+    /// order of `i`.
+    fn transposed(
+        &self,
+        count: usize,
+        target: impl Fn(u32) -> u32,
+        name: impl Fn(usize) -> u32,
+    ) -> Self {
+        let mut starts = vec![0u32; count + 1];
+        for &(j, _) in &self.items {
+            starts[target(j) as usize + 1] += 1;
+        }
+        for i in 0..count {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![(0, 0.0); self.items.len()];
+        for i in 0..self.starts.len() - 1 {
+            let name = name(i);
+            for &(j, weight) in self.row(i) {
+                let place = &mut next[target(j) as usize];
+                items[*place as usize] = (name, weight);
+                *place += 1;
+            }
+        }
+        Self { starts, items }
+    }
+}
+
+impl Layers<'_> {
+    pub(super) fn exchange(&self) -> Exchange {
+        let offsets = ExchangeRow::neighbours(self.pitch, self.distance);
+        let border = self.chosen(|texel| self.mask(texel, &offsets) != 0xff);
+        // Per texel: the number of its seam, and later that of its candidate.
+        let mut index = vec![NONE; self.owner.len()];
+        for (k, seam) in self.seams.iter().enumerate() {
+            index[seam.texel as usize] = k as u32;
+        }
+        let reads = Table::collect(border.len(), Vec::new, |i, sums, items| {
+            self.reads_of(border[i], &offsets, &index, sums);
+            items.extend_from_slice(sums);
+        });
+        let given = Table::collect(
+            self.seams.len(),
+            || (),
+            |k, (), items| {
+                if self.deposited[k] {
+                    items.extend(taps(&self.seams[k]));
+                }
+            },
+        );
+
+        // A texel that may need a row: beside a seam, or read across one.
+        index.fill(NONE);
+        for texel in border
+            .iter()
+            .copied()
+            .chain(reads.items.iter().chain(&given.items).map(|item| item.0))
+        {
+            index[texel as usize] = 0;
+        }
+        let candidates = self.chosen(|texel| index[texel as usize] == 0);
+        for (k, &texel) in candidates.iter().enumerate() {
+            index[texel as usize] = k as u32;
+        }
+        let candidate = |texel: u32| index[texel as usize];
+        let read_by = reads.transposed(candidates.len(), candidate, |i| border[i]);
+        let deposits = given.transposed(candidates.len(), candidate, |k| self.seams[k].texel);
+        let mut read_rows = vec![NONE; candidates.len()];
+        for (row, &texel) in border.iter().enumerate() {
+            read_rows[candidate(texel) as usize] = row as u32;
+        }
+        let pairs = Table::collect(
+            candidates.len(),
+            || (),
+            |k, (), items| {
+                let reads = match read_rows[k] {
+                    NONE => &[],
+                    row => reads.row(row as usize),
+                };
+                symmetric(reads, read_by.row(k), candidates[k], items);
+            },
+        );
+        drop((reads, read_by));
+
+        // The limiter: how much of what it is asked for each texel can give.
+        let limits: Vec<f32> = (0..candidates.len())
+            .into_par_iter()
+            .map(|k| {
+                let texel = candidates[k];
+                let inside = self.mask(texel, &offsets).count_ones() as f32 * NINTH;
+                let asked: f32 = pairs.row(k).iter().fold(inside, |sum, pair| sum + pair.1);
+                limit(self.density[texel as usize], asked)
+            })
+            .collect();
+        let limit_of = |texel: u32| match candidate(texel) {
+            NONE => limit(self.density[texel as usize], 8.0 * NINTH),
+            k => limits[k as usize],
+        };
+        let neighbour = |texel: u32, bit: usize| (i64::from(texel) + offsets[bit]) as u32;
+        let all = self.chosen(|texel| {
+            let k = candidate(texel) as usize;
+            (candidate(texel) != NONE
+                && (read_rows[k] != NONE
+                    || !pairs.row(k).is_empty()
+                    || !deposits.row(k).is_empty()
+                    // The plain kernel limits a texel as if it had eight pairs.
+                    || limits[k] != limit(self.density[texel as usize], 8.0 * NINTH)))
+                || {
+                    let own = limit_of(texel);
+                    (0..8).any(|bit| {
+                        self.in_chart(texel, neighbour(texel, bit))
+                            && limit_of(neighbour(texel, bit)) < own
+                    })
+                }
+        });
+
+        let mut rows: Vec<ExchangeRow> = Vec::with_capacity(all.len());
+        let entries = Table::collect(
+            all.len(),
+            || (),
+            |i, (), items: &mut Vec<ExchangeEntry>| {
+                let texel = all[i];
+                let own = limit_of(texel);
+                let mask = self.mask(texel, &offsets);
+                for bit in (0..8).filter(|bit| mask >> bit & 1 == 1) {
+                    let other = limit_of(neighbour(texel, bit));
+                    if other < own {
+                        items.push(ExchangeEntry {
+                            texel: neighbour(texel, bit),
+                            weight: other * NINTH,
+                        });
+                    }
+                }
+                if candidate(texel) == NONE {
+                    return;
+                }
+                let k = candidate(texel) as usize;
+                for &(other, conductance) in pairs.row(k) {
+                    items.push(ExchangeEntry {
+                        texel: other,
+                        weight: conductance * own.min(limit_of(other)),
+                    });
+                }
+                let parts = deposits.row(k).iter();
+                items.extend(parts.map(|&(texel, weight)| ExchangeEntry { texel, weight }));
+            },
+        );
+        all.par_iter()
+            .enumerate()
+            .map(|(i, &texel)| {
+                let own = limit_of(texel);
+                let in_chart = self.mask(texel, &offsets);
+                let mask = (0..8)
+                    .filter(|bit| in_chart >> bit & 1 == 1)
+                    .filter(|&bit| limit_of(neighbour(texel, bit)) >= own)
+                    .fold(0, |mask, bit| mask | 1 << bit);
+                let deposit_count = match candidate(texel) {
+                    NONE => 0,
+                    k => deposits.row(k as usize).len() as u32,
+                };
+                let first = entries.starts[i];
+                ExchangeRow {
+                    texel,
+                    first,
+                    pair_count: entries.starts[i + 1] - first - deposit_count,
+                    counts_and_mask: deposit_count << 8 | mask,
+                    conductance: own * NINTH,
+                }
+            })
+            .collect_into_vec(&mut rows);
+        Exchange {
+            rows,
+            entries: entries.items,
+        }
+    }
+
+    /// The owned texels that fulfil a condition, in ascending order.
+    fn chosen(&self, condition: impl Fn(u32) -> bool + Sync) -> Vec<u32> {
+        let rows: Vec<Vec<u32>> = self
+            .owner
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, owner)| {
+                let first = chunk * CHUNK;
+                (0..owner.len())
+                    .filter(|&i| owner[i] != NONE && condition((first + i) as u32))
+                    .map(|i| (first + i) as u32)
+                    .collect()
+            })
+            .collect();
+        rows.concat()
+    }
+
+    fn in_chart(&self, texel: u32, other: u32) -> bool {
+        let Some(&owner) = self.owner.get(other as usize) else {
+            return false;
+        };
+        let own = self.owner[texel as usize];
+        owner == own || (owner != NONE && self.chart[owner as usize] == self.chart[own as usize])
+    }
+
+    /// Which of a texel's neighbours are owned by its chart.
+    fn mask(&self, texel: u32, offsets: &[i64; 8]) -> u32 {
+        (0..8).fold(0, |mask, bit| {
+            // Before the first texel and behind the last there is nobody; a chart's gutter keeps it off the sides.
+            let other = (i64::from(texel) + offsets[bit]) as u32;
+            mask | u32::from(self.in_chart(texel, other)) << bit
+        })
+    }
+
+    /// What a texel would read across seams in one step: `(j, X_ij)`, in ascending order.
+    fn reads_of(
+        &self,
+        texel: u32,
+        offsets: &[i64; 8],
+        seam_of: &[u32],
+        sums: &mut Vec<(u32, f32)>,
+    ) {
+        sums.clear();
+        for offset in offsets {
+            let other = (i64::from(texel) + offset) as u32;
+            let seam = seam_of.get(other as usize).copied().unwrap_or(NONE);
+            if seam == NONE || self.in_chart(texel, other) {
+                continue;
+            }
+            for (source, weight) in taps(&self.seams[seam as usize]) {
+                if source != texel {
+                    sums.push((source, weight * NINTH));
+                }
+            }
+        }
+        // Stable, so that a pair's parts are added in the order of the neighbours.
+        sums.sort_by_key(|item| item.0);
+        sums.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 += next.1;
+            }
+            same
+        });
+    }
+}
+
+fn taps(seam: &Seam) -> impl Iterator<Item = (u32, f32)> {
+    let weights = seam.weights();
+    (0..4)
+        .map(move |k| (seam.source[k], weights[k]))
+        .filter(|tap| tap.1 > 0.0)
+}
+
+/// The part of its conductances that a texel keeps.
+fn limit(density: f32, asked: f32) -> f32 {
+    (GREATEST_SHARE / (GREATEST_DIFFUSION * (density * asked))).min(1.0)
+}
+
+/// `(X + X^T) / 2` for one texel, from its row of `X` and its row of the transpose, both in ascending order.
+fn symmetric(
+    reads: &[(u32, f32)],
+    read_by: &[(u32, f32)],
+    texel: u32,
+    pairs: &mut Vec<(u32, f32)>,
+) {
+    let (mut reads, mut read_by) = (reads.iter().peekable(), read_by.iter().peekable());
+    loop {
+        let next = |item: Option<&&(u32, f32)>| item.map_or(NONE, |item| item.0);
+        let other = next(reads.peek()).min(next(read_by.peek()));
+        if other == NONE {
+            return;
+        }
+        let there = reads
+            .next_if(|item| item.0 == other)
+            .map_or(0.0, |item| item.1);
+        let back = read_by
+            .next_if(|item| item.0 == other)
+            .map_or(0.0, |item| item.1);
+        let conductance = 0.5 * (there + back);
+        if conductance >= LEAST_CONDUCTANCE && other != texel {
+            pairs.push((other, conductance));
+        }
+    }
+}
+
+/// Gutter texels on which particles may deposit: those in which a point of a triangle may lie.
+pub(super) fn deposited(maps: &[AtlasMap], pitch: u32, gutter_texels: &[GutterTexel]) -> Vec<bool> {
+    gutter_texels
+        .par_iter()
+        .map(|&GutterTexel { texel, triangle }| {
+            let centre = Vec2::new((texel % pitch) as f32, (texel / pitch) as f32) + 0.5;
+            distance_to(&maps[triangle as usize], centre.as_dvec2()) <= FARTHEST_POINT
+        })
+        .collect()
+}
+
+/// From a place in the texture to a triangle, in texels.
+fn distance_to(map: &AtlasMap, place: DVec2) -> f64 {
+    let a = map.origin.as_dvec2();
+    let corners = [a, a + map.du.as_dvec2(), a + map.dv.as_dvec2()];
+    let mut inside = true;
+    let mut nearest = f64::INFINITY;
+    for k in 0..3 {
+        let (start, end) = (corners[k], corners[(k + 1) % 3]);
+        let edge = end - start;
+        let offset = place - start;
+        inside &= edge.perp_dot(offset) >= 0.0;
+        let along =
+            (offset.dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        nearest = nearest.min((offset - along * edge).length());
+    }
+    if inside { 0.0 } else { nearest }
+}
+
+/// The strips, of [`STRIP`] texels each, with anything in them to work on, in ascending order.
+pub(super) fn used_strips(density: &[f32], seams: &[Seam]) -> Vec<u32> {
+    let mut used: Vec<bool> = density
+        .par_chunks(STRIP as usize)
+        .map(|strip| strip.iter().any(|&density| density > 0.0))
+        .collect();
+    for seam in seams {
+        used[(seam.texel / STRIP) as usize] = true;
+    }
+    (0..used.len() as u32)
+        .filter(|&strip| used[strip as usize])
+        .collect()
+}

@@ -1,0 +1,182 @@
+//! What texels exchange when the trail spreads.
+
+use std::collections::HashMap;
+
+use super::super::exchange::Layers;
+use super::*;
+
+/// Conductance of each pair of texels, as both sides see it.
+fn conductances(atlas: &Atlas) -> HashMap<(u32, u32), f32> {
+    let offsets = ExchangeRow::neighbours(atlas.pitch, atlas.gutter);
+    let mut found = HashMap::new();
+    let mut add =
+        |from: u32, to: u32, weight: f32| *found.entry((from, to)).or_insert(0.0) += weight;
+    let mut rows = atlas.exchange.rows.iter().peekable();
+    for texel in (0..atlas.texel_count() as u32).filter(|&t| atlas.owner[t as usize] != NONE) {
+        let Some(row) = rows.next_if(|row| row.texel == texel) else {
+            let limit = (GREATEST_DENSITY / atlas.density[texel as usize]).min(1.0);
+            for offset in offsets {
+                add(texel, (i64::from(texel) + offset) as u32, limit / 9.0);
+            }
+            continue;
+        };
+        for (bit, offset) in offsets.iter().enumerate() {
+            if row.mask() >> bit & 1 == 1 {
+                add(texel, (i64::from(texel) + offset) as u32, row.conductance);
+            }
+        }
+        for pair in atlas.exchange.pairs(row) {
+            add(texel, pair.texel, pair.weight);
+        }
+    }
+    assert!(rows.next().is_none(), "rows are in order");
+    found
+}
+
+fn check(what: &str, atlas: &Atlas) {
+    let all = conductances(atlas);
+    let mut given = vec![0.0f32; atlas.texel_count()];
+    for (&(from, to), &weight) in &all {
+        assert!(weight > 0.0 && from != to, "{what}: {from} to {to}");
+        let back = all.get(&(to, from)).copied().unwrap_or(0.0);
+        // Texels without a row are limited on the device: up to its rounding.
+        assert!(
+            (weight - back).abs() <= 2e-7 * weight,
+            "{what}: {from} to {to} {weight}, back {back}"
+        );
+        given[from as usize] += weight * atlas.density[from as usize];
+    }
+    for (texel, &given) in given.iter().enumerate() {
+        let share = GREATEST_DIFFUSION * given;
+        assert!(
+            share <= 0.950_01,
+            "{what}: texel {texel} gives away {share}"
+        );
+        // Nobody is left alone.
+        assert_eq!(
+            given > 0.0,
+            atlas.owner[texel] != NONE,
+            "{what}: texel {texel}"
+        );
+    }
+}
+
+#[test]
+fn pairs_exchange_alike_and_nobody_gives_more_than_it_has() {
+    let crooked = build(&crooked_plane(), 300, 1);
+    check("crooked plane", &crooked);
+    for (name, size, distance) in [
+        ("cube", 64, 1),
+        ("cube", 101, 3),
+        ("torus?major=24&minor=16", 300, 1),
+        ("torus?major=24&minor=16", 256, 2),
+        ("icosphere?subdivisions=3", 301, 1),
+        // Cells with hardly any texels.
+        ("icosphere?subdivisions=3", 110, 1),
+        ("capsule?segments=9&rings=3", 200, 4),
+    ] {
+        check(name, &build(&surface(&[name]), size, distance));
+    }
+    // Texels of very different areas.
+    let cube = Mesh::builtin("cube").unwrap();
+    let small = Mesh::builtin("torus?major=12&minor=8").unwrap();
+    let surface = Surface::build(&[(&cube, 1.0), (&small, 0.02)]);
+    check("cube and small torus", &build(&surface, 200, 1));
+}
+
+/// Two charts on a strip of texels, `ABBB` beside `CCCC`, whose gutters read two texels each.
+#[test]
+fn a_seam_exchanges_what_both_sides_would_read() {
+    let (pitch, rows) = (16u32, 5u32);
+    let texel = |x: u32, y: u32| y * pitch + x;
+    let mut owner = vec![NONE; (pitch * rows) as usize];
+    let mut seams = Vec::new();
+    for y in 1..4 {
+        for x in 1..5 {
+            owner[texel(x, y) as usize] = 0;
+            owner[texel(x + 6, y) as usize] = 1;
+        }
+        // Three quarters of the way to the next texel.
+        let read = |at, near, next| {
+            let (a, b) = (texel(near, y), texel(next, y));
+            Seam::new(texel(at, y), [a, b, a, a], [8192, 24_576, 0, 0])
+        };
+        seams.push(read(5, 7, 8));
+        seams.push(read(6, 4, 3));
+    }
+    let density: Vec<f32> = owner
+        .iter()
+        .map(|&t| if t == NONE { 0.0 } else { 1.0 })
+        .collect();
+    let deposited = vec![true; seams.len()];
+    let exchange = Layers {
+        owner: &owner,
+        chart: &[0, 1],
+        density: &density,
+        seams: &seams,
+        deposited: &deposited,
+        pitch,
+        distance: 1,
+    }
+    .exchange();
+    let row = |x, y| {
+        let found = exchange.rows.iter().find(|row| row.texel == texel(x, y));
+        found.expect("it has a row")
+    };
+    // In the middle of its side: three gutter texels, a quarter of each from the nearest.
+    let beside = row(4, 2);
+    assert_eq!(beside.mask(), 0b0110_1011);
+    let pairs: HashMap<u32, f32> = exchange
+        .pairs(beside)
+        .iter()
+        .map(|pair| (pair.texel, 9.0 * pair.weight))
+        .collect();
+    // (x, y) reads a quarter of each of the nearest and three quarters of the next, and is read by them likewise;
+    // by the next column it is not read, for that has no gutter texel beside it.
+    for y in 1..4 {
+        assert!((pairs[&texel(7, y)] - 0.25).abs() < 1e-6, "{pairs:?}");
+        assert!((pairs[&texel(8, y)] - 0.375).abs() < 1e-6, "{pairs:?}");
+    }
+    assert_eq!(pairs.len(), 6);
+    // Inside its chart, yet read from across the seam: all neighbours and the pairs on top.
+    let behind = row(8, 2);
+    assert_eq!((behind.mask(), behind.pair_count), (0xff, 3));
+    // Deposits on gutter texels.
+    assert_eq!(
+        exchange.deposits(beside),
+        [ExchangeEntry {
+            texel: texel(6, 2),
+            weight: 0.25
+        }]
+    );
+    assert_eq!(
+        exchange.deposits(behind),
+        [ExchangeEntry {
+            texel: texel(5, 2),
+            weight: 0.75
+        }]
+    );
+}
+
+#[test]
+fn texels_inside_charts_need_no_row() {
+    let atlas = build(&surface(&["cube"]), 512, 1);
+    let side = atlas.cell_size as usize - 2;
+    // Two rings of texels along each side of six squares take part; all others are plain.
+    let most = 6 * (side * side - (side - 6) * (side - 6));
+    assert!(
+        atlas.exchange.rows.len() <= most,
+        "{} of {most}",
+        atlas.exchange.rows.len()
+    );
+    assert!(atlas.exchange.rows.len() >= 6 * 4 * (side - 1));
+    let used: Vec<u32> = (0..atlas.texel_count() as u32)
+        .filter(|&t| {
+            atlas.owner[t as usize] != NONE || atlas.seams.iter().any(|seam| seam.texel == t)
+        })
+        .map(|t| t / STRIP)
+        .collect();
+    let mut expected = used.clone();
+    expected.dedup();
+    assert_eq!(atlas.strips, expected);
+}

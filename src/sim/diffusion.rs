@@ -1,0 +1,153 @@
+//! The trail's diffusion alone, without particles, deposits and decay: what `myxo query diffuse` answers.
+
+use std::sync::Arc;
+
+use super::kernels::{
+    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
+    DiffuseSeamsParams,
+};
+use super::memory;
+use super::params::spreading;
+use super::types::{ExchangeEntry, ExchangeRow};
+use crate::error::Result;
+use crate::gpu::{Access::Kernel, Buffer, Context, Frames, Pipeline, Recorder, Threads};
+use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
+
+/// Steps that are handed to the device together.
+const BATCH: u64 = 16;
+
+/// A trail on an atlas that does nothing but spread.
+pub struct Diffusion {
+    ctx: Arc<Context>,
+    diffuse: Pipeline<Diffuse>,
+    diffuse_seams: Pipeline<DiffuseSeams>,
+    params: DiffuseParams,
+    seams_params: DiffuseSeamsParams,
+    strips: Buffer<u32>,
+    rows: Buffer<ExchangeRow>,
+    entries: Buffer<ExchangeEntry>,
+    density: Buffer<f32>,
+    deposits: [Buffer<u32>; 2],
+    /// Where the trail is, and where its next step goes.
+    trail: [Buffer<f32>; 2],
+}
+
+impl Diffusion {
+    /// An empty trail that spreads by `diffusion` a step, at most [`GREATEST_DIFFUSION`], over the taps that the atlas's
+    /// gutter is for.
+    ///
+    /// # Errors
+    /// When the device fails, or a buffer is larger than it allows.
+    ///
+    /// # Panics
+    /// When the diffusion is greater.
+    pub fn new(ctx: &Arc<Context>, atlas: &Atlas, diffusion: f32) -> Result<Self> {
+        assert!(
+            (0.0..=GREATEST_DIFFUSION).contains(&diffusion),
+            "{diffusion}"
+        );
+        memory::check_atlas(ctx.info(), atlas)?;
+        let texels = atlas.texel_count();
+        let (params, seams_params) = spreading(atlas);
+        let constants = DiffuseConstants {
+            distance: atlas.gutter as i32,
+        };
+        let none = |name| Buffer::zeroed(ctx, name, texels);
+        Ok(Self {
+            diffuse: Pipeline::new(ctx, &constants)?,
+            diffuse_seams: Pipeline::new(ctx, &())?,
+            params: DiffuseParams {
+                diffusion,
+                ..params
+            },
+            seams_params: DiffuseSeamsParams {
+                diffusion,
+                ..seams_params
+            },
+            strips: Buffer::from_slice(ctx, "strips", &atlas.strips)?,
+            rows: Buffer::from_slice(ctx, "exchange_rows", &atlas.exchange.rows)?,
+            entries: Buffer::from_slice(ctx, "exchange_entries", &atlas.exchange.entries)?,
+            density: Buffer::from_slice(ctx, "density", &atlas.density)?,
+            deposits: [none("deposits.front")?, none("deposits.back")?],
+            trail: [
+                Buffer::zeroed(ctx, "trail.front", texels)?,
+                Buffer::zeroed(ctx, "trail.back", texels)?,
+            ],
+            ctx: ctx.clone(),
+        })
+    }
+
+    /// Sets the value of every texel.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn set(&mut self, trail: &[f32]) -> Result<()> {
+        Ok(self.ctx.upload(&self.trail[0], trail)?)
+    }
+
+    /// The value of every texel; of owned ones, gutters are not filled.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn values(&self) -> Result<Vec<f32>> {
+        Ok(self.ctx.download(&self.trail[0])?)
+    }
+
+    /// Spreads for `steps` steps, and tells now and then how many more are done; stops where it is told `false`.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn run(&mut self, steps: u64, mut go_on: impl FnMut(u64) -> bool) -> Result<()> {
+        let mut frames = Frames::new(&self.ctx, 2)?;
+        let mut left = steps;
+        while left > 0 {
+            let batch = left.min(BATCH);
+            let mut rec = frames.begin()?;
+            for _ in 0..batch {
+                self.record(&mut rec);
+                self.trail.swap(0, 1);
+            }
+            frames.submit(rec)?;
+            left -= batch;
+            if !go_on(batch) {
+                break;
+            }
+        }
+        Ok(frames.wait_idle()?)
+    }
+
+    fn record(&self, rec: &mut Recorder) {
+        let [trail, next_trail] = &self.trail;
+        let [deposits, previous_deposits] = &self.deposits;
+        rec.dispatch(
+            &self.diffuse,
+            Threads(self.params.lane_count),
+            DiffuseArgs {
+                strips: &self.strips,
+                trail: &trail.cast(),
+                deposits: &deposits.cast(),
+                density: &self.density.cast(),
+                next_trail: &next_trail.cast(),
+                previous_deposits: &previous_deposits.cast(),
+            },
+            self.params,
+        );
+        // diffuse_seams writes some texels over.
+        rec.barrier(Kernel, Kernel, &[next_trail, previous_deposits]);
+        rec.dispatch(
+            &self.diffuse_seams,
+            Threads(self.seams_params.row_count),
+            DiffuseSeamsArgs {
+                rows: &self.rows,
+                entries: &self.entries,
+                trail,
+                deposits,
+                density: &self.density,
+                next_trail,
+            },
+            self.seams_params,
+        );
+        // The next step reads what was written here, and writes over what was read.
+        rec.barrier(Kernel, Kernel, &[next_trail, trail]);
+    }
+}

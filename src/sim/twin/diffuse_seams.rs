@@ -1,0 +1,44 @@
+//! Twin of `shaders/diffuse_seams.comp`.
+
+use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
+use crate::sim::kernels::DiffuseSeamsParams;
+
+/// Spreads, deposits and decays the trail of the texels of `rows` into `next_trail`.
+pub fn diffuse_seams(
+    params: &DiffuseSeamsParams,
+    rows: &[ExchangeRow],
+    entries: &[ExchangeEntry],
+    trail: &[f32],
+    deposits: &[u32],
+    density: &[f32],
+    next_trail: &mut [f32],
+) {
+    let offsets =
+        ExchangeRow::neighbours(params.reach_down / params.reach_across, params.reach_across);
+    for row in &rows[..params.row_count as usize] {
+        let texel = row.texel as usize;
+        let here = trail[texel];
+        let mut inside = 0.0;
+        for (bit, offset) in offsets.iter().enumerate() {
+            if row.mask() >> bit & 1 == 1 {
+                inside += trail[(texel as i64 + offset) as usize] - here;
+            }
+        }
+        let mut next = row.first as usize;
+        let mut end = next + row.pair_count as usize;
+        let mut across = 0.0;
+        for pair in &entries[next..end] {
+            across += pair.weight * (trail[pair.texel as usize] - here);
+        }
+        next = end;
+        end += row.deposit_count() as usize;
+        let mut counted = deposits[texel] as f32;
+        for part in &entries[next..end] {
+            counted += part.weight * deposits[part.texel as usize] as f32;
+        }
+        let own = density[texel];
+        let spread = here + (params.diffusion * own) * (row.conductance * inside + across);
+        let value = (spread + (params.deposit * counted) * own) * params.decay;
+        next_trail[texel] = if value >= params.tiny { value } else { 0.0 };
+    }
+}
