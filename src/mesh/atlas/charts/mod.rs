@@ -245,15 +245,3 @@ pub(super) fn split(surface: &Surface, chart: &FlatChart) -> Vec<FlatChart> {
         })
         .collect()
 }
-
-/// Cuts a chart into two pieces or more, each a disc, flattened as before.
-pub(super) fn split(_surface: &Surface, flat: &FlatChart) -> Vec<FlatChart> {
-    let triangles = flat.triangles.iter().zip(&flat.corners);
-    triangles
-        .map(|(&t, &corners)| FlatChart {
-            object: flat.object,
-            triangles: vec![t],
-            corners: vec![corners],
-        })
-        .collect()
-}

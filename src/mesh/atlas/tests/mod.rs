@@ -2,6 +2,7 @@
 
 mod charts;
 mod layout;
+mod measure;
 mod reads;
 
 use super::*;
