@@ -139,7 +139,10 @@ fn seam_count(device: &DeviceInfo, scene: &Scene, options: &AtlasOptions) -> Res
 /// The largest atlas with at most `most` gutter texels.
 fn gutter_advice(scene: &Scene, options: &AtlasOptions, most: u64) -> String {
     let fits = |size: u32| {
-        let options = AtlasOptions { size, ..options.clone() };
+        let options = AtlasOptions {
+            size,
+            ..options.clone()
+        };
         Atlas::gutter_texel_count(&scene.surface, &options).is_ok_and(|count| count <= most)
     };
     // Where cells grow with the atlas, so do gutters; below some size there is no room for the cells at all.

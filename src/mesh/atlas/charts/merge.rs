@@ -111,7 +111,10 @@ impl<'a> Merger<'a> {
             for (pair, piece) in chosen.iter().zip(joined) {
                 let affordable = piece.ok().and_then(|piece| {
                     let olds = [pair.a, pair.b].map(|i| self.spending(i));
-                    let sum = spent.plus(&piece.spending()).minus(&olds[0]).minus(&olds[1]);
+                    let sum = spent
+                        .plus(&piece.spending())
+                        .minus(&olds[0])
+                        .minus(&olds[1]);
                     sum.within(&spent, self.area).then_some((piece, sum))
                 });
                 if let Some((piece, sum)) = affordable {
@@ -134,7 +137,9 @@ impl<'a> Merger<'a> {
     /// The areas that shrink, grow and skew too much, of all pieces.
     pub fn spent(&self) -> Spending {
         let pieces = self.pieces.iter().flatten();
-        pieces.fold(Spending::default(), |sum, piece| sum.plus(&piece.spending()))
+        pieces.fold(Spending::default(), |sum, piece| {
+            sum.plus(&piece.spending())
+        })
     }
 
     fn spending(&self, piece: u32) -> Spending {
@@ -186,7 +191,11 @@ impl<'a> Merger<'a> {
             .iter()
             .filter_map(|&h| {
                 let twin = self.surface.halfedges[h as usize].twin;
-                let other = if twin == NONE { piece } else { self.labels[twin as usize / 3] };
+                let other = if twin == NONE {
+                    piece
+                } else {
+                    self.labels[twin as usize / 3]
+                };
                 (other != piece).then(|| (other, self.metric.length(h)))
             })
             .collect();
@@ -231,11 +240,7 @@ impl<'a> Merger<'a> {
         pairs
     }
 
-    fn pairs_of(
-        &self,
-        a: u32,
-        wanted: &(impl Fn(&Piece, &Piece) -> bool + Sync),
-    ) -> Vec<Pair> {
+    fn pairs_of(&self, a: u32, wanted: &(impl Fn(&Piece, &Piece) -> bool + Sync)) -> Vec<Pair> {
         let Some(piece) = &self.pieces[a as usize] else {
             return Vec::new();
         };

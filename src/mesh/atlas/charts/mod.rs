@@ -61,17 +61,17 @@ pub(super) fn flat_charts(
         },
     )?;
     let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
-    let graph = pool.with(|places| {
-        Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0))
-    });
-    let small_change = Smoothing { opening: 0.4, blur: 6 };
-    let big_change = Smoothing { opening: 0.6, blur: 6 };
+    let graph =
+        pool.with(|places| Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0)));
+    let smoothing = Smoothing {
+        openings: &[0.6, 0.4],
+        blur: 6,
+    };
     for bounds in [&STRICT, &LOOSE] {
         for _ in 0..3 {
             let before = merger.pieces.iter().flatten().count();
             merger.run(bounds, |_, _| true, |_| Ok(()))?;
-            merger.smooth(&graph, &big_change, &STRICT)?;
-            merger.smooth(&graph, &small_change, &STRICT)?;
+            merger.smooth(&graph, &smoothing, &STRICT)?;
             if merger.pieces.len() == before {
                 break;
             }
@@ -109,9 +109,8 @@ fn first_pieces(
         let share = metric.area(&part) / area;
         let bent: f64 = part.iter().map(|&t| curvature[t as usize]).sum();
         let count = (30.0 + 200.0 * share + 2.0 * bent).min(part.len() as f64 / 12.0);
-        let graph = pool.with(|places| {
-            Graph::new(surface, &part, places, |a, b| metric.step(a, b, turn))
-        });
+        let graph =
+            pool.with(|places| Graph::new(surface, &part, places, |a, b| metric.step(a, b, turn)));
         let labels = graph.parts(metric, count as usize, 3, control)?;
         sets.extend(by_label(&part, &labels));
     }
@@ -216,7 +215,9 @@ pub(super) fn split(surface: &Surface, chart: &FlatChart) -> Vec<FlatChart> {
     };
     let mut places = Places::new();
     let mut cut = |set: &[u32]| {
-        let graph = Graph::new(surface, set, &mut places, |a, b| middle(a).distance(middle(b)));
+        let graph = Graph::new(surface, set, &mut places, |a, b| {
+            middle(a).distance(middle(b))
+        });
         by_label(set, &graph.halves())
     };
     let mut open = cut(&chart.triangles);

@@ -30,6 +30,18 @@ fn potato(subdivisions: u32) -> Mesh {
     mesh
 }
 
+/// What this process has used, of all processors together: the machine may be busy with other things.
+fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = stat
+        .rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+}
+
 fn percentile(sorted: &[(f64, f64)], share: f64) -> f64 {
     let all: f64 = sorted.iter().map(|s| s.1).sum();
     let mut sum = 0.0;
@@ -58,8 +70,10 @@ fn table() {
     for name in names.split_whitespace() {
         let surface = open(name);
         let start = Instant::now();
+        let cpu = processor_seconds();
         let charts = flat_charts(&surface, &Control::default()).unwrap();
         let seconds = start.elapsed().as_secs_f64();
+        let cpu = processor_seconds() - cpu;
         let metric = Metric::new(&surface);
         let (mut areas, mut skews) = (Vec::new(), Vec::new());
         let mut border = 0.0;
@@ -87,7 +101,7 @@ fn table() {
         areas.sort_by(|a, b| a.0.total_cmp(&b.0));
         skews.sort_by(|a, b| a.0.total_cmp(&b.0));
         println!(
-            "{:30} {:>8} {:>6} {:>6} | {:.3} {:.3} {:.3} | {:.3} {:.3} {:.3} | {:.2} | {:.3}",
+            "{:30} {:>8} {:>6} {:>6} | {:.3} {:.3} {:.3} | {:.3} {:.3} {:.3} | {:.2} | {:.3} {:.2}",
             name.rsplit('/').next().unwrap(),
             surface.corners.len(),
             charts.len(),
@@ -99,7 +113,8 @@ fn table() {
             percentile(&skews, 0.95),
             percentile(&skews, 0.99),
             border / total.sqrt(),
-            seconds
+            seconds,
+            cpu
         );
         picture(name, &charts);
     }
@@ -117,10 +132,13 @@ fn picture(name: &str, charts: &[FlatChart]) {
     let mut picture = image::RgbImage::new(width, width + 400);
     let mut sorted: Vec<&FlatChart> = charts.iter().collect();
     let bounds = |chart: &FlatChart| {
-        chart.corners.iter().flatten().fold(
-            (DVec2::INFINITY, DVec2::NEG_INFINITY),
-            |(low, high), &p| (low.min(p), high.max(p)),
-        )
+        chart
+            .corners
+            .iter()
+            .flatten()
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| {
+                (low.min(p), high.max(p))
+            })
     };
     let height = |chart: &FlatChart| bounds(chart).1.y - bounds(chart).0.y;
     sorted.sort_by(|a, b| height(b).total_cmp(&height(a)));
@@ -134,11 +152,16 @@ fn picture(name: &str, charts: &[FlatChart]) {
         }
         row = row.max(size.y);
         let hue = k as f64 * 0.618;
-        let colour = [0.0, 0.33, 0.67].map(|o| 90.0 + 120.0 * (std::f64::consts::TAU * (hue + o)).sin().abs());
+        let colour = [0.0, 0.33, 0.67]
+            .map(|o| 90.0 + 120.0 * (std::f64::consts::TAU * (hue + o)).sin().abs());
         for (i, corners) in chart.corners.iter().enumerate() {
             let shade = if i % 2 == 0 { 1.0 } else { 0.85 };
             let colour = image::Rgb(colour.map(|c| (c * shade) as u8));
-            fill(&mut picture, corners.map(|p| at + scale * (p - low)), colour);
+            fill(
+                &mut picture,
+                corners.map(|p| at + scale * (p - low)),
+                colour,
+            );
         }
         at.x += size.x + 4.0;
     }
@@ -149,7 +172,9 @@ fn picture(name: &str, charts: &[FlatChart]) {
         .chars()
         .map(|c| if c.is_alphanumeric() { c } else { '-' })
         .collect();
-    picture.save(format!("/work/out/charts-{name}.png")).unwrap();
+    picture
+        .save(format!("/work/out/charts-{name}.png"))
+        .unwrap();
 }
 
 fn fill(picture: &mut image::RgbImage, [a, b, c]: [DVec2; 3], colour: image::Rgb<u8>) {
