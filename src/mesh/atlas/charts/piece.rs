@@ -35,7 +35,7 @@ pub(super) struct Quality {
     pub wild: f64,
     /// Area of the convex hull over the area: 1 is convex.
     pub hull: f64,
-    /// Perimeter squared over that of a disc of the same area: 1 is a disc.
+    /// Outer perimeter squared over that of a disc of the same area: 1 is a disc.
     pub roundness: f64,
 }
 
@@ -139,9 +139,11 @@ impl Piece {
             .collect();
         let border = border_of(&patch);
         let perimeter: f64 = border.iter().map(|&h| metric.length(h)).sum();
+        let sides = curve.iter().zip(curve.iter().cycle().skip(1));
+        let outer: f64 = sides.map(|(a, b)| a.distance(*b)).sum();
         let mut quality = Quality {
             hull: hull_area(&curve) / area,
-            roundness: roundness(perimeter, area),
+            roundness: roundness(outer, area),
             ..Quality::default()
         };
         for (&t, corners) in triangles.iter().zip(&corners) {
