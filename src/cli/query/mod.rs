@@ -1,11 +1,15 @@
 //! `myxo query`: questions in CSV, answers in CSV, answered by the code that the simulation runs.
 
+mod atlas;
 mod diffuse;
 mod geodesic;
 mod table;
 
+use std::path::Path;
+
 use clap::{Args, Subcommand};
 use myxo::Result;
+use myxo::mesh::Mesh;
 
 use super::Outcome;
 
@@ -19,6 +23,7 @@ pub struct Query {
 #[derive(Clone, Debug, Subcommand)]
 enum Kind {
     Diffuse(diffuse::Diffuse),
+    Atlas(atlas::Atlas),
     Geodesic(geodesic::Geodesic),
 }
 
@@ -27,7 +32,16 @@ impl Query {
     pub fn run(&self) -> Result<Outcome> {
         match &self.kind {
             Kind::Diffuse(diffuse) => diffuse.run(),
+            Kind::Atlas(atlas) => atlas.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
         }
     }
+}
+
+/// The mesh that `--mesh` names, in its own coordinates.
+fn open_mesh(name: &Path) -> Result<Mesh> {
+    Ok(match name.to_str() {
+        Some(builtin) if builtin.starts_with("builtin:") => Mesh::builtin(builtin)?,
+        _ => Mesh::load_raw(name)?,
+    })
 }

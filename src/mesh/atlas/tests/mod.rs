@@ -1,7 +1,9 @@
 //! Tests of the atlas, and what they share.
 
+mod charts;
 mod exchange;
 mod layout;
+mod measure;
 mod reads;
 
 use super::*;

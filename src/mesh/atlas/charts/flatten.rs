@@ -1,0 +1,209 @@
+//! Flattening a disc: Boundary First Flattening (Sawhney and Crane, 2017) with the boundary neither stretched nor shrunk.
+//!
+//! A conformal map changes lengths by a factor `exp(u)`, and to end flat, `u` must solve a Poisson equation with the
+//! curvature on its right side. Of all of them the one with `u = 0` on the boundary has the least spread of `exp(u)`
+//! (Chebyshev's principle for maps, proved by Grave). It says by how much the boundary must bend, bending the boundary
+//! gives a closed curve in the plane, and the interior follows by harmonic extension. One factorisation serves both.
+
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Mat, Side};
+use glam::{DMat2, DVec2};
+use std::f64::consts::{PI, TAU};
+
+use super::metric::Metric;
+use super::patch::Patch;
+use crate::mesh::edges::next;
+use crate::mesh::surface::NONE;
+
+/// Where each vertex of a disc lies in the plane, or `None` where numbers fail.
+pub(super) fn flatten(patch: &Patch, metric: &Metric) -> Option<Vec<DVec2>> {
+    let laplacian = Laplacian::new(patch, metric);
+    let mut bend = vec![0.0; patch.vertex_count];
+    for (i, corners) in patch.corners.iter().enumerate() {
+        let shape = patch.shape(metric, i);
+        for (&vertex, angle) in corners.iter().zip(shape.angles) {
+            bend[vertex as usize] -= angle;
+        }
+    }
+    let factor = laplacian.factor()?;
+    // Angle defects inside; what the border's vertices lack of a straight angle.
+    if let Some(factor) = &factor {
+        let mut u = Mat::from_fn(laplacian.inner.len(), 1, |i, _| {
+            -(bend[laplacian.inner[i] as usize] + TAU)
+        });
+        factor.solve_in_place(&mut u);
+        for &(border, inner, weight) in &laplacian.across {
+            bend[border as usize] -= weight * u[(inner as usize, 0)];
+        }
+    }
+    let mut positions = vec![DVec2::ZERO; patch.vertex_count];
+    border_curve(patch, metric, &bend, &mut positions)?;
+    if let Some(factor) = &factor {
+        let mut inside = Mat::<f64>::zeros(laplacian.inner.len(), 2);
+        for &(border, inner, weight) in &laplacian.across {
+            let at = positions[border as usize];
+            inside[(inner as usize, 0)] += weight * at.x;
+            inside[(inner as usize, 1)] += weight * at.y;
+        }
+        factor.solve_in_place(&mut inside);
+        for (i, &vertex) in laplacian.inner.iter().enumerate() {
+            positions[vertex as usize] = DVec2::new(inside[(i, 0)], inside[(i, 1)]);
+        }
+    }
+    Some(positions)
+}
+
+/// The border as a closed curve in the plane, from its lengths and by how much it bends at each vertex.
+fn border_curve(
+    patch: &Patch,
+    metric: &Metric,
+    bend: &[f64],
+    positions: &mut [DVec2],
+) -> Option<()> {
+    let mut direction = 0.0_f64;
+    let steps: Vec<(f64, DVec2)> = patch
+        .border
+        .iter()
+        .map(|&h| {
+            direction += PI + bend[patch.vertex_of(h) as usize];
+            let shape = patch.shape(metric, h as usize / 3);
+            (shape.lengths[h as usize % 3], DVec2::from_angle(direction))
+        })
+        .collect();
+    // Least change of lengths, relative to themselves, that closes the curve.
+    let mut gap = DVec2::ZERO;
+    let mut normal = DMat2::ZERO;
+    for &(length, along) in &steps {
+        gap += length * along;
+        normal += DMat2::from_cols(along * along.x, along * along.y) * length;
+    }
+    let pull = normal.inverse() * gap;
+    let mut at = DVec2::ZERO;
+    for (&h, (length, along)) in patch.border.iter().zip(steps) {
+        positions[patch.vertex_of(h) as usize] = at;
+        let length = length * (1.0 - along.dot(pull));
+        if !(length > 0.0 && length.is_finite()) {
+            return None;
+        }
+        at += length * along;
+    }
+    Some(())
+}
+
+/// The cotangent Laplacian of the inner vertices, and how they hang on the border.
+struct Laplacian {
+    /// The vertex of each row.
+    inner: Vec<u32>,
+    /// Lower triangle by columns.
+    column_starts: Vec<usize>,
+    rows: Vec<usize>,
+    values: Vec<f64>,
+    /// Border vertex, row of an inner one, weight.
+    across: Vec<(u32, u32, f64)>,
+}
+
+impl Laplacian {
+    fn new(patch: &Patch, metric: &Metric) -> Self {
+        let mut row_of = vec![0; patch.vertex_count];
+        for &h in &patch.border {
+            row_of[patch.vertex_of(h) as usize] = NONE;
+        }
+        let mut inner = Vec::new();
+        for (vertex, row) in row_of.iter_mut().enumerate() {
+            if *row != NONE {
+                *row = inner.len() as u32;
+                inner.push(vertex as u32);
+            }
+        }
+        let n = inner.len();
+        let mut diagonal = vec![0.0; n];
+        let mut across = Vec::new();
+        let mut entries = Vec::new();
+        for (h, &twin) in patch.twins.iter().enumerate() {
+            // Border edges join two border vertices, which have no rows.
+            if twin == NONE || (twin as usize) < h {
+                continue;
+            }
+            let weight = |h: u32| patch.shape(metric, h as usize / 3).weights[h as usize % 3];
+            let h = h as u32;
+            let w = weight(h) + weight(twin);
+            let ends = [h, next(h)].map(|h| patch.vertex_of(h));
+            let rows = ends.map(|vertex| row_of[vertex as usize]);
+            for k in 0..2 {
+                if rows[k] != NONE {
+                    diagonal[rows[k] as usize] += w;
+                    if rows[1 - k] == NONE {
+                        across.push((ends[1 - k], rows[k], w));
+                    }
+                }
+            }
+            if rows[0] != NONE && rows[1] != NONE {
+                entries.push((rows[0].min(rows[1]), rows[0].max(rows[1]), -w));
+            }
+        }
+        let (column_starts, rows, values) = columns(&diagonal, &entries);
+        Self {
+            inner,
+            column_starts,
+            rows,
+            values,
+            across,
+        }
+    }
+
+    /// `None` when there is nothing to factor, and `None` outside where it cannot be.
+    fn factor(&self) -> Option<Option<Llt<usize, f64>>> {
+        let n = self.inner.len();
+        if n == 0 {
+            return Some(None);
+        }
+        if !self.values.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        let symbolic =
+            SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows);
+        let order = SymbolicLlt::try_new(symbolic, Side::Lower).ok()?;
+        let matrix = SparseColMatRef::new(symbolic, &self.values);
+        let factor = Llt::try_new_with_symbolic(order, matrix, Side::Lower).ok()?;
+        Some(Some(factor))
+    }
+}
+
+/// Compressed columns of a lower triangle from its diagonal and entries (column, row, value), of which the same may come
+/// more than once.
+fn columns(diagonal: &[f64], entries: &[(u32, u32, f64)]) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
+    let n = diagonal.len();
+    let mut ends = vec![0; n + 1];
+    for &(column, ..) in entries {
+        ends[column as usize + 1] += 1;
+    }
+    for column in 0..n {
+        ends[column + 1] += ends[column];
+    }
+    let mut sorted = vec![(0, 0.0); entries.len()];
+    let mut at = ends.clone();
+    for &(column, row, value) in entries {
+        sorted[at[column as usize]] = (row, value);
+        at[column as usize] += 1;
+    }
+    let mut starts = vec![0];
+    let (mut rows, mut values) = (Vec::new(), Vec::new());
+    for column in 0..n {
+        rows.push(column);
+        values.push(diagonal[column]);
+        let of_column = &mut sorted[ends[column]..ends[column + 1]];
+        of_column.sort_by_key(|&(row, _)| row);
+        for &(row, value) in &*of_column {
+            if rows.last() == Some(&(row as usize)) {
+                *values.last_mut().expect("rows and values are as long") += value;
+            } else {
+                rows.push(row as usize);
+                values.push(value);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows, values)
+}

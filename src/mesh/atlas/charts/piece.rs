@@ -1,0 +1,327 @@
+//! A flattened set of triangles, and how good it is.
+
+use glam::DVec2;
+
+use super::flatten::flatten;
+use super::metric::Metric;
+use super::patch::{Patch, Places};
+use crate::mesh::surface::{NONE, Surface};
+
+/// A chart, or a part of one to be.
+#[derive(Clone)]
+pub(super) struct Piece {
+    /// Ascending.
+    pub triangles: Vec<u32>,
+    /// Where their corners lie; the area is that on the surface.
+    pub corners: Vec<[DVec2; 3]>,
+    /// Half-edges of the surface at its border, open ones too.
+    pub border: Vec<u32>,
+    pub area: f64,
+    /// Length of the border.
+    pub perimeter: f64,
+    pub quality: Quality,
+}
+
+/// How much a flattened piece distorts, as shares of its surface area, and what shape it has.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Quality {
+    /// Share of the area that shrinks too much.
+    pub small: f64,
+    /// Share of the area that grows too much.
+    pub large: f64,
+    /// Share of the area that is stretched too much in one direction.
+    pub skewed: f64,
+    /// Share of the area beyond all tolerance.
+    pub wild: f64,
+    /// Area of the convex hull over the area: 1 is convex.
+    pub hull: f64,
+    /// Perimeter squared over that of a disc of the same area: 1 is a disc.
+    pub roundness: f64,
+}
+
+/// What a piece may be like. The first is what the whole atlas shall have between its 5 % and 95 % percentiles; where
+/// every chart has it, the atlas does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    /// Share of the area that may shrink, grow or skew too much, each.
+    pub share: f64,
+    pub wild: f64,
+    pub hull: f64,
+    pub roundness: f64,
+}
+
+pub(super) const STRICT: Bounds = Bounds {
+    share: 0.045,
+    wild: 0.002,
+    hull: 1.6,
+    roundness: 3.5,
+};
+
+/// What a single chart may be like as long as all together are within the strict bounds.
+pub(super) const LOOSE: Bounds = Bounds {
+    share: 0.2,
+    wild: 0.005,
+    ..STRICT
+};
+
+/// Areas shrink at most to this and grow at most to its counterpart.
+const AREA: [f64; 2] = [0.856, 1.144];
+/// No triangle that counts goes beyond these.
+const WILD_AREA: [f64; 2] = [0.6, 1.7];
+/// Larger over smaller stretch of a triangle.
+const SKEW: f64 = 1.145;
+const WILD_SKEW: f64 = 1.6;
+
+/// Why some triangles make no piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// They are no disc.
+    Shape,
+    /// They fold, overlap or distort too much.
+    Distortion,
+}
+
+impl Piece {
+    /// One triangle, as it is.
+    pub fn single(metric: &Metric, triangle: u32) -> Self {
+        let shape = &metric.shapes[triangle as usize];
+        let area = shape.area();
+        let perimeter = shape.lengths.iter().sum::<f64>();
+        Self {
+            triangles: vec![triangle],
+            corners: vec![[
+                DVec2::ZERO,
+                DVec2::new(shape.ab, 0.0),
+                DVec2::new(shape.cp, shape.ch),
+            ]],
+            border: (3 * triangle..3 * triangle + 3).collect(),
+            area,
+            perimeter,
+            quality: Quality {
+                hull: 1.0,
+                roundness: roundness(perimeter, area),
+                ..Quality::default()
+            },
+        }
+    }
+
+    /// Flattens triangles in ascending order, when they are a disc and stay within bounds.
+    pub fn new(
+        surface: &Surface,
+        metric: &Metric,
+        triangles: &[u32],
+        bounds: &Bounds,
+        places: &mut Places,
+    ) -> Result<Self, Refusal> {
+        if let &[triangle] = triangles {
+            return Ok(Self::single(metric, triangle));
+        }
+        let patch = Patch::new(surface, triangles, places).ok_or(Refusal::Shape)?;
+        let positions = flatten(&patch, metric).ok_or(Refusal::Distortion)?;
+        let at = |corners: &[u32; 3]| corners.map(|vertex| positions[vertex as usize]);
+        let mut corners: Vec<_> = patch.corners[..triangles.len()].iter().map(at).collect();
+        let area = metric.area(triangles);
+        let flat_area: f64 = corners.iter().map(signed_area).sum();
+        let scale = (area / flat_area).sqrt();
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(Refusal::Distortion);
+        }
+        for corner in corners.iter_mut().flatten() {
+            *corner *= scale;
+        }
+        let curve: Vec<DVec2> = patch
+            .border
+            .iter()
+            .map(|&h| scale * positions[patch.vertex_of(h) as usize])
+            .collect();
+        let border = border_of(&patch);
+        let perimeter: f64 = border.iter().map(|&h| metric.length(h)).sum();
+        let mut quality = Quality {
+            hull: hull_area(&curve) / area,
+            roundness: roundness(perimeter, area),
+            ..Quality::default()
+        };
+        for (&t, corners) in triangles.iter().zip(&corners) {
+            if !quality.add(metric, t, corners, 1.0 / area) {
+                return Err(Refusal::Distortion);
+            }
+        }
+        if !quality.within(bounds) || crosses_itself(&curve) {
+            return Err(Refusal::Distortion);
+        }
+        Ok(Self {
+            triangles: triangles.to_vec(),
+            corners,
+            border,
+            area,
+            perimeter,
+            quality,
+        })
+    }
+}
+
+impl Quality {
+    /// Counts a flattened triangle; false when it is folded over.
+    fn add(&mut self, metric: &Metric, triangle: u32, corners: &[DVec2; 3], unit: f64) -> bool {
+        let shape = &metric.shapes[triangle as usize];
+        let p = (corners[1] - corners[0]) / shape.ab;
+        let h = (corners[2] - corners[0] - shape.cp * p) / shape.ch;
+        let growth = p.perp_dot(h);
+        if growth.is_nan() || growth <= 0.0 || signed_area(corners) <= 0.0 {
+            return false;
+        }
+        // The sum of the larger stretch over the smaller and of its inverse.
+        let skew = (p.length_squared() + h.length_squared()) / growth;
+        let share = shape.area() * unit;
+        let beyond = |limit: f64| skew > limit + 1.0 / limit;
+        if growth < AREA[0] {
+            self.small += share;
+        }
+        if growth > AREA[1] {
+            self.large += share;
+        }
+        if beyond(SKEW) {
+            self.skewed += share;
+        }
+        if beyond(WILD_SKEW) || growth < WILD_AREA[0] || growth > WILD_AREA[1] {
+            self.wild += share;
+        }
+        true
+    }
+
+    pub fn within(&self, bounds: &Bounds) -> bool {
+        self.small <= bounds.share
+            && self.large <= bounds.share
+            && self.skewed <= bounds.share
+            && self.wild <= bounds.wild
+            && self.hull <= bounds.hull
+            && self.roundness <= bounds.roundness
+    }
+}
+
+/// Areas that shrink, grow and skew too much: what percentiles over the whole atlas are counted by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Spending([f64; 3]);
+
+impl Spending {
+    pub fn plus(&self, other: &Self) -> Self {
+        Self([0, 1, 2].map(|k| self.0[k] + other.0[k]))
+    }
+
+    pub fn minus(&self, other: &Self) -> Self {
+        Self([0, 1, 2].map(|k| self.0[k] - other.0[k]))
+    }
+
+    /// Whether it is a bearable part of the whole area, or no more than before.
+    pub fn within(&self, before: &Self, area: f64) -> bool {
+        let limit = STRICT.share * area;
+        let pairs = self.0.iter().zip(&before.0);
+        pairs
+            .into_iter()
+            .all(|(now, before)| *now <= limit.max(*before))
+    }
+}
+
+impl Piece {
+    pub fn spending(&self) -> Spending {
+        let Quality {
+            small,
+            large,
+            skewed,
+            ..
+        } = self.quality;
+        Spending([small, large, skewed].map(|share| share * self.area))
+    }
+}
+
+fn roundness(perimeter: f64, area: f64) -> f64 {
+    perimeter * perimeter / (4.0 * std::f64::consts::PI * area)
+}
+
+pub(super) fn signed_area([a, b, c]: &[DVec2; 3]) -> f64 {
+    0.5 * (b - a).perp_dot(c - a)
+}
+
+fn border_of(patch: &Patch) -> Vec<u32> {
+    let count = 3 * patch.triangles.len() as u32;
+    let of_surface = |h: u32| 3 * patch.triangles[h as usize / 3] + h % 3;
+    (0..count)
+        .filter(|&h| {
+            let twin = patch.twins[h as usize];
+            twin == NONE || twin >= count
+        })
+        .map(of_surface)
+        .collect()
+}
+
+/// Area of the convex hull of some points (the monotone chain of Andrew, 1979).
+fn hull_area(points: &[DVec2]) -> f64 {
+    let mut points = points.to_vec();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let half = |points: &mut dyn Iterator<Item = &DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for &point in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp_dot(point - a) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain
+    };
+    let mut hull = half(&mut points.iter());
+    hull.pop();
+    hull.extend(half(&mut points.iter().rev()));
+    let pairs = hull.iter().zip(hull.iter().cycle().skip(1));
+    0.5 * pairs.map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
+}
+
+/// Whether two edges of a closed curve meet that are not neighbours.
+fn crosses_itself(curve: &[DVec2]) -> bool {
+    let n = curve.len();
+    let (low, high) = curve.iter().fold(
+        (DVec2::INFINITY, DVec2::NEG_INFINITY),
+        |(low, high), &point| (low.min(point), high.max(point)),
+    );
+    // Sweep along the longer side.
+    let turned = (high - low).y > (high - low).x;
+    let at = |i: usize| {
+        let point = curve[i % n];
+        if turned {
+            DVec2::new(point.y, point.x)
+        } else {
+            point
+        }
+    };
+    let mut order: Vec<(f64, f64, u32)> = (0..n)
+        .map(|i| {
+            let (a, b) = (at(i).x, at(i + 1).x);
+            (a.min(b), a.max(b), i as u32)
+        })
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (k, &(_, end, i)) in order.iter().enumerate() {
+        let i = i as usize;
+        let (a, b) = (at(i), at(i + 1));
+        let (bottom, top) = (a.y.min(b.y), a.y.max(b.y));
+        for &(start, _, j) in &order[k + 1..] {
+            if start > end {
+                break;
+            }
+            let j = j as usize;
+            if (i + 1) % n == j || (j + 1) % n == i {
+                continue;
+            }
+            let (c, d) = (at(j), at(j + 1));
+            if c.y.max(d.y) < bottom || c.y.min(d.y) > top {
+                continue;
+            }
+            let side = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
+            if side(a, b, c) * side(a, b, d) <= 0.0 && side(c, d, a) * side(c, d, b) <= 0.0 {
+                return true;
+            }
+        }
+    }
+    false
+}

@@ -1,0 +1,3 @@
+//! Tests of cutting and flattening.
+
+mod measure;
