@@ -160,52 +160,6 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
-<<<<<<< HEAD
-=======
-fn seam_count(device: &DeviceInfo, scene: &Scene, options: &AtlasOptions) -> Result<u64> {
-    Atlas::gutter_texel_count(&scene.surface, options).map_err(|error| atlas_error(device, error))
-}
-
-/// The largest atlas with at most `most` gutter texels.
-fn gutter_advice(scene: &Scene, options: &AtlasOptions, most: u64) -> String {
-    let fits = |size: u32| {
-        let options = AtlasOptions {
-            size,
-            ..options.clone()
-        };
-        Atlas::gutter_texel_count(&scene.surface, &options).is_ok_and(|count| count <= most)
-    };
-    // Where cells grow with the atlas, so do gutters; below some size there is no room for the cells at all.
-    let (mut low, mut high) = (smallest_atlas(scene, options), options.size);
-    if !fits(low) {
-        return "use meshes with fewer triangles".to_owned();
-    }
-    while high - low > 1 {
-        let middle = low.midpoint(high);
-        if fits(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    format!("use at most {}", number(u64::from(low)))
-}
-
-/// The smallest atlas that has room for the triangles.
-fn smallest_atlas(scene: &Scene, options: &AtlasOptions) -> u32 {
-    match Atlas::gutter_texel_count(
-        &scene.surface,
-        &AtlasOptions {
-            size: 1,
-            ..options.clone()
-        },
-    ) {
-        Err(AtlasError::NoRoom { needed, .. }) => u32::try_from(needed).unwrap_or(options.size),
-        _ => 1,
-    }
-}
-
->>>>>>> charts
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
