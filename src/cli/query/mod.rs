@@ -22,13 +22,8 @@ pub struct Query {
 
 #[derive(Clone, Debug, Subcommand)]
 enum Kind {
-<<<<<<< HEAD
     Atlas(atlas::Atlas),
     Diffuse(diffuse::Diffuse),
-=======
-    Diffuse(diffuse::Diffuse),
-    Atlas(atlas::Atlas),
->>>>>>> spread
     Geodesic(geodesic::Geodesic),
 }
 
@@ -36,13 +31,8 @@ impl Query {
     /// Answers the questions.
     pub fn run(&self) -> Result<Outcome> {
         match &self.kind {
-<<<<<<< HEAD
             Kind::Atlas(atlas) => atlas.run(),
             Kind::Diffuse(diffuse) => diffuse.run(),
-=======
-            Kind::Diffuse(diffuse) => diffuse.run(),
-            Kind::Atlas(atlas) => atlas.run(),
->>>>>>> spread
             Kind::Geodesic(geodesic) => geodesic.run(),
         }
     }

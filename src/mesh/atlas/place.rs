@@ -77,53 +77,7 @@ struct Packer {
 }
 
 impl Packer {
-<<<<<<< HEAD
     fn new(pieces: Vec<Piece>, turned: bool) -> Self {
-=======
-    fn new(
-        surface: &Surface,
-        flat: Vec<FlatChart>,
-        options: &AtlasOptions,
-        control: &Control<'_>,
-    ) -> Result<Self, AtlasError> {
-        let weight_of = |object: u32| match options.weights.get(object as usize) {
-            Some(&weight) if weight > 0.0 && weight.is_finite() => f64::from(weight).sqrt(),
-            _ => 1.0,
-        };
-        let to_piece = |flat: FlatChart| {
-            let weight = weight_of(flat.object);
-            Piece::new(surface, flat, weight)
-        };
-        let mut pieces: Vec<Piece> = flat.into_par_iter().map(to_piece).collect();
-        control.check()?;
-        let sheet = Sheet::new(options.size, options.gutter);
-        loop {
-            let packer = Self::of(pieces, options.turn != 0);
-            // About the scale at which charts will be packed.
-            let scale = packer.scale_for(sheet, 0.6).min(packer.widest_scale(sheet));
-            let apart: Vec<Vec<FlatChart>> = packer
-                .pieces
-                .into_par_iter()
-                .map(|piece| without_overlaps(surface, piece, sheet.fixed, scale))
-                .collect();
-            let done = apart.iter().all(|parts| parts.len() == 1);
-            pieces = apart.into_par_iter().flatten().map(to_piece).collect();
-            control.check()?;
-            if done {
-                break;
-            }
-        }
-        if options.turn != 0 {
-            turn_at_random(&mut pieces, options.turn);
-        }
-        Ok(Self::of(pieces, options.turn != 0))
-    }
-
-    fn of(pieces: Vec<Piece>, turned: bool) -> Self {
-        let longest = pieces.iter().fold(0.0f64, |longest, piece| {
-            longest.max(piece.extent.max_element())
-        });
->>>>>>> spread
         Self {
             area: pieces.iter().map(Piece::area).sum(),
             longest: pieces
@@ -244,7 +198,6 @@ impl Packer {
         }
     }
 
-<<<<<<< HEAD
     /// Large charts first, each in any orientation.
     fn by_size(&self, sheet: Sheet) -> Plan {
         let _ = sheet;
@@ -319,14 +272,6 @@ impl Packer {
             turns: Vec::new(),
         });
         Ok((plans, guess))
-=======
-    /// The scale below which charts have too few texels to be worth having.
-    fn least_scale(&self, sheet: Sheet) -> f64 {
-        let texels = f64::from(sheet.size) * f64::from(sheet.size);
-        let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
-        self.scale_for(sheet, least)
-            .min(0.999 * self.widest_scale(sheet))
->>>>>>> spread
     }
 
     /// The error with the smallest size at which the charts fit.
@@ -356,12 +301,7 @@ impl Packer {
         &self,
         surface: &Surface,
         fixed: Fixed,
-<<<<<<< HEAD
         found: &Found,
-=======
-        scale: f64,
-        spots: &[Spot],
->>>>>>> spread
     ) -> (Vec<AtlasMap>, Vec<u32>, u32) {
         let triangle_count = surface.corners.len();
         let mut maps = vec![bytemuck::Zeroable::zeroed(); triangle_count];
@@ -385,35 +325,5 @@ fn shuffled(order: &[u32], k: u32, round: u32, moves: u32) -> Vec<u32> {
         let chart = order.remove(from);
         order.insert(to, chart);
     }
-<<<<<<< HEAD
-=======
-}
-
-fn turn_at_random(pieces: &mut [Piece], seed: u64) {
-    for (index, piece) in pieces.iter_mut().enumerate() {
-        let words = random(
-            seed as u32,
-            index as u32,
-            (seed >> 32) as u32,
-            Purpose::Start,
-        );
-        piece.turn_to(DVec2::from_angle(TAU * f64::from(unit(words[0]))));
-    }
-}
-
-/// Large charts first, by one measure of size or another.
-fn in_order(candidates: &[Vec<Candidate>], measure: usize) -> Vec<u32> {
-    let size = |index: &u32| {
-        let shape = &candidates[*index as usize][0].shape;
-        let size = match measure {
-            0 => shape.count,
-            1 => shape.width * shape.height,
-            _ => shape.width.max(shape.height),
-        };
-        (std::cmp::Reverse(size), *index)
-    };
-    let mut order: Vec<u32> = (0..candidates.len() as u32).collect();
-    order.sort_by_cached_key(size);
->>>>>>> spread
     order
 }

@@ -239,11 +239,7 @@ impl<'a> Merger<'a> {
         pairs
     }
 
-<<<<<<< HEAD
     fn pairs_of(&self, a: u32) -> Vec<Pair> {
-=======
-    fn pairs_of(&self, a: u32, wanted: &(impl Fn(&Piece, &Piece) -> bool + Sync)) -> Vec<Pair> {
->>>>>>> spread
         let Some(piece) = &self.pieces[a as usize] else {
             return Vec::new();
         };

@@ -91,28 +91,6 @@ pub(super) fn flat_charts(
         pool.with(|places| Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0)));
     let first_count = pieces.len() as f32;
     let mut merger = Merger::new(surface, &metric, &pool, control, pieces);
-<<<<<<< HEAD
-=======
-    merger.run(
-        &STRICT,
-        |_, _| true,
-        |count| {
-            let left = (count as f32).ln() / first_count.ln().max(1.0);
-            control.step(doing, DONE * (0.3 + 0.6 * (1.0 - left.clamp(0.0, 1.0))))
-        },
-    )?;
-    let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
-    let graph =
-        pool.with(|places| Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0)));
-    let small_change = Smoothing {
-        opening: 0.4,
-        blur: 6,
-    };
-    let big_change = Smoothing {
-        opening: 0.6,
-        blur: 6,
-    };
->>>>>>> spread
     for bounds in [&STRICT, &LOOSE] {
         for _ in 0..REPEATS {
             let before = merger.pieces.iter().flatten().count();
