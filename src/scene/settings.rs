@@ -169,7 +169,7 @@ pub struct AtlasSettings {
 impl Default for AtlasSettings {
     fn default() -> Self {
         Self {
-            method: AtlasMethod::Grid,
+            method: AtlasMethod::Charts,
             size: 1024,
             cell_size: 0,
         }
@@ -326,9 +326,9 @@ choice! {
     /// How triangles are laid out in the atlas.
     AtlasMethod {
         /// Few large charts in which triangles keep their angles and, nearly, their size.
+        #[default]
         Charts = "charts",
         /// Each triangle in a cell of a regular grid, two to a cell.
-        #[default]
         Grid = "grid",
         /// The model's own texture coordinates.
         Mesh = "mesh",

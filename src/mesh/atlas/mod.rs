@@ -54,9 +54,9 @@ pub const MAX_SIZE: u32 = 32_768;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtlasMethod {
     /// Few large charts in which triangles keep their angles and, nearly, their size.
+    #[default]
     Charts,
     /// Square cells of one size, two neighbouring triangles in each.
-    #[default]
     Grid,
     /// As the model's own texture coordinates say.
     Mesh,
