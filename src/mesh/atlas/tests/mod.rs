@@ -1,6 +1,7 @@
 //! Tests of the atlas, and what they share.
 
 mod charts;
+mod own_uvs;
 mod layout;
 mod measure;
 mod reads;
