@@ -1,5 +1,5 @@
 // atlas_view: shows the unwrapped atlas, flat, by one triangle that covers the picture.
-// Reads   nothing; its other stage trail, texel_owner, charts, colors, brightest.
+// Reads   nothing; its other stage trail, texels, colors, brightest.
 // Writes  the position.
 // Three invocations.
 // Overflow: cannot happen.

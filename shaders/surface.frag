@@ -19,6 +19,7 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) centroid in vec2 uv;
 layout(location = 3) flat in vec2 atlas_origin;
 layout(location = 4) flat in vec4 atlas_axes;
+layout(location = 5) flat in uint chart;
 
 layout(location = 0) out vec4 color;
 
@@ -45,6 +46,20 @@ vec2 texel_at(vec2 inside) {
     return atlas_origin + inside.x * atlas_axes.xy + inside.y * atlas_axes.zw;
 }
 
+// The chart's colour; light where the pixel lies on a seam. Edge k of the triangle is one if bit 24 + k is set.
+vec3 chart_light() {
+    vec3 light = light_of(unpackUnorm4x8(chart).rgb);
+    vec3 weights = vec3(uv.y, 1.0 - uv.x - uv.y, uv.x);
+    vec3 in_pixels = weights / max(fwidth(weights), vec3(1e-9));
+    float line = 0.0;
+    for (uint k = 0u; k < 3u; k++) {
+        if ((chart >> (24u + k) & 1u) != 0u) {
+            line = max(line, clamp(1.5 - in_pixels[k], 0.0, 1.0));
+        }
+    }
+    return mix(light, vec3(0.9), line);
+}
+
 void main() {
     // Where a pixel covers several texels it takes four taps on a rotated grid, so that fine trails do not sparkle.
     vec2 uv_x = dFdx(uv);
@@ -66,7 +81,8 @@ void main() {
     vec3 to_eye = normalize(params.eye - position);
     float brightness = params.trail_share * tone(value, brightest[0]);
     vec3 trail_color = color_of(brightness);
-    vec3 matte = BARE * (1.0 - brightness) + trail_color;
+    vec3 bare = mix(BARE, chart_light(), params.chart_share);
+    vec3 matte = bare * (1.0 - brightness) + trail_color;
     vec3 light = matte * diffuse_light(n, params.key_direction)
         + specular_light(n, to_eye, params.key_direction)
         + params.glow * trail_color;

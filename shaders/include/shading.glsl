@@ -15,6 +15,12 @@ const vec3 DOME_ABOVE = vec3(0.30, 0.33, 0.38);
 const vec3 DOME_BELOW = vec3(0.09, 0.085, 0.08);
 const vec3 RIM = vec3(0.36, 0.42, 0.52);
 
+// What the eye sees (sRGB) as light.
+vec3 light_of(vec3 seen) {
+    vec3 steep = pow((seen + 0.055) / 1.055, vec3(2.4));
+    return mix(steep, seen / 12.92, lessThan(seen, vec3(0.04045)));
+}
+
 vec3 place_in_world(Pose pose, vec3 position_in_object) {
     vec4 p = vec4(position_in_object, 1.0);
     return vec3(dot(pose.x, p), dot(pose.y, p), dot(pose.z, p));

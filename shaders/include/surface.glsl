@@ -11,6 +11,7 @@ layout(push_constant) uniform Params {
     float glow;          // light that the trail sends out itself, as a share of its colour
     uint size;           // side of the atlas, texels
     uint pitch;          // texels from one row of the atlas to the next
+    float chart_share;   // how much of the charts' colours is shown under the trail, 0 to 1
 } params;
 
 #endif

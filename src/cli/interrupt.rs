@@ -33,6 +33,11 @@ pub fn install() -> Result<()> {
         .map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))
 }
 
+/// What becomes true when somebody has asked to stop.
+pub fn flag() -> &'static AtomicBool {
+    &REQUESTED
+}
+
 /// Has somebody asked to stop?
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)

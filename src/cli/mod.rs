@@ -2,6 +2,7 @@
 //!
 //! Data goes to the standard output or to files that options name; messages and progress go to the standard error.
 
+mod atlas;
 mod compare;
 mod console;
 mod files;
@@ -24,6 +25,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use myxo::Error;
+use myxo::mesh::atlas::AtlasError;
 
 /// Physarum on the surfaces of 3D objects.
 ///
@@ -40,6 +42,7 @@ Examples:
   myxo                                           open the lab
   myxo render torus --steps 400 --out torus.png  a picture without a window
   myxo profile cube --steps 200                  GPU time of every kernel
+  myxo atlas suzanne --out atlas.png             how a mesh lies in the texture
   myxo scenes                                    built-in scenes and presets
   myxo info                                      devices, and what is missing
 
@@ -56,6 +59,7 @@ enum Command {
     Lab(lab::Lab),
     Render(render::Render),
     Profile(profile::Profile),
+    Atlas(atlas::Atlas),
     Query(query::Query),
     Compare(compare::Compare),
     Scenes(scenes::Scenes),
@@ -96,6 +100,7 @@ pub fn main() -> ExitCode {
         Some(Command::Lab(lab)) => lab.run(),
         Some(Command::Render(render)) => render.run(),
         Some(Command::Profile(profile)) => profile.run(),
+        Some(Command::Atlas(atlas)) => atlas.run(),
         Some(Command::Query(query)) => query.run(),
         Some(Command::Compare(compare)) => compare.run(),
         Some(Command::Scenes(scenes)) => scenes.run(),
@@ -105,6 +110,10 @@ pub fn main() -> ExitCode {
         Ok(outcome) => outcome.exit_code(),
         // Whoever reads the output has read enough, as `head` does.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error @ Error::Atlas(AtlasError::Cancelled)) => {
+            console::message(&format!("myxo: {error}"));
+            Outcome::Interrupted.exit_code()
+        }
         Err(error) => {
             console::message(&format!("myxo: {error}"));
             ExitCode::from(if matches!(cli.command, Some(Command::Compare(_))) {

@@ -1,11 +1,15 @@
 //! How far long work has come: a bar where the standard error is a terminal, a line now and then where it is not.
 
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use myxo::gpu::default_cache_folder;
+use myxo::mesh::atlas::Control;
 
-use super::console;
+use super::{console, interrupt};
 
 /// Between the lines of a log. Work that is shorter logs none.
 const LINE_EVERY: Duration = Duration::from_secs(20);
@@ -61,15 +65,107 @@ impl Progress {
     }
 }
 
-/// Shows on a terminal that something is being done whose end is not known; to be finished and cleared.
-pub fn working(what: &str) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{msg} {spinner}").expect("the template is well formed");
-    let bar = ProgressBar::new_spinner()
-        .with_style(style)
-        .with_message(what.to_owned());
-    bar.enable_steady_tick(Duration::from_millis(150));
-    bar
+/// Shorter work gets no bar.
+const BAR_AFTER: Duration = Duration::from_secs(1);
+/// A bar's whole length.
+const WHOLE: u64 = 1000;
+
+/// The setting up of a scene, most of which is the making of its atlas. Ctrl-C stops it.
+pub struct SettingUp {
+    what: String,
+    /// A spinner at first, because nobody knows how long it takes; draws nothing where there is no terminal.
+    bar: ProgressBar,
+    begun: Instant,
+    cache: Option<PathBuf>,
+    /// What was done, and since when.
+    phases: Mutex<Vec<(&'static str, Instant)>>,
+    last_line: Mutex<Instant>,
+}
+
+impl SettingUp {
+    /// Begins `what`. Layouts of charts are kept in the folder, if there is one.
+    pub fn new(what: &str, cache: Option<PathBuf>) -> Self {
+        let style = ProgressStyle::with_template("{msg} {spinner}");
+        let now = Instant::now();
+        let setting_up = Self {
+            what: what.to_owned(),
+            bar: ProgressBar::new_spinner()
+                .with_style(style.expect("the template is well formed"))
+                .with_message(format!("{what}: setting up")),
+            begun: now,
+            cache,
+            phases: Mutex::default(),
+            last_line: Mutex::new(now),
+        };
+        setting_up
+            .bar
+            .enable_steady_tick(Duration::from_millis(150));
+        setting_up
+    }
+
+    /// Does it, and takes the bar away.
+    pub fn run<R>(&self, work: impl FnOnce(&Control<'_>) -> R) -> R {
+        let done = work(&Control {
+            progress: Some(&|doing, done| self.tell(doing, done)),
+            cancelled: Some(interrupt::flag()),
+            cache: self.cache.as_deref(),
+        });
+        self.bar.finish_and_clear();
+        done
+    }
+
+    fn tell(&self, doing: &'static str, done: f32) {
+        let now = Instant::now();
+        let mut phases = unpoisoned(&self.phases);
+        if phases.last().is_none_or(|(last, _)| *last != doing) {
+            phases.push((doing, now));
+        }
+        drop(phases);
+        if self.begun.elapsed() < BAR_AFTER {
+            return;
+        }
+        if self.bar.length().is_none() {
+            let style = ProgressStyle::with_template("{msg} {wide_bar} {percent} %");
+            self.bar
+                .set_style(style.expect("the template is well formed"));
+            self.bar.set_length(WHOLE);
+        }
+        self.bar
+            .set_message(format!("{}: making the atlas, {doing}", self.what));
+        self.bar.set_position((done * WHOLE as f32) as u64);
+        let mut last_line = unpoisoned(&self.last_line);
+        if self.bar.is_hidden() && last_line.elapsed() >= LINE_EVERY {
+            *last_line = now;
+            let line = format!(
+                "{}: making the atlas, {doing}, {:.0} % done",
+                self.what,
+                100.0 * done
+            );
+            console::message(&line);
+        }
+    }
+
+    /// How long each part took that told of itself, in seconds; the last one until now.
+    pub fn seconds(&self) -> Vec<(&'static str, f64)> {
+        let phases = unpoisoned(&self.phases);
+        let ends = phases.iter().skip(1).map(|(_, begun)| *begun);
+        let ends = ends.chain([Instant::now()]);
+        phases
+            .iter()
+            .zip(ends)
+            .map(|((doing, begun), end)| (*doing, (end - *begun).as_secs_f64()))
+            .collect()
+    }
+}
+
+/// What a panic elsewhere has left is still good to read.
+fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where layouts are kept, beside the compiled pipelines.
+pub fn atlas_cache() -> Option<PathBuf> {
+    default_cache_folder().map(|folder: PathBuf| Path::join(&folder, "atlases"))
 }
 
 /// `torus: step 120 of 400, 6.3 steps/s, 44 s left`

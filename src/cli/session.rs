@@ -14,7 +14,7 @@ use myxo::{Error, Result};
 
 use super::console;
 use super::options::CommonOptions;
-use super::progress::{self, Progress};
+use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{Counters, KernelTime, Report, StateHash, hash_text};
 use super::times;
 
@@ -74,10 +74,8 @@ impl Session {
         oddities.iter().for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
-        let working = progress::working(&format!("{}: setting up", scene.name));
-        let simulation = Simulation::new(&ctx, &scene);
-        working.finish_and_clear();
-        let mut simulation = simulation?;
+        let mut simulation = SettingUp::new(&scene.name, atlas_cache())
+            .run(|control| Simulation::with_control(&ctx, &scene, control))?;
         let size = memory::size_in_bytes(simulation.setup());
         if size > LARGE {
             console::message(&format!(

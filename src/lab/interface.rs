@@ -243,6 +243,7 @@ impl Interface {
                 KeyAction::ShowSurface => self.view.show = Show::Surface,
                 KeyAction::ShowParticles => self.view.show = Show::Particles,
                 KeyAction::ShowAtlas => self.view.show = Show::Atlas,
+                KeyAction::NextCharts => self.view.charts = next_charts(self.view.charts),
                 KeyAction::NextColors => self.view.color_map = self.view.color_map.next(),
                 KeyAction::Fit => self.fit(),
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
@@ -274,10 +275,7 @@ impl Interface {
     /// Looks at the whole scene, or at the whole atlas.
     pub(super) fn fit(&mut self) {
         if self.view.show == Show::Atlas {
-            self.view.atlas = AtlasWindow {
-                chart_share: self.view.atlas.chart_share,
-                ..Default::default()
-            };
+            self.view.atlas = AtlasWindow::default();
         } else {
             self.view.camera.target = self.outline.0;
             self.fitted = Some((self.view.camera, Vec2::ZERO));
@@ -294,6 +292,15 @@ impl Interface {
             camera.fit_points(self.outline.1.iter().copied(), size);
             self.fitted = Some((*camera, size));
         }
+    }
+}
+
+/// Nothing, under the trail, nothing else, and so on.
+fn next_charts(charts: f32) -> f32 {
+    match charts {
+        charts if charts < 0.5 => 0.5,
+        charts if charts < 1.0 => 1.0,
+        _ => 0.0,
     }
 }
 

@@ -17,6 +17,8 @@ pub enum KeyAction {
     ShowParticles,
     /// The unwrapped atlas.
     ShowAtlas,
+    /// The atlas's charts: none, under the trail, alone.
+    NextCharts,
     /// The next colour map.
     NextColors,
     /// The whole scene in the picture.
@@ -74,6 +76,13 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         "3",
         KeyAction::ShowAtlas,
         "atlas, unwrapped",
+    ),
+    (
+        Modifiers::NONE,
+        &[Key::X],
+        "X",
+        KeyAction::NextCharts,
+        "charts: none, under the trail, alone",
     ),
     (
         Modifiers::NONE,

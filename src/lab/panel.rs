@@ -161,14 +161,15 @@ impl Interface {
                         .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
                 }
             }
-            Show::Atlas => {
-                let mut tinted = self.view.atlas.chart_share > 0.0;
-                ui.checkbox(&mut tinted, "Tint charts")
-                    .on_hover_text("Give each chart of the atlas a colour of its own.");
-                self.view.atlas.chart_share = if tinted { 0.8 } else { 0.0 };
-            }
-            Show::Surface => {}
+            Show::Surface | Show::Atlas => {}
         }
+        ui.label("Charts").on_hover_text(
+            "The atlas's charts, each in a colour of its own, with their seams: 0 nothing, 0.5 under the trail, 1 nothing else (X)",
+        );
+        wide_slider(
+            ui,
+            egui::Slider::new(&mut self.view.charts, 0.0..=1.0).max_decimals(2),
+        );
     }
 
     fn brightness(&mut self, ui: &mut Ui) {

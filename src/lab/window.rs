@@ -386,6 +386,7 @@ impl Lab {
         scene.settings.camera = view.camera.to_settings(scene.center);
         scene.settings.picture.show = view.show;
         scene.settings.picture.color_map = view.color_map;
+        scene.settings.picture.charts = view.charts;
         scene.settings.picture.particle_size = view.particle_size;
         scene.settings.picture.brightest = match view.exposure {
             Exposure::Fixed(brightest) => brightest,

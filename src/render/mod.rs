@@ -1,6 +1,7 @@
 //! Draws what `sim` owns, and writes pictures.
 
 pub mod camera;
+pub mod charts;
 pub mod colormap;
 pub mod draws;
 pub mod exposure;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::camera::Camera;
+use super::charts;
 use super::colormap;
 use super::draws::{
     AtlasViewArgs, AtlasViewDraw, AtlasViewParams, BackgroundDraw, BackgroundParams, ParticlesArgs,
@@ -149,9 +150,9 @@ pub struct Renderer {
     expose: Pipeline<Expose>,
     /// Packed, one for each corner of each triangle.
     normals: Buffer<u32>,
-    /// The triangle of each texel.
-    texel_owner: Buffer<u32>,
-    /// The chart of each triangle.
+    /// What each texel is, and in which colour its chart is shown.
+    texels: Buffer<u32>,
+    /// The colour and the seams of each triangle.
     charts: Buffer<u32>,
     colors: Buffer<Vec4>,
     colors_are: Option<ColorMap>,
@@ -196,14 +197,17 @@ impl Renderer {
             .map(|samples| Pipelines::new(ctx, format, samples));
         let normals = corner_normals(&setup.surface, CREASE_ANGLE);
         let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
-        let atlas = &setup.atlas;
+        let (surface, atlas) = (&setup.surface, &setup.atlas);
+        let chart_colors = charts::chart_colors(surface, atlas);
+        let texels = charts::texel_words(surface, atlas, &chart_colors);
+        let triangles = charts::triangle_words(surface, atlas, &chart_colors);
         Ok(Self {
             pipelines: pipelines.collect::<Result<_, _>>()?,
             trail_histogram: Pipeline::new(ctx, &())?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", &normals)?,
-            texel_owner: Buffer::from_slice(ctx, "texel_owner", &atlas.owner)?,
-            charts: Buffer::from_slice(ctx, "charts", &atlas.chart)?,
+            texels: Buffer::from_slice(ctx, "texels", &texels)?,
+            charts: Buffer::from_slice(ctx, "charts", &triangles)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
             colors_are: None,
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
@@ -340,15 +344,17 @@ impl Renderer {
                 trail: &state.trail.front,
                 colors: &self.colors,
                 brightest: &self.brightest,
+                charts: &self.charts,
             },
             SurfaceParams {
                 clip_from_world: camera.clip_from_world(size),
                 eye: camera.eye(),
-                trail_share,
+                trail_share: trail_share * view.trail_over_charts(),
                 key_direction: key_direction(camera),
                 glow: GLOW,
                 size: self.shape.size,
                 pitch: self.shape.pitch,
+                chart_share: view.charts_under_trail(),
             },
         );
         // Last, because then it fills only the pixels that nothing covers.
@@ -414,15 +420,15 @@ impl Renderer {
             1,
             AtlasViewArgs {
                 trail: &state.trail.front,
-                texel_owner: &self.texel_owner,
-                charts: &self.charts,
+                texels: &self.texels,
                 colors: &self.colors,
                 brightest: &self.brightest,
             },
             AtlasViewParams {
                 origin: view.atlas.origin(self.shape.size, size),
                 texels_per_pixel: view.atlas.texels_per_pixel(self.shape.size, size),
-                chart_share: view.atlas.chart_share,
+                trail_share: view.trail_over_charts(),
+                chart_share: view.charts_under_trail(),
                 size: self.shape.size,
                 pitch: self.shape.pitch,
             },

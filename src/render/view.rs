@@ -25,6 +25,9 @@ pub struct View {
     pub most_particles: u32,
     /// Behind the objects, in sRGB, 0 to 1.
     pub background: Vec3,
+    /// How much of the atlas's charts is shown, in colours of their own: 0 nothing, 0.5 under the trail, 1 nothing
+    /// else.
+    pub charts: f32,
     /// The part of the atlas that is shown.
     pub atlas: AtlasWindow,
 }
@@ -36,8 +39,6 @@ pub struct AtlasWindow {
     pub middle: Vec2,
     /// 1 fits the whole atlas into the picture, more magnifies.
     pub zoom: f32,
-    /// How strongly charts are told apart by a tint, 0 to 1.
-    pub chart_share: f32,
 }
 
 /// Zooms of the atlas that make sense.
@@ -66,8 +67,19 @@ impl View {
             particle_size: picture.particle_size,
             most_particles: u32::MAX,
             background: Vec3::from_array(picture.background),
+            charts: picture.charts,
             atlas: AtlasWindow::default(),
         }
+    }
+
+    /// The share of the charts' colours below the trail.
+    pub(super) fn charts_under_trail(&self) -> f32 {
+        (2.0 * self.charts).min(1.0)
+    }
+
+    /// The share of the trail over them.
+    pub(super) fn trail_over_charts(&self) -> f32 {
+        (2.0 - 2.0 * self.charts).min(1.0)
     }
 
     /// The background as light.
@@ -132,7 +144,6 @@ impl Default for AtlasWindow {
         Self {
             middle: Vec2::splat(0.5),
             zoom: 1.0,
-            chart_share: 0.0,
         }
     }
 }

@@ -212,6 +212,8 @@ pub struct PictureSettings {
     pub show: Show,
     /// Colours of the trail.
     pub color_map: ColorMap,
+    /// How much of the atlas's charts is shown: 0 nothing, 0.5 under the trail, 1 nothing else.
+    pub charts: f32,
     /// Diameter of a drawn particle, in pixels.
     pub particle_size: f32,
     /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
@@ -224,6 +226,7 @@ impl Default for PictureSettings {
             brightest: 0.0,
             show: Show::Surface,
             color_map: ColorMap::Myxo,
+            charts: 0.0,
             particle_size: 1.5,
             background: [0.055, 0.06, 0.075],
         }
@@ -243,6 +246,8 @@ pub struct ObjectSettings {
     pub rotation: [f32; 3],
     /// Multiplies the mesh's coordinates; positive.
     pub scale: f32,
+    /// For `charts`: texels per surface area, relative to the other objects.
+    pub texel_weight: f32,
 }
 
 impl Default for ObjectSettings {
@@ -253,6 +258,7 @@ impl Default for ObjectSettings {
             position: [0.0; 3],
             rotation: [0.0; 3],
             scale: 1.0,
+            texel_weight: 1.0,
         }
     }
 }

@@ -19,7 +19,7 @@ pub mod twin;
 pub mod types;
 
 pub use params::{StepConstants, StepParams, TINY_TRAIL};
-pub use setup::Setup;
+pub use setup::{Setup, atlas_options};
 pub use simulation::Simulation;
 pub use snapshot::{Census, Snapshot};
 pub use state::{Kernels, PingPong, State};

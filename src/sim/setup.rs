@@ -7,7 +7,7 @@ use super::params::seed_word;
 use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
-use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
+use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
 use crate::scene::settings::{self, Settings, Start};
@@ -39,8 +39,16 @@ impl Setup {
     /// # Errors
     /// When the texture has no room for the triangles; the message names a size that has.
     pub fn new(scene: &Scene) -> Result<Self> {
+        Self::with_control(scene, &Control::default())
+    }
+
+    /// The same, telling how far the atlas is, stopping where it is told to, and keeping the layout where it is told.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and when it was stopped.
+    pub fn with_control(scene: &Scene, control: &Control<'_>) -> Result<Self> {
         let settings = &scene.settings;
-        let atlas = Atlas::build(&scene.surface, &atlas_options(settings))?;
+        let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;
         let (particles, motions) = start::start(
             &scene.surface,
             start_place(scene),
@@ -65,7 +73,8 @@ impl Setup {
 }
 
 /// What the settings say about the atlas.
-pub(super) fn atlas_options(settings: &Settings) -> AtlasOptions {
+#[must_use]
+pub fn atlas_options(settings: &Settings) -> AtlasOptions {
     AtlasOptions {
         method: match settings.atlas.method {
             settings::AtlasMethod::Charts => AtlasMethod::Charts,
@@ -75,8 +84,19 @@ pub(super) fn atlas_options(settings: &Settings) -> AtlasOptions {
         size: settings.atlas.size,
         cell_size: settings.atlas.cell_size,
         gutter: settings.trail.diffusion_distance.max(1),
-        ..AtlasOptions::default()
+        weights: weights(settings),
+        turn: 0,
     }
+}
+
+/// None where all are alike, so that the atlas is the same whatever they are.
+fn weights(settings: &Settings) -> Vec<f32> {
+    let weights = settings.objects.iter().map(|object| object.texel_weight);
+    let weights: Vec<f32> = weights.collect();
+    if weights.iter().all(|weight| *weight == weights[0]) {
+        return Vec::new();
+    }
+    weights
 }
 
 /// Where the settings let particles begin; the point is the one nearest to the place named, over all objects.

@@ -11,6 +11,7 @@ use super::step;
 use super::types::Pose;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
+use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
 use crate::scene::settings::{ObjectSettings, Settings};
@@ -33,8 +34,16 @@ impl Simulation {
     /// When the atlas has no room for the triangles, or a buffer is larger than the device allows: then the message
     /// names the setting and the largest value that fits.
     pub fn new(ctx: &Arc<Context>, scene: &Scene) -> Result<Self> {
+        Self::with_control(ctx, scene, &Control::default())
+    }
+
+    /// The same, telling how far the atlas is, stopping where it is told to, and keeping the layout where it is told.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and when it was stopped.
+    pub fn with_control(ctx: &Arc<Context>, scene: &Scene, control: &Control<'_>) -> Result<Self> {
         memory::check(ctx.info(), scene)?;
-        let setup = Setup::new(scene).map_err(|error| match error {
+        let setup = Setup::with_control(scene, control).map_err(|error| match error {
             Error::Atlas(error) => memory::atlas_error(ctx.info(), error),
             error => error,
         })?;
@@ -178,8 +187,10 @@ fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
     pairs.find_map(|(i, (old, new))| {
         if old.mesh != new.mesh {
             Some(format!("object.{i}.mesh"))
+        } else if old.scale != new.scale {
+            Some(format!("object.{i}.scale"))
         } else {
-            (old.scale != new.scale).then(|| format!("object.{i}.scale"))
+            (old.texel_weight != new.texel_weight).then(|| format!("object.{i}.texel_weight"))
         }
     })
 }

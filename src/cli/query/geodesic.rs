@@ -16,6 +16,7 @@ use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, WalkQuery, Walk
 use myxo::sim::queries::walk_queries;
 use myxo::{Error, Result};
 
+use super::open_mesh;
 use super::table::{Row, Table};
 use crate::cli::files::Sink;
 use crate::cli::options::DeviceOptions;
@@ -73,10 +74,7 @@ impl Geodesic {
 
     fn run_with(&self, engine: Engine<'_>) -> Result<Outcome> {
         let sink = Sink::create(&self.out)?;
-        let mesh = match self.mesh.to_str() {
-            Some(builtin) if builtin.starts_with("builtin:") => Mesh::builtin(builtin)?,
-            _ => Mesh::load_raw(&self.mesh)?,
-        };
+        let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;
         let answers = answer(&mesh, &table, engine)?;
         for message in answers.refused.iter().take(MESSAGES) {

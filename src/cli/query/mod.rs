@@ -1,10 +1,14 @@
 //! `myxo query`: questions in CSV, answers in CSV, answered by the code that the simulation runs.
 
+mod atlas;
 mod geodesic;
 mod table;
 
+use std::path::Path;
+
 use clap::{Args, Subcommand};
 use myxo::Result;
+use myxo::mesh::Mesh;
 
 use super::Outcome;
 
@@ -17,6 +21,7 @@ pub struct Query {
 
 #[derive(Clone, Debug, Subcommand)]
 enum Kind {
+    Atlas(atlas::Atlas),
     Geodesic(geodesic::Geodesic),
 }
 
@@ -24,7 +29,16 @@ impl Query {
     /// Answers the questions.
     pub fn run(&self) -> Result<Outcome> {
         match &self.kind {
+            Kind::Atlas(atlas) => atlas.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
         }
     }
+}
+
+/// The mesh that `--mesh` names, in its own coordinates.
+fn open_mesh(name: &Path) -> Result<Mesh> {
+    Ok(match name.to_str() {
+        Some(builtin) if builtin.starts_with("builtin:") => Mesh::builtin(builtin)?,
+        _ => Mesh::load_raw(name)?,
+    })
 }

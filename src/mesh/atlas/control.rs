@@ -1,17 +1,20 @@
-//! How far the making of an atlas is, and a way to stop it.
+//! How far the making of an atlas is, a way to stop it, and where layouts are kept.
 
 use std::fmt;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::AtlasError;
 
-/// What a long computation tells and asks while it runs. The default tells nobody and never stops.
+/// What a long computation tells and asks while it runs. The default tells nobody, never stops, and keeps nothing.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
     /// Told what is being done and how much of all is done, 0 to 1; from any thread, and not too often.
     pub progress: Option<&'a (dyn Fn(&'static str, f32) + Sync)>,
     /// Set by anybody to stop the work.
     pub cancelled: Option<&'a AtomicBool>,
+    /// The folder where layouts are kept that take long to make, to be read the next time.
+    pub cache: Option<&'a Path>,
 }
 
 impl fmt::Debug for Control<'_> {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam, Surface};
 use super::super::walk::{BorderRule, Frame, SurfacePoint, walk};
-use super::rows::{Rows, Taps};
+use super::rows::{Row, Rows, Taps};
 use super::{GutterTexel, Layout};
 
 /// How far inside its triangle a walk starts, as a share of the way to the centroid. Exactly on the border the walk
@@ -45,9 +45,31 @@ impl Affine {
         self.origin + uv.x * self.du + uv.y * self.dv
     }
 
-    pub(super) fn uv_of(&self, position: DVec2) -> DVec2 {
+    /// Whether the triangle has area in the texture; without, no `uv` belongs to a position.
+    fn has_area(&self) -> bool {
+        self.du.perp_dot(self.dv) != 0.0
+    }
+
+    /// Of a triangle with area in the texture.
+    fn uv_of(&self, position: DVec2) -> DVec2 {
         let offset = position - self.origin;
         DVec2::new(offset.perp_dot(self.dv), self.du.perp_dot(offset)) / self.du.perp_dot(self.dv)
+    }
+
+    /// The `uv` of the point of the triangle that is nearest to a position, in texels.
+    pub(super) fn nearest_uv(&self, position: DVec2) -> DVec2 {
+        if self.has_area() {
+            let uv = self.uv_of(position);
+            if uv.min_element() >= 0.0 && uv.x + uv.y <= 1.0 {
+                return uv;
+            }
+        }
+        self.nearest_border_point(position)
+    }
+
+    /// The distance of the triangle from a position, in texels.
+    pub(super) fn distance(&self, position: DVec2) -> f64 {
+        (self.position_of(self.nearest_uv(position)) - position).length()
     }
 
     /// The `uv` of the point of the triangle's border that is nearest to a position, in texels.
@@ -57,8 +79,11 @@ impl Affine {
         for corner in 0..3 {
             let (start, end) = (corners[corner], corners[(corner + 1) % 3]);
             let (a, b) = (self.position_of(start), self.position_of(end));
-            let along = (position - a).dot(b - a) / (b - a).length_squared();
-            let along = along.clamp(0.0, 1.0);
+            let squared = (b - a).length_squared();
+            let along = match squared {
+                0.0 => 0.0,
+                _ => ((position - a).dot(b - a) / squared).clamp(0.0, 1.0),
+            };
             let distance = (a + along * (b - a) - position).length_squared();
             if distance < nearest.1 {
                 nearest = (start + along * (end - start), distance);
@@ -87,8 +112,41 @@ pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> Vec<Seam>
         .gutter_texels
         .par_iter()
         .enumerate()
-        .map(|(k, gutter_texel)| rows.row(k as u32).into_seam(gutter_texel.texel))
+        .map(|(k, &gutter_texel)| {
+            let row = rows.row(k as u32);
+            if row.is_empty() {
+                Row::one(nearest_owned(layout, pitch, gutter_texel)).into_seam(gutter_texel.texel)
+            } else {
+                row.into_seam(gutter_texel.texel)
+            }
+        })
         .collect()
+}
+
+/// The owned texel of the same chart that is nearest along both axes: for gutter texels whose reads go round among gutter
+/// texels for ever, in charts that are narrower than a texel.
+fn nearest_owned(layout: &Layout, pitch: u32, gutter_texel: GutterTexel) -> u32 {
+    let chart = layout.chart[gutter_texel.triangle as usize];
+    let side = (layout.owner.len() / pitch as usize) as i64;
+    let [x, y] = [gutter_texel.texel % pitch, gutter_texel.texel / pitch].map(i64::from);
+    let owns = |x: i64, y: i64| {
+        let inside = (0..side).contains(&x) && (0..side).contains(&y);
+        let owner = if inside {
+            layout.owner[(y * i64::from(pitch) + x) as usize]
+        } else {
+            NONE
+        };
+        owner != NONE && layout.chart[owner as usize] == chart
+    };
+    for ring in 1..side {
+        for k in -ring..=ring {
+            let places = [(x + k, y - ring), (x + k, y + ring), (x - ring, y + k), (x + ring, y + k)];
+            if let Some((x, y)) = places.into_iter().find(|&(x, y)| owns(x, y)) {
+                return (y * i64::from(pitch) + x) as u32;
+            }
+        }
+    }
+    unreachable!("chart {chart} owns no texel");
 }
 
 /// Where in the texture the surface is that lies under a gutter texel's centre when its chart is carried on.
@@ -97,10 +155,17 @@ fn unfold(surface: &Surface, maps: &[AtlasMap], pitch: u32, gutter_texel: Gutter
     let centre = Vec2::new((texel % pitch) as f32, (texel / pitch) as f32).as_dvec2() + 0.5;
     let map = Affine::of(&maps[triangle as usize]);
     let border = map.nearest_border_point(centre);
+    if !map.has_area() {
+        // Its whole chart has none: there is no direction to walk in.
+        return map.position_of(border);
+    }
     let inside = border + INSET * (DVec2::splat(1.0 / 3.0) - border);
     let offset = map.uv_of(centre) - inside;
     let step = Frame::of(surface, triangle).position(offset.x, offset.y);
     let length = step.length();
+    if !(length > 0.0 && length.is_finite()) {
+        return map.position_of(border);
+    }
     let start = SurfacePoint {
         triangle,
         u: inside.x,

@@ -4,20 +4,32 @@
 //! triangle that holds its centre; *gutter* texels round each chart are a halo for reads: a row of weights says from
 //! which owned texels each is filled, so that a bilinear read near a seam sees what lies across it.
 //!
-//! **Invariant:** the texel that holds the mapped position of any point of a triangle is owned, by that triangle or by
-//! another one of its chart. Particles deposit there, so nothing is ever deposited on a gutter texel.
+//! **Invariant:** every texel whose centre is within `gutter` texels (in either direction) of any point of a chart is
+//! owned by that chart or is its gutter. So bilinear reads at points of a triangle, and deposits, never touch another
+//! chart's texels or empty ones. Every chart owns a texel, however small it is.
 //!
-//! **Invariant:** every texel within `gutter` texels (in either direction) of an owned one is owned by the same chart
-//! or has a seam row.
+//! **Invariant:** with `grid` the texel that holds the mapped position of any point of a triangle is owned, by that
+//! triangle or by another one of its chart. With the other methods it may be gutter: what is deposited there goes to the
+//! owned texels behind it.
 //!
 //! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
 
+mod bitmap;
+mod cache;
 mod charts;
 mod control;
+mod fixed;
 mod flat;
 mod grid;
 mod gutter;
+mod outline;
+mod piece;
+mod pieces;
+mod pile;
+mod place;
+mod raster;
 mod rows;
+mod statistics;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -29,6 +41,7 @@ use rayon::prelude::*;
 
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 pub use control::Control;
+pub use statistics::AtlasStatistics;
 
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
@@ -136,6 +149,31 @@ pub enum AtlasError {
         /// The smallest texture side that works.
         needed: u64,
     },
+    /// More charts than the texture has room for.
+    #[error(
+        "{charts} charts with a gutter of {gutter} each do not fit an atlas of size {size}: {advice}",
+        advice = chart_advice(*needed)
+    )]
+    NoRoomForCharts {
+        /// Charts that the triangles are in.
+        charts: usize,
+        /// The gutter, texels.
+        gutter: u32,
+        /// The texture side asked for.
+        size: u32,
+        /// A texture side that works, a few per cent above the smallest at the most; more than [`MAX_SIZE`] if none does.
+        needed: u64,
+    },
+}
+
+fn chart_advice(needed: u64) -> String {
+    if needed <= u64::from(MAX_SIZE) {
+        format!("raise atlas.size to {needed} or more")
+    } else {
+        format!(
+            "that takes more than {MAX_SIZE}, the largest; use meshes with fewer parts and triangles, or a smaller gutter"
+        )
+    }
 }
 
 fn room_advice(needed: u64) -> String {
@@ -227,8 +265,11 @@ impl Atlas {
         let options = options.checked(surface)?;
         let layout = match options.method {
             AtlasMethod::Charts => {
-                let _flat = charts::flat_charts(surface, control)?;
-                unimplemented!("packing")
+                let (maps, chart, chart_count) = cache::kept(surface, &options, control, || {
+                    let flat = charts::flat_charts(surface, control)?;
+                    place::place(surface, flat, &options, control)
+                })?;
+                raster::derive(surface, maps, chart, chart_count, &options)
             }
             AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
             AtlasMethod::Mesh => unimplemented!("mesh"),
@@ -238,7 +279,7 @@ impl Atlas {
     }
 
     /// How many gutter texels [`build`](Self::build) would make, each of which takes a [`Seam`]; without laying the
-    /// triangles out, which takes much longer.
+    /// triangles out, which takes much longer. 0 for methods where only the layout tells.
     ///
     /// # Errors
     /// As [`build`](Self::build).
@@ -249,7 +290,7 @@ impl Atlas {
         let options = options.checked(surface)?;
         match options.method {
             AtlasMethod::Grid => Ok(grid::Grid::new(surface, &options)?.gutter_texel_count()),
-            AtlasMethod::Charts | AtlasMethod::Mesh => unimplemented!(),
+            AtlasMethod::Charts | AtlasMethod::Mesh => Ok(0),
         }
     }
 
@@ -301,7 +342,8 @@ impl Atlas {
         position(&self.maps[triangle as usize], u, v)
     }
 
-    /// The texel that holds a point of a triangle: an owned one, for `u, v >= 0` and `u + v <= 1`.
+    /// The texel that holds a point of a triangle: for `u, v >= 0` and `u + v <= 1` an owned one, or with other methods
+    /// than `grid` a gutter texel of the same chart.
     #[must_use]
     pub fn texel_of(&self, triangle: u32, u: f32, v: f32) -> u32 {
         let position = self.position_of(triangle, u, v);
@@ -324,10 +366,8 @@ impl Atlas {
         let triangle = self.owner[texel as usize];
         (triangle != NONE).then(|| {
             let uv = gutter::Affine::of(&self.maps[triangle as usize])
-                .uv_of(self.centre_of(texel).as_dvec2());
-            let (u, v) = (uv.x.max(0.0), uv.y.max(0.0));
-            let scale = 1.0 / (u + v).max(1.0);
-            (triangle, (u * scale) as f32, (v * scale) as f32)
+                .nearest_uv(self.centre_of(texel).as_dvec2());
+            (triangle, uv.x as f32, uv.y as f32)
         })
     }
 }

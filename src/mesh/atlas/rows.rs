@@ -171,6 +171,15 @@ impl Row {
         row
     }
 
+    /// Nothing but one texel.
+    pub(super) fn one(texel: u32) -> Self {
+        Self::of([(texel, 1.0)].into_iter())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     fn entries(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
         (0..self.count as usize).map(|k| (self.texel[k], self.weight[k]))
     }

@@ -1,14 +1,21 @@
 //! The checks of an atlas's invariants, for tests and for `--validate`.
 
-use glam::Vec2;
 use rayon::prelude::*;
 
 use super::super::surface::{NONE, Surface};
 use super::gutter::Affine;
-use super::{Atlas, surface_area};
+use super::{Atlas, AtlasMethod, surface_area};
+use crate::rng::{Purpose, random, unit};
 
 /// How far outside its owner's triangle an owned texel's centre may lie, in texels: the margin that maps keep.
 const CENTRE_SLACK: f64 = 0.2;
+
+/// The same for a chart that holds no texel's centre, whose only texel is one that it touches: half a texel along both
+/// axes.
+const ONLY_SLACK: f64 = 0.71;
+
+/// Points of each triangle that are looked at besides its corners and its centroid.
+const RANDOM_POINTS: u32 = 6;
 
 impl Atlas {
     /// Checks every invariant against the surface that the atlas was built from.
@@ -17,11 +24,15 @@ impl Atlas {
     /// The first thing that is wrong, with its texel or triangle.
     pub fn validate(&self, surface: &Surface) -> Result<(), String> {
         self.check_sizes(surface)
-            .and_then(|()| self.check_maps())
+            .and_then(|()| self.check_charts())
             .and_then(|()| self.check_owners())
             .and_then(|()| self.check_areas(surface))
             .and_then(|()| self.check_seams())
-            .and_then(|()| self.check_halo())
+            .and_then(|()| {
+                let chart_of = self.chart_of_texels();
+                self.check_halo(&chart_of)?;
+                self.check_reads(&chart_of)
+            })
     }
 
     fn check_sizes(&self, surface: &Surface) -> Result<(), String> {
@@ -46,33 +57,92 @@ impl Atlas {
         )
     }
 
-    /// Corners and centroid of every triangle fall into owned texels of its own chart.
-    fn check_maps(&self) -> Result<(), String> {
+    /// Charts are numbered without gaps, and each owns a texel.
+    fn check_charts(&self) -> Result<(), String> {
+        let mut texels = vec![0u32; self.chart_count as usize];
+        if let Some(chart) = self.chart.iter().find(|&&c| c >= self.chart_count) {
+            return Err(format!("there is a chart {chart} of {}", self.chart_count));
+        }
+        for &owner in &self.owner {
+            if let Some(&chart) = self.chart.get(owner as usize) {
+                texels[chart as usize] += 1;
+            }
+        }
+        match texels.iter().position(|&count| count == 0) {
+            Some(chart) => Err(format!("chart {chart} owns no texel")),
+            None => Ok(()),
+        }
+    }
+
+    /// Per texel the chart that it belongs to, owned or gutter, or [`NONE`].
+    fn chart_of_texels(&self) -> Vec<u32> {
+        let mut chart_of = vec![NONE; self.texel_count()];
+        for (texel, &owner) in self.owner.iter().enumerate() {
+            if owner != NONE {
+                chart_of[texel] = self.chart[owner as usize];
+            }
+        }
+        for gutter_texel in &self.gutter_texels {
+            chart_of[gutter_texel.texel as usize] = self.chart[gutter_texel.triangle as usize];
+        }
+        chart_of
+    }
+
+    /// Reads at points of a triangle, rounding included, and the gutter's width round them touch texels of its chart only.
+    fn check_reads(&self, chart_of: &[u32]) -> Result<(), String> {
         let third = 1.0 / 3.0;
         let points = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (third, third)];
+        // A read touches centres that are less than one texel away along both axes.
+        let reach = f64::from(self.gutter) + 4.0 * f64::from(f32::EPSILON) * f64::from(self.size);
+        let size = f64::from(self.size);
         (0..self.maps.len() as u32)
             .into_par_iter()
             .try_for_each(|t| {
-                for (u, v) in points {
-                    let position = self.position_of(t, u, v);
-                    let inside = Vec2::ZERO.cmple(position) & position.cmplt(self.size_vector());
-                    ensure(inside.all(), || format!("triangle {t} reaches {position}"))?;
+                let random = (0..RANDOM_POINTS).map(|k| {
+                    let [u, v, ..] = random(1, t, k, Purpose::Start).map(unit);
+                    match k % 3 {
+                        0 => (u, 1.0 - u),
+                        1 => (u, 0.0),
+                        _ if u + v > 1.0 => (1.0 - u, 1.0 - v),
+                        _ => (u, v),
+                    }
+                });
+                for (u, v) in points.into_iter().chain(random) {
+                    let position = self.position_of(t, u, v).as_dvec2();
+                    // `grid` has its margin inside its cells, not in its gutter.
+                    let reach = match self.method {
+                        AtlasMethod::Grid => f64::from(self.gutter) - 0.001,
+                        _ => reach,
+                    };
+                    let low = (position - reach - 0.5).ceil();
+                    let high = (position + reach - 0.5).floor();
+                    ensure(low.min_element() >= 0.0 && high.max_element() < size, || {
+                        format!("triangle {t} reaches {position}, the texture's border")
+                    })?;
+                    for y in low.y as usize..=high.y as usize {
+                        let row = y * self.pitch as usize;
+                        let texels = &chart_of[row + low.x as usize..=row + high.x as usize];
+                        ensure(texels.iter().all(|&c| c == self.chart[t as usize]), || {
+                            format!("triangle {t} at {position} is not in its chart's texels")
+                        })?;
+                    }
                     let owner = self.owner[self.texel_of(t, u, v) as usize];
-                    ensure(
-                        owner != NONE && self.chart[owner as usize] == self.chart[t as usize],
-                        || format!("triangle {t} at {position} is not in its chart's texels"),
-                    )?;
+                    ensure(self.method != AtlasMethod::Grid || owner != NONE, || {
+                        format!("triangle {t} at {position} is not in its chart's texels")
+                    })?;
                 }
                 Ok(())
             })
     }
 
-    fn size_vector(&self) -> Vec2 {
-        Vec2::splat(self.size as f32)
-    }
-
-    /// Every owner contains its texel's centre.
+    /// Every owner contains its texel's centre, or the texel is its chart's only one.
     fn check_owners(&self) -> Result<(), String> {
+        let mut texels = vec![0u32; self.chart_count as usize];
+        for &owner in &self.owner {
+            if let Some(&chart) = self.chart.get(owner as usize) {
+                texels[chart as usize] += 1;
+            }
+        }
         let owned: u64 = self
             .owner
             .par_iter()
@@ -83,10 +153,10 @@ impl Atlas {
                     .maps
                     .get(owner as usize)
                     .ok_or_else(|| format!("texel {texel} is owned by triangle {owner}"))?;
-                let uv = Affine::of(map).uv_of(self.centre_of(texel as u32).as_dvec2());
-                let least = uv.x.min(uv.y).min(1.0 - uv.x - uv.y);
-                let slack = CENTRE_SLACK / f64::from(map.du.length().min(map.dv.length()));
-                ensure(least > -slack, || {
+                let distance = Affine::of(map).distance(self.centre_of(texel as u32).as_dvec2());
+                let only = texels[self.chart[owner as usize] as usize] == 1;
+                let slack = if only { ONLY_SLACK } else { CENTRE_SLACK };
+                ensure(distance < slack, || {
                     format!("the centre of texel {texel} is outside its owner {owner}")
                 })?;
                 Ok(1)
@@ -144,16 +214,7 @@ impl Atlas {
     }
 
     /// All that reads near an owned texel can touch is owned by its chart or has a row of its chart.
-    fn check_halo(&self) -> Result<(), String> {
-        let mut chart_of = vec![NONE; self.texel_count()];
-        for (texel, &owner) in self.owner.iter().enumerate() {
-            if owner != NONE {
-                chart_of[texel] = self.chart[owner as usize];
-            }
-        }
-        for gutter_texel in &self.gutter_texels {
-            chart_of[gutter_texel.texel as usize] = self.chart[gutter_texel.triangle as usize];
-        }
+    fn check_halo(&self, chart_of: &[u32]) -> Result<(), String> {
         let g = self.gutter as usize;
         let pitch = self.pitch as usize;
         (0..self.size as usize).into_par_iter().try_for_each(|y| {

@@ -239,7 +239,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "atlas.method",
         name: "Atlas method",
         unit: "",
-        help: "How triangles are laid out in the texture. grid gives each triangle equally many texels.",
+        help: "How triangles are laid out in the texture. charts: few large charts in which triangles keep shape and size. grid: square cells, equally many texels for each triangle. mesh: the model's own texture coordinates.",
         effect: Effect::Restart,
         kind: word!(atlas.method: AtlasMethod),
     },
@@ -329,6 +329,14 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: word!(picture.color_map: ColorMap),
     },
     Parameter {
+        key: "picture.charts",
+        name: "Charts",
+        unit: "",
+        help: "How much of the atlas's charts is shown, each in a colour of its own, with seams as light lines: 0 nothing, 0.5 under the trail, 1 nothing else.",
+        effect: Effect::Live,
+        kind: real!(picture.charts, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
         key: "picture.particle_size",
         name: "Particle size",
         unit: "pixels",
@@ -372,5 +380,13 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         help: "Multiplies the mesh's coordinates.",
         effect: Effect::Restart,
         kind: real!(scale, (1e-6, 1e6), (0.05, 20.0), Logarithmic),
+    },
+    Parameter {
+        key: "texel_weight",
+        name: "Texel weight",
+        unit: "",
+        help: "For the atlas method charts: texels per surface area, relative to the other objects. 4 gives an object twice the resolution.",
+        effect: Effect::Restart,
+        kind: real!(texel_weight, (0.01, 100.0), (0.1, 10.0), Logarithmic),
     },
 ];

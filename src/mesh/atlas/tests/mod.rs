@@ -1,6 +1,8 @@
 //! Tests of the atlas, and what they share.
 
+mod charts;
 mod layout;
+mod measure;
 mod reads;
 
 use super::*;

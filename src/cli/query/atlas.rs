@@ -1,0 +1,155 @@
+//! `myxo query atlas`: where each triangle of a mesh lies in the texture.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use glam::DVec2;
+use myxo::Result;
+use myxo::mesh::Mesh;
+use myxo::mesh::atlas::{self, AtlasOptions};
+use myxo::mesh::surface::Surface;
+use myxo::scene::settings::{self, Settings};
+use myxo::sim::atlas_options;
+
+use super::open_mesh;
+use crate::cli::files::Sink;
+use crate::cli::progress::{SettingUp, atlas_cache};
+use crate::cli::{Outcome, console, interrupt};
+
+/// Tell where each triangle of a mesh lies in the texture
+///
+/// Out: a line `# width height`, then face,chart,u0,v0,u1,v1,u2,v2
+///
+/// Faces and corners are counted as in the file; u and v go from 0 to 1 over the texture, and v goes the way of its
+/// rows. A face without area, or one that is there twice, has no place and no row.
+#[derive(Clone, Debug, Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "\
+Examples:
+  myxo query atlas --mesh fish.obj --atlas-size 1024 --out charts.csv
+  myxo query atlas --mesh builtin:torus --atlas-size 512 --atlas-method grid | head"
+)]
+pub struct Atlas {
+    /// A model (.obj, .glb, .gltf), or builtin:NAME
+    #[arg(long, value_name = "FILE")]
+    mesh: PathBuf,
+    /// Side of the texture, in texels
+    #[arg(long, value_name = "N", default_value_t = Settings::default().atlas.size)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(atlas::MAX_SIZE)))]
+    atlas_size: u32,
+    /// How triangles are laid out
+    #[arg(long, value_name = "WORD", default_value = Settings::default().atlas.method.word())]
+    #[arg(value_parser = PossibleValuesParser::new(settings::AtlasMethod::WORDS))]
+    atlas_method: String,
+    /// Width of the gutter, in texels
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=64))]
+    gutter: u32,
+    /// Turns each chart by a random angle; another N gives other angles
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    turn: u64,
+    /// Where the answer goes; - for the standard output
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    out: PathBuf,
+}
+
+impl Atlas {
+    /// Lays the mesh out and writes.
+    pub fn run(&self) -> Result<Outcome> {
+        let sink = Sink::create(&self.out)?;
+        let mesh = open_mesh(&self.mesh)?;
+        interrupt::install()?;
+        let surface = Surface::build(&[(&mesh, 1.0)]);
+        let options = self.options();
+        let atlas = SettingUp::new(&mesh.name, atlas_cache())
+            .run(|control| atlas::Atlas::build_with(&surface, &options, control))?;
+        let dropped = mesh.report.file_triangles - mesh.report.triangles;
+        if dropped > 0 {
+            console::message(&format!(
+                "{}: {dropped} faces without area, or there twice, have no place, and no row",
+                mesh.name
+            ));
+        }
+        sink.write(text(&mesh, &atlas))?;
+        Ok(Outcome::Done)
+    }
+
+    fn options(&self) -> AtlasOptions {
+        let mut settings = Settings::default();
+        let words = settings::AtlasMethod::ALL.iter();
+        let method = words.copied().find(|m| m.word() == self.atlas_method);
+        settings.atlas.method = method.expect("clap lets only words through");
+        settings.atlas.size = self.atlas_size;
+        AtlasOptions {
+            gutter: self.gutter,
+            turn: self.turn,
+            ..atlas_options(&settings)
+        }
+    }
+}
+
+fn text(mesh: &Mesh, atlas: &atlas::Atlas) -> String {
+    let mut text = format!("# {0} {0}\nface,chart,u0,v0,u1,v1,u2,v2\n", atlas.size);
+    for (triangle, map) in atlas.maps.iter().enumerate() {
+        let (origin, du, dv) = (map.origin.as_dvec2(), map.du.as_dvec2(), map.dv.as_dvec2());
+        let ours = [origin, origin + du, origin + dv];
+        let mut corners = [DVec2::ZERO; 3];
+        for (position, corner) in ours.into_iter().zip(mesh.file_corners[triangle]) {
+            corners[usize::from(corner)] = position / f64::from(atlas.size);
+        }
+        let (face, chart) = (mesh.file_triangle[triangle], atlas.chart[triangle]);
+        let _ = write!(text, "{face},{chart}");
+        for DVec2 { x, y } in corners {
+            // Shortest text that reads back as the same double.
+            let _ = write!(text, ",{x},{y}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::mesh::suite;
+
+    /// A face that lies the other way round in the file, and one that was dropped.
+    #[test]
+    fn corners_are_in_file_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("odd.obj");
+        let obj = "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 0 1 0\nf 1 2 3\nf 2 2 3\nf 1 3 4\n";
+        std::fs::write(&path, obj).unwrap();
+        let mesh = Mesh::load_raw(&path).unwrap();
+        let surface = Surface::build(&[(&mesh, 1.0)]);
+        let options = AtlasOptions {
+            method: atlas::AtlasMethod::Grid,
+            size: 32,
+            ..AtlasOptions::default()
+        };
+        let atlas = atlas::Atlas::build(&surface, &options).unwrap();
+        let text = text(&mesh, &atlas);
+        let rows: Vec<Vec<f64>> = text
+            .lines()
+            .skip(2)
+            .map(|line| line.split(',').map(|x| x.parse().unwrap()).collect())
+            .collect();
+        assert!(text.starts_with("# 32 32\nface,chart,"), "{text}");
+        assert_eq!(
+            (rows.len(), rows[0][0], rows[1][0]),
+            (2, 0.0, 2.0),
+            "{text}"
+        );
+        // Both share the edge from the file's vertex 1 to 3, and lie side by side in one cell.
+        assert_eq!(rows[0][1], rows[1][1]);
+        let near = |a: &[f64], b: &[f64]| (a[0] - b[0]).abs() < 1e-4 && (a[1] - b[1]).abs() < 1e-4;
+        assert!(near(&rows[0][2..4], &rows[1][2..4]), "{text}");
+        assert!(near(&rows[0][6..8], &rows[1][4..6]), "{text}");
+        // Ours begin with the shortest edge, so that something was turned at all.
+        assert_ne!(mesh.file_corners, suite::potato().file_corners[..2]);
+        assert_ne!(mesh.file_corners[0], [0, 1, 2]);
+    }
+}

@@ -1,0 +1,271 @@
+//! Layouts on disk: what took long to cut and to pack once is read the next time.
+//!
+//! A file holds where the triangles lie and nothing that follows from it. Its name is a hash of all that the layout
+//! depends on. A file that is damaged, or of another program, counts as none and is replaced; nothing here can make
+//! the program fail.
+
+use std::fs;
+use std::hash::{DefaultHasher, Hasher};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use bytemuck::{Pod, pod_read_unaligned};
+use glam::Vec2;
+
+use super::super::surface::{AtlasMap, Surface};
+use super::{AtlasError, AtlasMethod, AtlasOptions, Control};
+use crate::whole_file::WholeFile;
+
+const MAGIC: &[u8; 8] = b"MYXOAT01";
+/// Raised whenever the same surface and options come to lie differently than before.
+const VERSION: u32 = 1;
+/// Beyond so many bytes, or files, those that were used least recently go.
+const MOST_BYTES: u64 = 256 << 20;
+const MOST_FILES: usize = 64;
+/// Somebody may be writing a hidden file that is younger.
+const ABANDONED_AFTER: Duration = Duration::from_secs(3600);
+const ENDING: &str = "atlas";
+
+/// What the methods give: per triangle its map and its chart, and the number of charts.
+pub(super) type Places = (Vec<AtlasMap>, Vec<u32>, u32);
+
+/// Gives what is kept of this surface and these options, or makes it and keeps it. Without a folder it is made.
+pub(super) fn kept(
+    surface: &Surface,
+    options: &AtlasOptions,
+    control: &Control<'_>,
+    make: impl FnOnce() -> Result<Places, AtlasError>,
+) -> Result<Places, AtlasError> {
+    let slot = control
+        .cache
+        .and_then(|folder| Slot::new(folder, surface, options));
+    if let Some(placement) = slot.as_ref().and_then(Slot::load) {
+        return Ok((placement.maps, placement.chart, placement.chart_count));
+    }
+    let (maps, chart, chart_count) = make()?;
+    let placement = Placement {
+        maps,
+        chart,
+        chart_count,
+    };
+    if let Some(slot) = slot {
+        slot.store(&placement);
+    }
+    Ok((placement.maps, placement.chart, placement.chart_count))
+}
+
+/// Where the triangles lie.
+#[derive(Clone, Debug, PartialEq)]
+struct Placement {
+    maps: Vec<AtlasMap>,
+    /// Per triangle.
+    chart: Vec<u32>,
+    chart_count: u32,
+}
+
+/// A place for one layout.
+struct Slot {
+    folder: PathBuf,
+    file: PathBuf,
+    triangle_count: usize,
+    size: u32,
+}
+
+impl Slot {
+    /// The place for the layout of a surface; none for what is made as quickly as it is read.
+    fn new(folder: &Path, surface: &Surface, options: &AtlasOptions) -> Option<Self> {
+        (options.method != AtlasMethod::Grid).then(|| Self {
+            folder: folder.to_owned(),
+            file: folder.join(format!("{:032x}.{ENDING}", key(surface, options))),
+            triangle_count: surface.corners.len(),
+            size: options.size,
+        })
+    }
+
+    /// What was kept there, if it is whole and could be a layout of the surface.
+    fn load(&self) -> Option<Placement> {
+        let bytes = fs::read(&self.file).ok()?;
+        let placement = unpack(&bytes, self.triangle_count, self.size);
+        match &placement {
+            // What is used stays longest. Where the system does not let us, it goes by when it was made.
+            Some(_) => drop(
+                fs::File::open(&self.file).and_then(|file| file.set_modified(SystemTime::now())),
+            ),
+            None => log::debug!("{} is not a whole layout", self.file.display()),
+        }
+        placement
+    }
+
+    /// Keeps a layout there. Its file is complete or absent at every moment, whoever else writes it.
+    fn store(&self, placement: &Placement) {
+        let written = WholeFile::create(&self.file).and_then(|mut file| {
+            file.write_all(&pack(placement))?;
+            file.finish()
+        });
+        if let Err(error) = written {
+            log::warn!(
+                "cannot keep the atlas in {}: {error}; the next start takes as long",
+                self.file.display()
+            );
+        }
+        if let Err(error) = tidy(&self.folder, MOST_BYTES, MOST_FILES) {
+            log::debug!("cannot tidy {}: {error}", self.folder.display());
+        }
+    }
+}
+
+/// A hash of everything that says how triangles come to lie: 128 bits, so that no two surfaces ever meet.
+fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
+    let AtlasOptions {
+        method,
+        size,
+        cell_size,
+        gutter,
+        weights,
+        turn,
+    } = options;
+    let mut hash = Hash::new();
+    hash.slice(env!("CARGO_PKG_VERSION").as_bytes());
+    hash.slice(option_env!("MYXO_COMMIT").unwrap_or_default().as_bytes());
+    hash.slice(&[VERSION, *method as u32, *size, *cell_size, *gutter]);
+    hash.slice(weights);
+    hash.slice(&[*turn]);
+    hash.slice(&surface.positions);
+    hash.slice(&surface.corners);
+    // Lengths come from positions before rounding, and twins from the loader's choice at odd edges.
+    hash.slice(&surface.triangles);
+    hash.slice(&surface.halfedges);
+    for object in &surface.objects {
+        hash.slice(&[
+            object.triangles.0,
+            object.triangles.1,
+            object.vertices.0,
+            object.vertices.1,
+        ]);
+    }
+    for uvs in &surface.uvs {
+        hash.slice(uvs.as_deref().unwrap_or_default());
+    }
+    hash.finish()
+}
+
+/// Two hashes of 64 bits that begin differently.
+struct Hash([DefaultHasher; 2]);
+
+impl Hash {
+    fn new() -> Self {
+        let mut second = DefaultHasher::new();
+        second.write_u64(0x9E37_79B9_7F4A_7C15);
+        Self([DefaultHasher::new(), second])
+    }
+
+    /// With its length, so that a longer slice and a shorter one after it are not the same as these the other way.
+    fn slice<T: Pod>(&mut self, items: &[T]) {
+        for hasher in &mut self.0 {
+            hasher.write_u64(items.len() as u64);
+            hasher.write(bytemuck::cast_slice(items));
+        }
+    }
+
+    fn finish(self) -> u128 {
+        let [first, second] = self.0.map(|hasher| u128::from(hasher.finish()));
+        first << 64 | second
+    }
+}
+
+/// Magic, checksum of the rest, counts, maps, charts.
+fn pack(placement: &Placement) -> Vec<u8> {
+    let mut content = Vec::new();
+    content.extend((placement.maps.len() as u32).to_le_bytes());
+    content.extend(placement.chart_count.to_le_bytes());
+    content.extend(bytemuck::cast_slice::<_, u8>(&placement.maps));
+    content.extend(bytemuck::cast_slice::<_, u8>(&placement.chart));
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(crc32fast::hash(&content).to_le_bytes());
+    bytes.extend(content);
+    bytes
+}
+
+/// The layout of so many triangles in a texture of this size, if the bytes are one.
+fn unpack(bytes: &[u8], triangle_count: usize, size: u32) -> Option<Placement> {
+    let (magic, rest) = bytes.split_first_chunk::<8>()?;
+    let (sum, content) = rest.split_first_chunk::<4>()?;
+    if magic != MAGIC || u32::from_le_bytes(*sum) != crc32fast::hash(content) {
+        return None;
+    }
+    let (count, rest) = content.split_first_chunk::<4>()?;
+    let (chart_count, rest) = rest.split_first_chunk::<4>()?;
+    let chart_count = u32::from_le_bytes(*chart_count);
+    let maps_len = triangle_count * size_of::<AtlasMap>();
+    if u32::from_le_bytes(*count) as usize != triangle_count
+        || rest.len() != maps_len + triangle_count * size_of::<u32>()
+    {
+        return None;
+    }
+    let (maps, chart) = rest.split_at(maps_len);
+    let placement = Placement {
+        maps: items(maps),
+        chart: items(chart),
+        chart_count,
+    };
+    is_possible(&placement, size).then_some(placement)
+}
+
+/// Every triangle lies in the texture, in a chart that there is.
+fn is_possible(placement: &Placement, size: u32) -> bool {
+    // Not so for what is not a number.
+    let in_texture = |p: Vec2| (p.cmpge(Vec2::ZERO) & p.cmple(Vec2::splat(size as f32))).all();
+    let inside = |map: &AtlasMap| {
+        let corners = [map.origin, map.origin + map.du, map.origin + map.dv];
+        corners.into_iter().all(in_texture)
+    };
+    placement.maps.iter().all(inside)
+        && placement.chart.iter().all(|&c| c < placement.chart_count)
+        && placement.chart_count as usize <= placement.maps.len()
+}
+
+fn items<T: Pod>(bytes: &[u8]) -> Vec<T> {
+    // The file's bytes lie at any address.
+    bytes
+        .chunks_exact(size_of::<T>())
+        .map(pod_read_unaligned)
+        .collect()
+}
+
+/// Removes the layouts used least recently until the rest is small, and what somebody left half written.
+fn tidy(folder: &Path, most_bytes: u64, most_files: usize) -> io::Result<()> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let Ok(metadata) = entry.metadata() else {
+            continue; // Somebody else has just removed it.
+        };
+        let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+        let path = entry.path();
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if ending == Some(ENDING) && metadata.is_file() {
+            files.push((modified, metadata.len(), path));
+        } else if name.starts_with('.')
+            && name.contains(ENDING)
+            && modified.elapsed().is_ok_and(|age| age > ABANDONED_AFTER)
+        {
+            let _ = fs::remove_file(path);
+        }
+    }
+    // The latest first; names decide where times are equal.
+    files.sort_by(|a, b| b.cmp(a));
+    let mut bytes = 0;
+    for (i, (_, len, path)) in files.iter().enumerate() {
+        bytes += len;
+        // The latest stays, however large: somebody needed it just now.
+        if i > 0 && (bytes > most_bytes || i >= most_files) {
+            let _ = fs::remove_file(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

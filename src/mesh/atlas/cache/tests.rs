@@ -1,0 +1,229 @@
+use super::*;
+use crate::mesh::Mesh;
+
+fn surface(mesh: &str) -> Surface {
+    Surface::build(&[(&Mesh::builtin(mesh).unwrap(), 1.0)])
+}
+
+fn options() -> AtlasOptions {
+    AtlasOptions {
+        method: AtlasMethod::Charts,
+        size: 64,
+        gutter: 1,
+        ..AtlasOptions::default()
+    }
+}
+
+fn placement(triangles: usize) -> Placement {
+    let map = |t: usize| AtlasMap {
+        origin: Vec2::new(t as f32, 2.5),
+        du: Vec2::new(3.0, 1.0),
+        dv: Vec2::new(-0.0, 4.0),
+    };
+    Placement {
+        maps: (0..triangles).map(map).collect(),
+        chart: (0..triangles as u32).map(|t| t / 2).collect(),
+        chart_count: triangles as u32 / 2,
+    }
+}
+
+#[test]
+fn what_is_kept_is_read_bit_by_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let slot = Slot::new(&folder.path().join("deep"), &surface("cube"), &options()).unwrap();
+    assert_eq!(slot.load(), None, "nothing is there yet");
+    slot.store(&placement(12));
+    let read = slot.load().unwrap();
+    assert_eq!(pack(&read), pack(&placement(12)));
+}
+
+#[test]
+fn what_is_kept_is_not_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let cube = surface("cube");
+    let made = std::cell::Cell::new(0);
+    let build = |options: &AtlasOptions, cache| {
+        let control = Control {
+            cache,
+            ..Control::default()
+        };
+        let make = || {
+            made.set(made.get() + 1);
+            let Placement {
+                maps,
+                chart,
+                chart_count,
+            } = placement(12);
+            Ok((maps, chart, chart_count))
+        };
+        kept(&cube, options, &control, make).unwrap()
+    };
+    let first = build(&options(), Some(folder.path()));
+    assert_eq!(build(&options(), Some(folder.path())), first);
+    assert_eq!(made.get(), 1);
+    // Without a folder nothing is kept, nor asked for.
+    build(&options(), None);
+    assert_eq!(made.get(), 2);
+    let larger = AtlasOptions {
+        size: 128,
+        ..options()
+    };
+    build(&larger, Some(folder.path()));
+    assert_eq!(made.get(), 3);
+    // A damaged file is mended.
+    for entry in fs::read_dir(folder.path()).unwrap() {
+        fs::write(entry.unwrap().path(), "nonsense").unwrap();
+    }
+    assert_eq!(build(&options(), Some(folder.path())), first);
+    assert_eq!(build(&options(), Some(folder.path())), first);
+    assert_eq!(made.get(), 4);
+}
+
+#[test]
+fn what_failed_is_not_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let control = Control {
+        cache: Some(folder.path()),
+        ..Control::default()
+    };
+    let cancelled = kept(&surface("cube"), &options(), &control, || {
+        Err(AtlasError::Cancelled)
+    });
+    assert_eq!(cancelled, Err(AtlasError::Cancelled));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn damaged_files_are_none() {
+    let good = pack(&placement(12));
+    assert!(unpack(&good, 12, 64).is_some());
+    for cut in 0..good.len() {
+        assert_eq!(unpack(&good[..cut], 12, 64), None, "cut at {cut}");
+    }
+    for i in 0..good.len() {
+        let mut bad = good.clone();
+        bad[i] ^= 1;
+        assert_eq!(unpack(&bad, 12, 64), None, "byte {i}");
+    }
+    assert_eq!(unpack(&[good, vec![0]].concat(), 12, 64), None);
+}
+
+#[test]
+fn whole_files_of_something_else_are_none() {
+    let of = |change: fn(&mut Placement)| {
+        let mut placement = placement(12);
+        change(&mut placement);
+        unpack(&pack(&placement), 12, 64)
+    };
+    assert!(of(|_| ()).is_some());
+    assert_eq!(of(|p| p.maps[3].origin.x = f32::NAN), None);
+    assert_eq!(of(|p| p.maps[3].dv.y = f32::INFINITY), None);
+    assert_eq!(of(|p| p.maps[3].du.x = 100.0), None);
+    assert_eq!(of(|p| p.maps[3].dv.y = -3.0), None);
+    assert_eq!(of(|p| p.chart[11] = 6), None);
+    assert_eq!(of(|p| p.chart_count = 13), None);
+    assert_eq!(unpack(&pack(&placement(10)), 12, 64), None);
+}
+
+#[test]
+fn everything_that_matters_is_in_the_key() {
+    let cube = surface("cube");
+    let own = key(&cube, &options());
+    assert_eq!(own, key(&surface("cube"), &options()));
+    let mut keys = vec![own];
+    let changes: [fn(&mut AtlasOptions); 6] = [
+        |o| o.method = AtlasMethod::Mesh,
+        |o| o.size = 65,
+        |o| o.cell_size = 1,
+        |o| o.gutter = 2,
+        |o| o.weights = vec![1.0],
+        |o| o.turn = 1,
+    ];
+    for change in changes {
+        let mut options = options();
+        change(&mut options);
+        keys.push(key(&cube, &options));
+    }
+    let changes: [fn(&mut Surface); 6] = [
+        |s| s.positions[3].x += 1e-6,
+        |s| s.corners[0].rotate_left(1),
+        |s| s.triangles[4].ch += 1e-6,
+        |s| s.halfedges[5].twin = super::super::NONE,
+        |s| s.objects[0].triangles.1 = 11,
+        |s| s.uvs[0] = Some(vec![[Vec2::ZERO; 3]]),
+    ];
+    for change in changes {
+        let mut surface = surface("cube");
+        change(&mut surface);
+        keys.push(key(&surface, &options()));
+    }
+    keys.sort_unstable();
+    keys.dedup();
+    assert_eq!(keys.len(), 13, "no two are alike");
+}
+
+#[test]
+fn the_grid_is_not_kept() {
+    let grid = AtlasOptions {
+        method: AtlasMethod::Grid,
+        ..options()
+    };
+    assert!(Slot::new(Path::new("x"), &surface("cube"), &grid).is_none());
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_does_no_harm() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    let slot = Slot::new(&file, &surface("cube"), &options()).unwrap();
+    slot.store(&placement(12));
+    assert_eq!(slot.load(), None);
+}
+
+#[test]
+fn the_least_recently_used_go_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let now = SystemTime::now();
+    let file = |name: &str, bytes: usize, age: u64| {
+        let path = folder.path().join(name);
+        fs::write(&path, vec![0; bytes]).unwrap();
+        let file = fs::File::options().write(true).open(&path).unwrap();
+        file.set_modified(now - Duration::from_secs(age)).unwrap();
+        path
+    };
+    let made: Vec<PathBuf> = (0..5)
+        .map(|i| file(&format!("{i}.atlas"), 100, 10 * i))
+        .collect();
+    let foreign = file("pipelines.bin", 1000, 1_000_000);
+    let young = file(".5.atlas.abc.part", 1000, 60);
+    let abandoned = file(".6.atlas.abc.part", 1000, 7200);
+    let left = || -> Vec<bool> { made.iter().map(|path| path.exists()).collect() };
+
+    tidy(folder.path(), 1000, 4).unwrap();
+    assert_eq!(left(), [true, true, true, true, false]);
+    assert!(foreign.exists() && young.exists() && !abandoned.exists());
+    tidy(folder.path(), 250, 4).unwrap();
+    assert_eq!(left(), [true, true, false, false, false]);
+    tidy(folder.path(), 50, 4).unwrap();
+    assert_eq!(left(), [true, false, false, false, false]);
+    assert!(foreign.exists());
+}
+
+#[test]
+fn many_may_write_and_read_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let cube = surface("cube");
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                let slot = Slot::new(folder.path(), &cube, &options()).unwrap();
+                for _ in 0..20 {
+                    slot.store(&placement(12));
+                    assert_eq!(slot.load(), Some(placement(12)), "whole at every moment");
+                }
+            });
+        }
+    });
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}

@@ -1,0 +1,329 @@
+//! Packing: where in the texture each flattened chart goes.
+//!
+//! Charts are packed by what they really take, gutter included, on a bitmap: large ones first, each where it lies lowest
+//! in any of its orientations. All charts have the same scale, but for the weights of their objects. Orders of charts are
+//! tried on a bitmap of coarse cells, and changed a little again and again as long as that makes the pile lower; with
+//! the best of them the largest scale that fits is searched for on the real bitmap. How much is tried depends on the
+//! number of charts only, never on the time that it takes.
+
+use glam::IVec2;
+use rayon::prelude::*;
+
+use super::super::surface::{AtlasMap, Surface};
+use super::fixed::Fixed;
+use super::flat::FlatChart;
+use super::pile::{Candidate, Pile, Sheet, Spot};
+use super::piece::Piece;
+use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces};
+use crate::rng::{Purpose, random};
+
+/// Cells along a side of the bitmap at the most.
+const MOST_CELLS: u32 = 1024;
+
+/// The same where orders are tried.
+const COARSE_CELLS: u32 = 360;
+
+/// With more charts than this no orders are tried: among so many small ones there is always one that fits.
+const MANY: usize = 600;
+
+/// With more charts than this each is tried in one orientation only.
+const VERY_MANY: usize = 3000;
+
+/// Texels a chart, on average, below which a scale is not worth having.
+const LEAST_TEXELS: f64 = 1.0;
+
+/// The share of the whole atlas's time that is over when packing starts.
+const START: f32 = 0.6;
+
+/// Packs charts into the texture: per triangle its map and chart, and the number of charts.
+pub(super) fn place(
+    surface: &Surface,
+    flat: Vec<FlatChart>,
+    options: &AtlasOptions,
+    control: &Control<'_>,
+) -> Result<(Vec<AtlasMap>, Vec<u32>, u32), AtlasError> {
+    control.step("packing", START)?;
+    let sheet = Sheet::new(options.size, options.gutter, MOST_CELLS);
+    let pieces = pieces::prepared(surface, flat, options, control)?;
+    let packer = Packer::new(pieces, options.turn != 0);
+    let found = packer.search(sheet, control)?;
+    control.step("packing", 0.9)?;
+    Ok(packer.placed(surface, sheet.fixed, &found))
+}
+
+/// An order of the charts, and in which of its orientations each is tried: one, or any.
+#[derive(Clone, Debug)]
+struct Plan {
+    order: Vec<u32>,
+    /// Per chart, the number of its orientation; empty: any.
+    turns: Vec<u8>,
+}
+
+/// A packing that fits.
+struct Found {
+    scale: f64,
+    /// Per chart.
+    spots: Vec<Spot>,
+}
+
+struct Packer {
+    pieces: Vec<Piece>,
+    /// Charts lie as they should and are not turned any more.
+    turned: bool,
+    /// The sum of the charts' areas, weighted.
+    area: f64,
+    /// The longest side of a chart's box, weighted.
+    longest: f64,
+}
+
+impl Packer {
+    fn new(pieces: Vec<Piece>, turned: bool) -> Self {
+        Self {
+            area: pieces.iter().map(Piece::area).sum(),
+            longest: pieces
+                .iter()
+                .map(|piece| piece.extent.max_element())
+                .fold(0.0, f64::max),
+            pieces,
+            turned,
+        }
+    }
+
+    /// The scale at which the triangles fill so much of the texture.
+    fn scale_for(&self, sheet: Sheet, utilisation: f64) -> f64 {
+        f64::from(sheet.size) * (utilisation / self.area).sqrt()
+    }
+
+    /// The scale at which there is no hope: all of the texture is full, or the longest chart as long as its diagonal.
+    fn scale_limit(&self, sheet: Sheet) -> f64 {
+        let diagonal = 1.42 * f64::from(sheet.size);
+        (diagonal / self.longest).min(self.scale_for(sheet, 1.0))
+    }
+
+    /// The scale below which charts have too few texels to be worth having.
+    fn least_scale(&self, sheet: Sheet) -> f64 {
+        let texels = f64::from(sheet.size) * f64::from(sheet.size);
+        let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
+        self.scale_for(sheet, least).min(0.7 * self.scale_limit(sheet))
+    }
+
+    fn turn_count(&self) -> usize {
+        match self.pieces.len() {
+            _ if self.turned => 1,
+            n if n > VERY_MANY => 1,
+            n if n > MANY => 4,
+            _ => 8,
+        }
+    }
+
+    fn candidates(&self, sheet: Sheet, scale: f64) -> Vec<Vec<Candidate>> {
+        let count = self.turn_count();
+        self.pieces
+            .par_iter()
+            .map(|piece| {
+                let turns = piece.turns().into_iter().take(count);
+                turns.map(|turn| Candidate::new(piece, sheet, turn, scale)).collect()
+            })
+            .collect()
+    }
+
+    /// All charts at a scale by the first plan by which they fit.
+    fn pack(&self, sheet: Sheet, scale: f64, plans: &[Plan]) -> Option<Found> {
+        let cells = sheet.cells();
+        // What cannot fit is not made into masks: they might be far larger than the texture.
+        if scale > self.scale_limit(sheet) || cells == 0 {
+            return None;
+        }
+        let candidates = self.candidates(sheet, scale);
+        let taken: usize = candidates.iter().map(|c| c[0].shape.count).sum();
+        if taken > cells * cells {
+            return None;
+        }
+        plans
+            .par_iter()
+            .map(|plan| {
+                let pile = Pile::of(&candidates, &plan.order, &plan.turns, [cells, cells])?;
+                Some(pile.spots(sheet, &candidates))
+            })
+            .find_first(Option::is_some)
+            .flatten()
+            .map(|spots| Found { scale, spots })
+    }
+
+    /// The largest scale that is found to work.
+    fn search(&self, sheet: Sheet, control: &Control<'_>) -> Result<Found, AtlasError> {
+        let any = [self.by_size(sheet)];
+        let mut plans = any.to_vec();
+        let mut guess = self.scale_for(sheet, 0.7).min(0.7 * self.scale_limit(sheet));
+        if (2..=MANY).contains(&self.pieces.len()) {
+            (plans, guess) = self.plans(sheet, guess, control)?;
+        }
+        let least = self.least_scale(sheet);
+        let mut best: Option<Found> = None;
+        let (mut low, mut high) = (0.93 * guess, 1.05 * guess);
+        let mut rounds = 0;
+        while rounds < 4 {
+            let scales: Vec<f64> = (1..=3)
+                .map(|k| low + (high - low) * f64::from(k) / 4.0)
+                .collect();
+            let found: Vec<Option<Found>> = scales
+                .par_iter()
+                .map(|&scale| {
+                    control.check()?;
+                    Ok(self.pack(sheet, scale, &plans))
+                })
+                .collect::<Result<_, AtlasError>>()?;
+            match found.iter().rposition(Option::is_some) {
+                Some(2) if high < self.scale_limit(sheet) && rounds == 0 => {
+                    (low, high) = (high, high * 1.1);
+                }
+                Some(k) => {
+                    low = scales[k];
+                    high = if k < 2 { scales[k + 1] } else { high };
+                    rounds += 1;
+                }
+                None if best.is_some() => {
+                    high = scales[0];
+                    rounds += 1;
+                }
+                None if low > least => (low, high) = (0.85 * low, low),
+                None => break,
+            }
+            best = found.into_iter().flatten().last().or(best);
+            control.step("packing", START + (0.25 + 0.01 * rounds as f32) * (1.0 - START))?;
+        }
+        match best.or_else(|| self.pack(sheet, least, &any)) {
+            Some(best) => Ok(best),
+            None => Err(self.no_room(sheet, control)?),
+        }
+    }
+
+    /// Large charts first, each in any orientation.
+    fn by_size(&self, sheet: Sheet) -> Plan {
+        let _ = sheet;
+        let area: Vec<f64> = self.pieces.iter().map(Piece::box_area).collect();
+        let mut order: Vec<u32> = (0..self.pieces.len() as u32).collect();
+        order.sort_by(|&a, &b| {
+            area[b as usize].total_cmp(&area[a as usize]).then(a.cmp(&b))
+        });
+        Plan {
+            order,
+            turns: Vec::new(),
+        }
+    }
+
+    /// Good orders, and the scale at which the best of them about fills the texture.
+    fn plans(
+        &self,
+        sheet: Sheet,
+        mut scale: f64,
+        control: &Control<'_>,
+    ) -> Result<(Vec<Plan>, f64), AtlasError> {
+        let coarse = Sheet::new(sheet.size, sheet.fixed.gutter, COARSE_CELLS);
+        let cells = coarse.cells();
+        let room = [cells, 3 * cells];
+        let mut candidates = self.candidates(coarse, scale);
+        let by_size = self.by_size(sheet).order;
+        let heap = |candidates: &[Vec<Candidate>], order: &[u32]| {
+            Pile::of(candidates, order, &[], room).map(|pile| (pile.height(candidates), pile))
+        };
+        // The scale at which the pile is about as high as wide.
+        for _ in 0..2 {
+            if let Some(((height, _), _)) = heap(&candidates, &by_size) {
+                scale *= (cells as f64 / height as f64).sqrt().clamp(0.5, 1.1);
+                candidates = self.candidates(coarse, scale);
+            }
+        }
+        let count = self.pieces.len();
+        let rounds = if count < 4 { 4 } else { 12 + 240 / count };
+        let mut best: Vec<((usize, usize), Vec<u32>, Pile)> = Vec::new();
+        for round in 0..rounds as u32 {
+            control.check()?;
+            let orders: Vec<Vec<u32>> = (0..8)
+                .map(|k| match best.get(k as usize % 2) {
+                    None => shuffled(&by_size, k, 0, k.min(1) * 3),
+                    Some((_, order, _)) => shuffled(order, k, round, 1 + k / 2),
+                })
+                .collect();
+            let tried: Vec<_> = orders
+                .into_par_iter()
+                .map(|order| heap(&candidates, &order).map(|(height, pile)| (height, order, pile)))
+                .collect();
+            best.extend(tried.into_iter().flatten());
+            // Stable: of two that are as good, the earlier one.
+            best.sort_by_key(|(height, ..)| *height);
+            best.dedup_by(|a, b| a.1 == b.1);
+            best.truncate(4);
+        }
+        let Some(&((height, _), ..)) = best.first() else {
+            return Ok((vec![self.by_size(sheet)], scale));
+        };
+        // The coarse cells take a little more than the real ones.
+        let guess = 1.01 * scale * (cells as f64 / height as f64).sqrt();
+        let mut plans: Vec<Plan> = best
+            .into_iter()
+            .map(|(_, order, pile)| Plan {
+                order,
+                turns: pile.turns,
+            })
+            .collect();
+        plans.push(Plan {
+            order: plans[0].order.clone(),
+            turns: Vec::new(),
+        });
+        Ok((plans, guess))
+    }
+
+    /// The error with the smallest size at which the charts fit.
+    fn no_room(&self, sheet: Sheet, control: &Control<'_>) -> Result<AtlasError, AtlasError> {
+        let mut size = f64::from(sheet.size);
+        let needed = loop {
+            control.check()?;
+            size = (1.02 * size).max(size + 1.0).floor();
+            if size > f64::from(MAX_SIZE) {
+                break u64::from(MAX_SIZE) + 1;
+            }
+            let larger = Sheet::new(size as u32, sheet.fixed.gutter, MOST_CELLS);
+            let plan = self.by_size(larger);
+            if self.pack(larger, self.least_scale(larger), &[plan]).is_some() {
+                break size as u64;
+            }
+        };
+        Ok(AtlasError::NoRoomForCharts {
+            charts: self.pieces.len(),
+            gutter: sheet.fixed.gutter,
+            size: sheet.size,
+            needed,
+        })
+    }
+
+    fn placed(
+        &self,
+        surface: &Surface,
+        fixed: Fixed,
+        found: &Found,
+    ) -> (Vec<AtlasMap>, Vec<u32>, u32) {
+        let triangle_count = surface.corners.len();
+        let mut maps = vec![bytemuck::Zeroable::zeroed(); triangle_count];
+        let mut chart = vec![0; triangle_count];
+        for (index, (piece, spot)) in self.pieces.iter().zip(&found.spots).enumerate() {
+            for (t, corners) in piece.corners(fixed, spot.turn, found.scale, IVec2::ZERO) {
+                maps[t as usize] = fixed.map_of(corners.map(|corner| corner + spot.shift));
+                chart[t as usize] = index as u32;
+            }
+        }
+        (maps, chart, self.pieces.len() as u32)
+    }
+}
+
+/// An order in which a few charts have been put somewhere else.
+fn shuffled(order: &[u32], k: u32, round: u32, moves: u32) -> Vec<u32> {
+    let mut order = order.to_vec();
+    for step in 0..moves {
+        let words = random(k, round, step, Purpose::Start);
+        let [from, to] = [words[0], words[1]].map(|word| word as usize % order.len());
+        let chart = order.remove(from);
+        order.insert(to, chart);
+    }
+    order
+}

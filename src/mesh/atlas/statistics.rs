@@ -1,0 +1,268 @@
+//! Numbers that say how good a layout is: for tables, pictures and tests.
+
+use std::fmt;
+
+use rayon::prelude::*;
+
+use super::super::surface::{NONE, Surface};
+use super::{Atlas, triangle_area};
+
+/// How much of the texture a layout uses, and how well triangles keep their size and shape in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AtlasStatistics {
+    /// Triangles laid out.
+    pub triangles: usize,
+    /// Charts they lie in.
+    pub charts: u32,
+    /// Area of the triangles in the texture, as a share of the texture.
+    pub utilisation: f64,
+    /// Texels whose centre is in a triangle.
+    pub owned_texels: u64,
+    /// Texels beside those that reads may touch.
+    pub gutter_texels: u64,
+    /// Texels that are neither.
+    pub empty_texels: u64,
+    /// Texels per surface area of a triangle over the mean of all: what 5, 50 and 95 % of the surface stay below.
+    pub area_percentiles: [f64; 3],
+    /// Longest stretch over shortest in a triangle's map, 1 where it keeps its angles: what 5, 50 and 95 % of the
+    /// surface stay below.
+    pub stretch_percentiles: [f64; 3],
+    /// The largest such stretch; infinite where a triangle has no area in the texture.
+    pub worst_stretch: f64,
+    /// Triangles in which no texel has its centre.
+    pub unowned_triangles: usize,
+    /// Edges between two triangles that do not lie side by side in the texture.
+    pub seam_edges: usize,
+}
+
+const PERCENTILES: [f64; 3] = [0.05, 0.5, 0.95];
+
+/// What the map of one triangle does to it.
+struct Distortion {
+    /// On the surface, world units squared.
+    area: f64,
+    /// In the texture, texels squared.
+    texels: f64,
+    stretch: f64,
+}
+
+impl Atlas {
+    /// Measures the layout, which is that of `surface`.
+    #[must_use]
+    pub fn statistics(&self, surface: &Surface) -> AtlasStatistics {
+        let distortions: Vec<Distortion> = (0..self.maps.len() as u32)
+            .into_par_iter()
+            .map(|triangle| self.distortion(surface, triangle))
+            .collect();
+        let area: f64 = distortions.iter().map(|d| d.area).sum();
+        let texels: f64 = distortions.iter().map(|d| d.texels).sum();
+        let mean = texels / area;
+        let relative = distortions.iter().filter(|d| d.area > 0.0);
+        let relative = relative.map(|d| (d.texels / d.area / mean, d.area));
+        let stretch = || distortions.iter().map(|d| (d.stretch, d.area));
+
+        let mut owns = vec![false; self.maps.len()];
+        for &owner in self.owner.iter().filter(|&&owner| owner != NONE) {
+            owns[owner as usize] = true;
+        }
+        let all = u64::from(self.size) * u64::from(self.size);
+        let (owned, gutter) = (u64::from(self.owned_count), self.gutter_texels.len() as u64);
+        AtlasStatistics {
+            triangles: self.maps.len(),
+            charts: self.chart_count,
+            utilisation: texels / all as f64,
+            owned_texels: owned,
+            gutter_texels: gutter,
+            empty_texels: all - owned - gutter,
+            area_percentiles: percentiles(relative.collect()),
+            stretch_percentiles: percentiles(stretch().collect()),
+            worst_stretch: stretch().map(|(stretch, _)| stretch).fold(1.0, f64::max),
+            unowned_triangles: owns.iter().filter(|&&owns| !owns).count(),
+            seam_edges: (0..surface.halfedges.len() as u32)
+                .into_par_iter()
+                .filter(|&h| {
+                    let twin = surface.halfedges[h as usize].twin;
+                    twin != NONE && h < twin && self.is_seam(surface, h)
+                })
+                .count(),
+        }
+    }
+
+    /// Does the edge of a half-edge lie at a chart's border? Either nothing is beyond it, or what is lies elsewhere in
+    /// the texture.
+    #[must_use]
+    pub fn is_seam(&self, surface: &Surface, halfedge: u32) -> bool {
+        /// Corners that lie closer than this, in texels, are one.
+        const SAME: f32 = 1e-3;
+        let twin = surface.halfedges[halfedge as usize].twin;
+        if twin == NONE || self.chart[halfedge as usize / 3] != self.chart[twin as usize / 3] {
+            return true;
+        }
+        let ([a, b], [c, d]) = (self.edge(halfedge), self.edge(twin));
+        (a - d).abs().max_element() > SAME || (b - c).abs().max_element() > SAME
+    }
+
+    /// Where both ends of a half-edge lie in the texture, in texels.
+    #[must_use]
+    pub fn edge(&self, halfedge: u32) -> [glam::Vec2; 2] {
+        let triangle = halfedge / 3;
+        [halfedge % 3, (halfedge + 1) % 3].map(|corner| match corner {
+            0 => self.position_of(triangle, 0.0, 0.0),
+            1 => self.position_of(triangle, 1.0, 0.0),
+            _ => self.position_of(triangle, 0.0, 1.0),
+        })
+    }
+
+    fn distortion(&self, surface: &Surface, triangle: u32) -> Distortion {
+        let shape = surface.triangles[triangle as usize];
+        let (ab, cp, ch) = (
+            f64::from(shape.ab),
+            f64::from(shape.cp),
+            f64::from(shape.ch),
+        );
+        let map = &self.maps[triangle as usize];
+        let (du, dv) = (map.du.as_dvec2(), map.dv.as_dvec2());
+        // Texels for a world unit along `p` and along `h`; then the singular values of that matrix, as in Sander et
+        // al., "Texture Mapping Progressive Meshes" (2001).
+        let p = du / ab;
+        let h = (dv - cp * p) / ch;
+        let (sum, difference) = (
+            p.length_squared() + h.length_squared(),
+            2.0 * p.perp_dot(h).abs(),
+        );
+        let root = (sum * sum - difference * difference).max(0.0).sqrt();
+        let (long, short) = (
+            (0.5 * (sum + root)).sqrt(),
+            (0.5 * (sum - root)).max(0.0).sqrt(),
+        );
+        Distortion {
+            area: triangle_area(surface, triangle),
+            texels: 0.5 * du.perp_dot(dv).abs(),
+            stretch: if short > 0.0 {
+                long / short
+            } else {
+                f64::INFINITY
+            },
+        }
+    }
+}
+
+/// What 5, 50 and 95 % of the weight stay below; each value comes with its weight.
+fn percentiles(mut values: Vec<(f64, f64)>) -> [f64; 3] {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all: f64 = values.iter().map(|(_, weight)| weight).sum();
+    PERCENTILES.map(|share| {
+        let mut below = 0.0;
+        let found = values.iter().find(|(_, weight)| {
+            below += weight;
+            below >= share * all
+        });
+        found
+            .or(values.last())
+            .map_or(f64::NAN, |(value, _)| *value)
+    })
+}
+
+impl fmt::Display for AtlasStatistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, middle, high] = self.area_percentiles;
+        write!(
+            f,
+            "{} triangles in {} charts, {:.1} % of the texture used, texels per area {low:.2} {middle:.2} {high:.2}, \
+             stretch up to {:.2}",
+            self.triangles,
+            self.charts,
+            100.0 * self.utilisation,
+            self.stretch_percentiles[2],
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{AtlasMethod, AtlasOptions};
+    use super::*;
+    use crate::mesh::Mesh;
+    use glam::Vec2;
+
+    fn grid(mesh: &str, size: u32) -> (Surface, Atlas) {
+        let surface = Surface::build(&[(&Mesh::builtin(mesh).unwrap(), 1.0)]);
+        let options = AtlasOptions {
+            method: AtlasMethod::Grid,
+            size,
+            ..AtlasOptions::default()
+        };
+        let atlas = Atlas::build(&surface, &options).unwrap();
+        (surface, atlas)
+    }
+
+    #[test]
+    fn a_cube_in_a_grid_is_measured_as_by_hand() {
+        let (surface, atlas) = grid("cube", 64);
+        let found = atlas.statistics(&surface);
+        assert_eq!((found.triangles, found.charts), (12, 6));
+        assert_eq!(
+            found.owned_texels + found.gutter_texels + found.empty_texels,
+            64 * 64
+        );
+        // Each owned texel is a square texel of a triangle, but for those that borders cut.
+        let owned = found.owned_texels as f64 / 4096.0;
+        assert!((found.utilisation - owned).abs() < 0.1, "{found:?}");
+        for value in found
+            .area_percentiles
+            .into_iter()
+            .chain(found.stretch_percentiles)
+        {
+            assert!((value - 1.0).abs() < 0.02, "{found:?}");
+        }
+        assert_eq!(found.unowned_triangles, 0);
+        // 18 edges, of which the 6 diagonals lie inside of cells.
+        assert_eq!(found.seam_edges, 12);
+    }
+
+    #[test]
+    fn stretched_and_shrunken_triangles_are_seen() {
+        let (surface, mut atlas) = grid("cube", 64);
+        for map in &mut atlas.maps[..6] {
+            map.du *= 0.5;
+        }
+        let found = atlas.statistics(&surface);
+        // Half of the surface has half the texels: the mean is 3/4.
+        let [low, _, high] = found.area_percentiles;
+        assert!((low - 2.0 / 3.0).abs() < 0.02, "{found:?}");
+        assert!((high - 4.0 / 3.0).abs() < 0.02, "{found:?}");
+        assert!((found.worst_stretch - 2.0).abs() < 0.05, "{found:?}");
+        assert!((found.stretch_percentiles[0] - 1.0).abs() < 0.02);
+        atlas.maps[3].dv = Vec2::ZERO;
+        assert_eq!(atlas.statistics(&surface).worst_stretch, f64::INFINITY);
+    }
+
+    #[test]
+    fn triangles_without_a_texel_are_counted() {
+        let (surface, mut atlas) = grid("cube", 64);
+        for owner in &mut atlas.owner {
+            if *owner == 5 || *owner == 7 {
+                *owner = 4;
+            }
+        }
+        assert_eq!(atlas.statistics(&surface).unowned_triangles, 2);
+    }
+
+    #[test]
+    fn percentiles_go_by_weight() {
+        let values = vec![(3.0, 1.0), (1.0, 94.0), (2.0, 5.0)];
+        assert_eq!(percentiles(values), [1.0, 1.0, 2.0]);
+        assert_eq!(percentiles(vec![(7.0, 0.0)]), [7.0; 3]);
+        assert!(percentiles(Vec::new())[0].is_nan());
+    }
+
+    #[test]
+    fn every_open_border_is_a_seam() {
+        let (surface, atlas) = grid("plane?columns=3&rows=3", 64);
+        let borders = (0..surface.halfedges.len() as u32)
+            .filter(|&h| surface.halfedges[h as usize].twin == NONE);
+        for h in borders {
+            assert!(atlas.is_seam(&surface, h));
+        }
+    }
+}
