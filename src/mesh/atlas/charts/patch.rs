@@ -39,11 +39,7 @@ struct Fans {
 impl Patch {
     /// The patch of some triangles in ascending order, or `None` when they are no disc. Holes that are open border all
     /// round are closed with made-up triangles: they need no cut.
-    pub fn new(
-        surface: &Surface,
-        triangles: &[u32],
-        places: &mut Places,
-    ) -> Option<Self> {
+    pub fn new(surface: &Surface, triangles: &[u32], places: &mut Places) -> Option<Self> {
         let twins = twins(surface, triangles, places);
         let fans = Fans::new(&twins);
         let mut loops = fans.loops();
@@ -60,8 +56,8 @@ impl Patch {
             let ends = along.iter().map(|&h| position(surface, global(next(h))));
             positions.zip(ends).map(|(a, b)| a.distance(b)).sum()
         };
-        let outer = (0..loops.len())
-            .max_by(|&i, &j| length(&loops[i]).total_cmp(&length(&loops[j])))?;
+        let outer =
+            (0..loops.len()).max_by(|&i, &j| length(&loops[i]).total_cmp(&length(&loops[j])))?;
         let border = loops.swap_remove(outer);
         let mut patch = Self {
             triangles: triangles.to_vec(),
@@ -86,8 +82,7 @@ impl Patch {
 
     /// Closes a hole with a fan about its middle; false where that would have no area.
     fn fill(&mut self, surface: &Surface, hole: &[u32]) -> bool {
-        let position =
-            |h: u32| position(surface, 3 * self.triangles[h as usize / 3] + h % 3);
+        let position = |h: u32| position(surface, 3 * self.triangles[h as usize / 3] + h % 3);
         let middle = hole.iter().map(|&h| position(h)).sum::<DVec3>() / hole.len() as f64;
         let mut shapes = Vec::with_capacity(hole.len());
         for &h in hole {

@@ -15,8 +15,8 @@ use crate::mesh::surface::NONE;
 /// How charts are reshaped.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Smoothing {
-    /// Charts are shrunk by this share of their inner radius and grown again, which drops what is thin.
-    pub opening: f64,
+    /// Charts are shrunk by these shares, one after another, of their inner radius and grown again, which drops what is thin.
+    pub openings: &'static [f64],
     /// Rounds of blurring the labels (the scheme of Merriman, Bence and Osher, 1992), which rounds corners off.
     pub blur: usize,
 }
@@ -31,13 +31,11 @@ impl Merger<'_> {
     ) -> Result<(), AtlasError> {
         self.compact();
         let mut labels = self.labels.clone();
-        if smoothing.opening > 0.0 {
-            labels = opened(graph, &labels, self.pieces.len(), smoothing.opening);
+        for &opening in smoothing.openings {
+            labels = opened(graph, &labels, self.pieces.len(), opening);
             self.control.check()?;
         }
-        if smoothing.blur > 0 {
-            labels = self.blurred(&labels, smoothing.blur);
-        }
+        labels = self.blurred(&labels, smoothing.blur);
         self.relabel(labels, bounds)
     }
 
@@ -166,7 +164,11 @@ impl Merger<'_> {
                 };
                 add(own, 0.5);
                 for (length, twin) in lengths.into_iter().zip(twins) {
-                    let from = if twin == NONE { own } else { &mixes[twin as usize / 3] };
+                    let from = if twin == NONE {
+                        own
+                    } else {
+                        &mixes[twin as usize / 3]
+                    };
                     add(from, (0.5 * length / whole) as f32);
                 }
                 sums.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -182,7 +184,11 @@ impl Quality {
     /// Bounds that are kept by what keeps the given ones, and by this.
     fn or(&self, bounds: &Bounds) -> Bounds {
         Bounds {
-            share: bounds.share.max(self.small).max(self.large).max(self.skewed),
+            share: bounds
+                .share
+                .max(self.small)
+                .max(self.large)
+                .max(self.skewed),
             wild: bounds.wild.max(self.wild),
             hull: bounds.hull.max(self.hull),
             roundness: bounds.roundness.max(self.roundness),
