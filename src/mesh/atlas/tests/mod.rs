@@ -1,6 +1,7 @@
 //! Tests of the atlas, and what they share.
 
 mod charts;
+mod own_uvs;
 mod exchange;
 mod layout;
 mod measure;
@@ -17,7 +18,7 @@ fn surface(names: &[&str]) -> Surface {
 }
 
 /// A flat plane whose inner vertices are moved about by up to a third of a quad.
-fn crooked_plane() -> Surface {
+pub(super) fn crooked_plane() -> Surface {
     let quads = 12;
     let mut mesh = crate::mesh::primitive::plane(quads, quads);
     for (k, position) in mesh.positions.iter_mut().enumerate() {
