@@ -45,7 +45,8 @@ impl Shape {
 /// What is taken.
 #[derive(Clone, Debug)]
 pub(super) struct Bitmap {
-    side: usize,
+    width: usize,
+    height: usize,
     /// Words a row and level, one more than the cells need.
     pitch: usize,
     levels: usize,
@@ -56,15 +57,16 @@ pub(super) struct Bitmap {
 }
 
 impl Bitmap {
-    pub(super) fn new(side: usize) -> Self {
-        let pitch = side / 64 + 2;
-        let levels = side.ilog2() as usize + 1;
+    pub(super) fn new(width: usize, height: usize) -> Self {
+        let pitch = width / 64 + 2;
+        let levels = width.ilog2() as usize + 1;
         Self {
-            side,
+            width,
+            height,
             pitch,
             levels,
-            words: vec![0; pitch * levels * side],
-            longest: vec![side as u32; side],
+            words: vec![0; pitch * levels * height],
+            longest: vec![width as u32; height],
         }
     }
 
@@ -75,11 +77,11 @@ impl Bitmap {
     /// The lowest free place for a shape, and of those the leftmost, not below `from` and with its top at or below
     /// `highest`.
     pub(super) fn lowest(&self, shape: &Shape, from: usize, highest: usize) -> Option<[usize; 2]> {
-        let highest = highest.min(self.side);
-        if shape.width > self.side || shape.height > highest {
+        let highest = highest.min(self.height);
+        if shape.width > self.width || shape.height > highest {
             return None;
         }
-        let places = self.side - shape.width + 1;
+        let places = self.width - shape.width + 1;
         let word_count = places.div_ceil(64);
         let mut blocked = [0u64; 16];
         let mut spare = Vec::new();
@@ -143,8 +145,8 @@ impl Bitmap {
     fn longest_free(&self, y: usize) -> u32 {
         let row = self.row(y, 0);
         let (mut longest, mut x) = (0, 0);
-        while let Some(from) = next(row, x, true).filter(|&from| from < self.side) {
-            let to = next(row, from, false).unwrap_or(self.side);
+        while let Some(from) = next(row, x, true).filter(|&from| from < self.width) {
+            let to = next(row, from, false).unwrap_or(self.width);
             longest = longest.max(to - from);
             x = to;
         }
@@ -197,7 +199,7 @@ mod tests {
     #[test]
     fn places_are_the_lowest_free_ones() {
         for side in [5, 64, 70, 130, 1100] {
-            let mut bitmap = Bitmap::new(side);
+            let mut bitmap = Bitmap::new(side, side);
             let mut taken = vec![false; side * side];
             let mut placed = 0;
             for seed in 0..40 {

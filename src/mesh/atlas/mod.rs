@@ -25,6 +25,8 @@ mod grid;
 mod gutter;
 mod outline;
 mod piece;
+mod pieces;
+mod pile;
 mod place;
 mod raster;
 mod rows;

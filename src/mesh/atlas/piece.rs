@@ -68,7 +68,28 @@ impl Piece {
         0.5 * twice * self.weight * self.weight
     }
 
-    /// Whether a triangle has no area or the wrong orientation.
+    /// Of the box along the axes, when it lies upright.
+    pub(super) fn box_area(&self) -> f64 {
+        self.extent.x * self.extent.y
+    }
+
+    /// Orientations to try, the most promising first.
+    pub(super) fn turns(&self) -> [DVec2; 8] {
+        let upright = self.upright;
+        let slanted = upright.rotate(DVec2::splat(std::f64::consts::FRAC_1_SQRT_2));
+        [
+            upright,
+            -upright,
+            upright.perp(),
+            -upright.perp(),
+            slanted,
+            -slanted,
+            slanted.perp(),
+            -slanted.perp(),
+        ]
+    }
+
+    /// Whether a triangle has the wrong orientation.
     pub(super) fn is_folded(&self) -> bool {
         let mut corners = self.flat.corners.iter();
         corners.any(|[a, b, c]| (b - a).perp_dot(c - a) < 0.0)

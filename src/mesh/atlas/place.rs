@@ -1,32 +1,39 @@
 //! Packing: where in the texture each flattened chart goes.
 //!
-//! Charts are packed by what they really take, gutter included, on a bitmap of texels (or of cells of a few texels in
-//! large textures): the largest first, each in the lowest place that is free in any of its orientations. All charts
-//! have the same scale, but for the weights of their objects; the largest scale that fits is searched for.
+//! Charts are packed by what they really take, gutter included, on a bitmap: large ones first, each where it lies lowest
+//! in any of its orientations. All charts have the same scale, but for the weights of their objects. Orders of charts are
+//! tried on a bitmap of coarse cells, and changed a little again and again as long as that makes the pile lower; with
+//! the best of them the largest scale that fits is searched for on the real bitmap. How much is tried depends on the
+//! number of charts only, never on the time that it takes.
 
-use std::collections::HashMap;
-use std::f64::consts::TAU;
-
-use glam::{DVec2, IVec2};
+use glam::IVec2;
 use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, Surface};
-use super::bitmap::{Bitmap, Shape};
 use super::fixed::Fixed;
 use super::flat::FlatChart;
-use super::outline::Mask;
+use super::pile::{Candidate, Pile, Sheet, Spot};
 use super::piece::Piece;
-use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, charts};
-use crate::rng::{Purpose, random, unit};
+use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces};
+use crate::rng::{Purpose, random};
 
 /// Cells along a side of the bitmap at the most.
 const MOST_CELLS: u32 = 1024;
 
-/// With more charts than this, only one orientation and order are tried.
-const MANY: usize = 1500;
+/// The same where orders are tried.
+const COARSE_CELLS: u32 = 360;
+
+/// With more charts than this no orders are tried: among so many small ones there is always one that fits.
+const MANY: usize = 600;
+
+/// With more charts than this each is tried in one orientation only.
+const VERY_MANY: usize = 3000;
 
 /// Texels a chart, on average, below which a scale is not worth having.
 const LEAST_TEXELS: f64 = 1.0;
+
+/// The share of the whole atlas's time that is over when packing starts.
+const START: f32 = 0.6;
 
 /// Packs charts into the texture: per triangle its map and chart, and the number of charts.
 pub(super) fn place(
@@ -35,51 +42,33 @@ pub(super) fn place(
     options: &AtlasOptions,
     control: &Control<'_>,
 ) -> Result<(Vec<AtlasMap>, Vec<u32>, u32), AtlasError> {
-    control.step("packing", 0.0)?;
-    let sheet = Sheet::new(options.size, options.gutter);
-    let packer = Packer::new(surface, flat, options, control)?;
-    let (scale, packing) = packer.search(sheet, control)?;
-    control.step("packing", 1.0)?;
-    Ok(packer.placed(surface, sheet.fixed, scale, &packing))
+    control.step("packing", START)?;
+    let sheet = Sheet::new(options.size, options.gutter, MOST_CELLS);
+    let pieces = pieces::prepared(surface, flat, options, control)?;
+    let packer = Packer::new(pieces, options.turn != 0);
+    let found = packer.search(sheet, control)?;
+    control.step("packing", 0.9)?;
+    Ok(packer.placed(surface, sheet.fixed, &found))
 }
 
-/// Where one chart goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Spot {
-    turn: DVec2,
-    shift: IVec2,
+/// An order of the charts, and in which of its orientations each is tried: one, or any.
+#[derive(Clone, Debug)]
+struct Plan {
+    order: Vec<u32>,
+    /// Per chart, the number of its orientation; empty: any.
+    turns: Vec<u8>,
 }
 
-/// What a chart takes in one orientation.
-struct Candidate {
-    shape: Shape,
-    turn: DVec2,
-    shift: IVec2,
-}
-
-/// What charts are packed into.
-#[derive(Clone, Copy)]
-struct Sheet {
-    size: u32,
-    fixed: Fixed,
-    /// Texels along the side of a cell: an odd number.
-    side: u32,
-}
-
-impl Sheet {
-    fn new(size: u32, gutter: u32) -> Self {
-        let side = size.div_ceil(MOST_CELLS);
-        Self {
-            size,
-            fixed: Fixed::new(size, gutter),
-            side: side + 1 - side % 2,
-        }
-    }
+/// A packing that fits.
+struct Found {
+    scale: f64,
+    /// Per chart.
+    spots: Vec<Spot>,
 }
 
 struct Packer {
     pieces: Vec<Piece>,
-    /// Charts are turned at random and then not any more.
+    /// Charts lie as they should and are not turned any more.
     turned: bool,
     /// The sum of the charts' areas, weighted.
     area: f64,
@@ -88,52 +77,13 @@ struct Packer {
 }
 
 impl Packer {
-    fn new(
-        surface: &Surface,
-        flat: Vec<FlatChart>,
-        options: &AtlasOptions,
-        control: &Control<'_>,
-    ) -> Result<Self, AtlasError> {
-        let weight_of = |object: u32| match options.weights.get(object as usize) {
-            Some(&weight) if weight > 0.0 && weight.is_finite() => f64::from(weight).sqrt(),
-            _ => 1.0,
-        };
-        let to_piece = |flat: FlatChart| {
-            let weight = weight_of(flat.object);
-            Piece::new(surface, flat, weight)
-        };
-        let mut pieces: Vec<Piece> = flat.into_par_iter().map(to_piece).collect();
-        control.check()?;
-        let sheet = Sheet::new(options.size, options.gutter);
-        loop {
-            let packer = Self::of(pieces, options.turn != 0);
-            // About the scale at which charts will be packed.
-            let scale = packer.scale_for(sheet, 0.6).min(packer.widest_scale(sheet));
-            let apart: Vec<Vec<FlatChart>> = packer
-                .pieces
-                .into_par_iter()
-                .map(|piece| without_overlaps(surface, piece, sheet.fixed, scale))
-                .collect();
-            let done = apart.iter().all(|parts| parts.len() == 1);
-            pieces = apart.into_par_iter().flatten().map(to_piece).collect();
-            control.check()?;
-            if done {
-                break;
-            }
-        }
-        if options.turn != 0 {
-            turn_at_random(&mut pieces, options.turn);
-        }
-        Ok(Self::of(pieces, options.turn != 0))
-    }
-
-    fn of(pieces: Vec<Piece>, turned: bool) -> Self {
-        let longest = pieces.iter().fold(0.0f64, |longest, piece| {
-            longest.max(piece.extent.max_element())
-        });
+    fn new(pieces: Vec<Piece>, turned: bool) -> Self {
         Self {
             area: pieces.iter().map(Piece::area).sum(),
-            longest,
+            longest: pieces
+                .iter()
+                .map(|piece| piece.extent.max_element())
+                .fold(0.0, f64::max),
             pieces,
             turned,
         }
@@ -144,45 +94,44 @@ impl Packer {
         f64::from(sheet.size) * (utilisation / self.area).sqrt()
     }
 
-    /// The scale at which the longest chart is as long as the texture.
-    fn widest_scale(&self, sheet: Sheet) -> f64 {
-        f64::from(sheet.size) / self.longest
+    /// The scale at which there is no hope: all of the texture is full, or the longest chart as long as its diagonal.
+    fn scale_limit(&self, sheet: Sheet) -> f64 {
+        let diagonal = 1.42 * f64::from(sheet.size);
+        (diagonal / self.longest).min(self.scale_for(sheet, 1.0))
     }
 
-    fn turns(&self, piece: &Piece) -> Vec<DVec2> {
-        let upright = piece.upright;
-        if self.turned || self.pieces.len() > MANY {
-            vec![upright]
-        } else {
-            vec![upright, upright.perp(), -upright, -upright.perp()]
+    /// The scale below which charts have too few texels to be worth having.
+    fn least_scale(&self, sheet: Sheet) -> f64 {
+        let texels = f64::from(sheet.size) * f64::from(sheet.size);
+        let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
+        self.scale_for(sheet, least).min(0.7 * self.scale_limit(sheet))
+    }
+
+    fn turn_count(&self) -> usize {
+        match self.pieces.len() {
+            _ if self.turned => 1,
+            n if n > VERY_MANY => 1,
+            n if n > MANY => 4,
+            _ => 8,
         }
     }
 
     fn candidates(&self, sheet: Sheet, scale: f64) -> Vec<Vec<Candidate>> {
+        let count = self.turn_count();
         self.pieces
             .par_iter()
             .map(|piece| {
-                self.turns(piece)
-                    .into_iter()
-                    .map(|turn| {
-                        let footprint =
-                            piece.footprint(sheet.fixed, turn, scale, sheet.side as i32);
-                        Candidate {
-                            shape: Shape::new(footprint.filled.mask),
-                            turn,
-                            shift: footprint.shift,
-                        }
-                    })
-                    .collect()
+                let turns = piece.turns().into_iter().take(count);
+                turns.map(|turn| Candidate::new(piece, sheet, turn, scale)).collect()
             })
             .collect()
     }
 
-    /// All charts at a scale, if they fit.
-    fn pack(&self, sheet: Sheet, scale: f64) -> Option<Vec<Spot>> {
-        let cells = (sheet.size / sheet.side) as usize;
+    /// All charts at a scale by the first plan by which they fit.
+    fn pack(&self, sheet: Sheet, scale: f64, plans: &[Plan]) -> Option<Found> {
+        let cells = sheet.cells();
         // What cannot fit is not made into masks: they might be far larger than the texture.
-        if scale > self.scale_for(sheet, 1.0).min(self.widest_scale(sheet)) {
+        if scale > self.scale_limit(sheet) || cells == 0 {
             return None;
         }
         let candidates = self.candidates(sheet, scale);
@@ -190,111 +139,139 @@ impl Packer {
         if taken > cells * cells {
             return None;
         }
-        let orders = if self.pieces.len() > MANY { 1 } else { 3 };
-        (0..orders)
-            .into_par_iter()
-            .map(|order| self.pack_in_order(sheet, &candidates, &in_order(&candidates, order)))
+        plans
+            .par_iter()
+            .map(|plan| {
+                let pile = Pile::of(&candidates, &plan.order, &plan.turns, [cells, cells])?;
+                Some(pile.spots(sheet, &candidates))
+            })
             .find_first(Option::is_some)
             .flatten()
-    }
-
-    fn pack_in_order(
-        &self,
-        sheet: Sheet,
-        candidates: &[Vec<Candidate>],
-        order: &[u32],
-    ) -> Option<Vec<Spot>> {
-        let cells = (sheet.size / sheet.side) as usize;
-        let mut bitmap = Bitmap::new(cells);
-        let nowhere = Spot {
-            turn: DVec2::X,
-            shift: IVec2::ZERO,
-        };
-        let mut spots = vec![nowhere; candidates.len()];
-        // Where the search for a small mask goes on: what was taken below stays taken.
-        let mut below: HashMap<&Mask, usize> = HashMap::new();
-        for &index in order {
-            let mut best: Option<(usize, usize, usize, &Candidate)> = None;
-            for candidate in &candidates[index as usize] {
-                let shape = &candidate.shape;
-                let is_small = shape.mask.words.len() <= 16;
-                let from = if is_small {
-                    below.get(&shape.mask).copied().unwrap_or(0)
-                } else {
-                    0
-                };
-                let highest = best.map_or(cells, |(top, ..)| top);
-                let found = bitmap.lowest(shape, from, highest);
-                if let Some([x, y]) = found {
-                    if is_small {
-                        below.insert(&shape.mask, y);
-                    }
-                    let top = y + shape.height;
-                    if best.is_none_or(|(most, _, left, _)| (top, x) < (most, left)) {
-                        best = Some((top, y, x, candidate));
-                    }
-                }
-            }
-            let (_, y, x, candidate) = best?;
-            bitmap.take(&candidate.shape, [x, y]);
-            let step = sheet.side as i32 * sheet.fixed.texel;
-            spots[index as usize] = Spot {
-                turn: candidate.turn,
-                shift: candidate.shift + IVec2::new(x as i32, y as i32) * step,
-            };
-        }
-        Some(spots)
+            .map(|spots| Found { scale, spots })
     }
 
     /// The largest scale that is found to work.
-    fn search(&self, sheet: Sheet, control: &Control<'_>) -> Result<(f64, Vec<Spot>), AtlasError> {
-        let mut best: Option<(f64, Vec<Spot>)> = None;
+    fn search(&self, sheet: Sheet, control: &Control<'_>) -> Result<Found, AtlasError> {
+        let any = [self.by_size(sheet)];
+        let mut plans = any.to_vec();
+        let mut guess = self.scale_for(sheet, 0.7).min(0.7 * self.scale_limit(sheet));
+        if (2..=MANY).contains(&self.pieces.len()) {
+            (plans, guess) = self.plans(sheet, guess, control)?;
+        }
         let least = self.least_scale(sheet);
-        let (mut low, mut high) = (self.scale_for(sheet, 0.62), self.scale_for(sheet, 0.9));
-        let mut round = 0;
-        while round < 4 {
-            control.check()?;
+        let mut best: Option<Found> = None;
+        let (mut low, mut high) = (0.93 * guess, 1.05 * guess);
+        let mut rounds = 0;
+        while rounds < 4 {
             let scales: Vec<f64> = (1..=3)
                 .map(|k| low + (high - low) * f64::from(k) / 4.0)
                 .collect();
-            let found: Vec<Option<Vec<Spot>>> = scales
+            let found: Vec<Option<Found>> = scales
                 .par_iter()
-                .map(|&scale| self.pack(sheet, scale))
-                .collect();
-            let largest = found.iter().rposition(Option::is_some);
-            if let Some(k) = largest {
-                low = scales[k];
-                if k + 1 < scales.len() {
-                    high = scales[k + 1];
+                .map(|&scale| {
+                    control.check()?;
+                    Ok(self.pack(sheet, scale, &plans))
+                })
+                .collect::<Result<_, AtlasError>>()?;
+            match found.iter().rposition(Option::is_some) {
+                Some(2) if high < self.scale_limit(sheet) && rounds == 0 => {
+                    (low, high) = (high, high * 1.1);
                 }
-                best = found.into_iter().nth(k).flatten().map(|spots| (low, spots));
-                round += 1;
-            } else if best.is_some() {
-                high = scales[0];
-                round += 1;
-            } else if scales[0] > least {
-                high = scales[0];
-                low = (0.6 * low).max(least * 0.999);
-            } else {
-                break;
+                Some(k) => {
+                    low = scales[k];
+                    high = if k < 2 { scales[k + 1] } else { high };
+                    rounds += 1;
+                }
+                None if best.is_some() => {
+                    high = scales[0];
+                    rounds += 1;
+                }
+                None if low > least => (low, high) = (0.85 * low, low),
+                None => break,
             }
-            control.step("packing", round as f32 / 5.0)?;
+            best = found.into_iter().flatten().last().or(best);
+            control.step("packing", START + (0.25 + 0.01 * rounds as f32) * (1.0 - START))?;
         }
-        match best {
+        match best.or_else(|| self.pack(sheet, least, &any)) {
             Some(best) => Ok(best),
-            None => match self.pack(sheet, least) {
-                Some(spots) => Ok((least, spots)),
-                None => Err(self.no_room(sheet, control)?),
-            },
+            None => Err(self.no_room(sheet, control)?),
         }
     }
 
-    /// The scale below which charts have too few texels to be worth having.
-    fn least_scale(&self, sheet: Sheet) -> f64 {
-        let texels = f64::from(sheet.size) * f64::from(sheet.size);
-        let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
-        self.scale_for(sheet, least)
-            .min(0.999 * self.widest_scale(sheet))
+    /// Large charts first, each in any orientation.
+    fn by_size(&self, sheet: Sheet) -> Plan {
+        let _ = sheet;
+        let area: Vec<f64> = self.pieces.iter().map(Piece::box_area).collect();
+        let mut order: Vec<u32> = (0..self.pieces.len() as u32).collect();
+        order.sort_by(|&a, &b| {
+            area[b as usize].total_cmp(&area[a as usize]).then(a.cmp(&b))
+        });
+        Plan {
+            order,
+            turns: Vec::new(),
+        }
+    }
+
+    /// Good orders, and the scale at which the best of them about fills the texture.
+    fn plans(
+        &self,
+        sheet: Sheet,
+        mut scale: f64,
+        control: &Control<'_>,
+    ) -> Result<(Vec<Plan>, f64), AtlasError> {
+        let coarse = Sheet::new(sheet.size, sheet.fixed.gutter, COARSE_CELLS);
+        let cells = coarse.cells();
+        let room = [cells, 3 * cells];
+        let mut candidates = self.candidates(coarse, scale);
+        let by_size = self.by_size(sheet).order;
+        let heap = |candidates: &[Vec<Candidate>], order: &[u32]| {
+            Pile::of(candidates, order, &[], room).map(|pile| (pile.height(candidates), pile))
+        };
+        // The scale at which the pile is about as high as wide.
+        for _ in 0..2 {
+            if let Some(((height, _), _)) = heap(&candidates, &by_size) {
+                scale *= (cells as f64 / height as f64).sqrt().clamp(0.5, 1.1);
+                candidates = self.candidates(coarse, scale);
+            }
+        }
+        let count = self.pieces.len();
+        let rounds = if count < 4 { 4 } else { 12 + 240 / count };
+        let mut best: Vec<((usize, usize), Vec<u32>, Pile)> = Vec::new();
+        for round in 0..rounds as u32 {
+            control.check()?;
+            let orders: Vec<Vec<u32>> = (0..8)
+                .map(|k| match best.get(k as usize % 2) {
+                    None => shuffled(&by_size, k, 0, k.min(1) * 3),
+                    Some((_, order, _)) => shuffled(order, k, round, 1 + k / 2),
+                })
+                .collect();
+            let tried: Vec<_> = orders
+                .into_par_iter()
+                .map(|order| heap(&candidates, &order).map(|(height, pile)| (height, order, pile)))
+                .collect();
+            best.extend(tried.into_iter().flatten());
+            // Stable: of two that are as good, the earlier one.
+            best.sort_by_key(|(height, ..)| *height);
+            best.dedup_by(|a, b| a.1 == b.1);
+            best.truncate(4);
+        }
+        let Some(&((height, _), ..)) = best.first() else {
+            return Ok((vec![self.by_size(sheet)], scale));
+        };
+        // The coarse cells take a little more than the real ones.
+        let guess = 1.01 * scale * (cells as f64 / height as f64).sqrt();
+        let mut plans: Vec<Plan> = best
+            .into_iter()
+            .map(|(_, order, pile)| Plan {
+                order,
+                turns: pile.turns,
+            })
+            .collect();
+        plans.push(Plan {
+            order: plans[0].order.clone(),
+            turns: Vec::new(),
+        });
+        Ok((plans, guess))
     }
 
     /// The error with the smallest size at which the charts fit.
@@ -306,8 +283,9 @@ impl Packer {
             if size > f64::from(MAX_SIZE) {
                 break u64::from(MAX_SIZE) + 1;
             }
-            let larger = Sheet::new(size as u32, sheet.fixed.gutter);
-            if self.pack(larger, self.least_scale(larger)).is_some() {
+            let larger = Sheet::new(size as u32, sheet.fixed.gutter, MOST_CELLS);
+            let plan = self.by_size(larger);
+            if self.pack(larger, self.least_scale(larger), &[plan]).is_some() {
                 break size as u64;
             }
         };
@@ -323,15 +301,14 @@ impl Packer {
         &self,
         surface: &Surface,
         fixed: Fixed,
-        scale: f64,
-        spots: &[Spot],
+        found: &Found,
     ) -> (Vec<AtlasMap>, Vec<u32>, u32) {
         let triangle_count = surface.corners.len();
         let mut maps = vec![bytemuck::Zeroable::zeroed(); triangle_count];
         let mut chart = vec![0; triangle_count];
-        for (index, (piece, spot)) in self.pieces.iter().zip(spots).enumerate() {
-            for (t, corners) in piece.corners(fixed, spot.turn, scale, spot.shift) {
-                maps[t as usize] = fixed.map_of(corners);
+        for (index, (piece, spot)) in self.pieces.iter().zip(&found.spots).enumerate() {
+            for (t, corners) in piece.corners(fixed, spot.turn, found.scale, IVec2::ZERO) {
+                maps[t as usize] = fixed.map_of(corners.map(|corner| corner + spot.shift));
                 chart[t as usize] = index as u32;
             }
         }
@@ -339,43 +316,14 @@ impl Packer {
     }
 }
 
-/// The chart, or pieces of it if it lies on itself.
-fn without_overlaps(surface: &Surface, piece: Piece, fixed: Fixed, scale: f64) -> Vec<FlatChart> {
-    let good = piece.flat.triangles.len() == 1 || {
-        let footprint = piece.footprint(fixed, piece.upright, scale, 1);
-        !footprint.filled.overlaps && !piece.is_folded()
-    };
-    if good {
-        vec![piece.flat]
-    } else {
-        charts::split(surface, &piece.flat)
+/// An order in which a few charts have been put somewhere else.
+fn shuffled(order: &[u32], k: u32, round: u32, moves: u32) -> Vec<u32> {
+    let mut order = order.to_vec();
+    for step in 0..moves {
+        let words = random(k, round, step, Purpose::Start);
+        let [from, to] = [words[0], words[1]].map(|word| word as usize % order.len());
+        let chart = order.remove(from);
+        order.insert(to, chart);
     }
-}
-
-fn turn_at_random(pieces: &mut [Piece], seed: u64) {
-    for (index, piece) in pieces.iter_mut().enumerate() {
-        let words = random(
-            seed as u32,
-            index as u32,
-            (seed >> 32) as u32,
-            Purpose::Start,
-        );
-        piece.turn_to(DVec2::from_angle(TAU * f64::from(unit(words[0]))));
-    }
-}
-
-/// Large charts first, by one measure of size or another.
-fn in_order(candidates: &[Vec<Candidate>], measure: usize) -> Vec<u32> {
-    let size = |index: &u32| {
-        let shape = &candidates[*index as usize][0].shape;
-        let size = match measure {
-            0 => shape.count,
-            1 => shape.width * shape.height,
-            _ => shape.width.max(shape.height),
-        };
-        (std::cmp::Reverse(size), *index)
-    };
-    let mut order: Vec<u32> = (0..candidates.len() as u32).collect();
-    order.sort_by_cached_key(size);
     order
 }

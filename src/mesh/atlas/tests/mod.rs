@@ -3,6 +3,7 @@
 mod charts;
 mod exchange;
 mod layout;
+mod measure;
 mod reads;
 
 use super::*;
