@@ -78,7 +78,11 @@ fn the_atlas_view_shows_the_picture_of_the_layout() {
     for (x, y, pixel) in expected.enumerate_pixels() {
         let shown = picture.get_pixel(2 * x + 1, 2 * y + 1);
         if setup.atlas.owner[(y * setup.atlas.pitch + x) as usize] == NONE {
-            assert_eq!(shown.0[..3], pixel.0[..3], "texel {x} {y} is beside the charts");
+            assert_eq!(
+                shown.0[..3],
+                pixel.0[..3],
+                "texel {x} {y} is beside the charts"
+            );
             continue;
         }
         owned += 1;
@@ -141,6 +145,9 @@ fn surfaces_wear_the_colours_of_their_charts() {
             Some(_) => {}
         }
     }
-    assert!(inside > 5000 && seams > 10 && worn.len() >= 2, "{inside} {seams} {worn:?}");
+    assert!(
+        inside > 5000 && seams > 10 && worn.len() >= 2,
+        "{inside} {seams} {worn:?}"
+    );
     gpu.finish();
 }

@@ -4,9 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use myxo::gpu::{
-    Context, ContextOptions, DeviceInfo, GpuError, default_cache_folder, devices,
-};
+use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, default_cache_folder, devices};
 use myxo::scene::parameters::grouped;
 use myxo::sim::memory::{human, largest_atlas, most_particles};
 use myxo::{Error, Result};

@@ -17,8 +17,19 @@ use super::patch::Patch;
 use crate::mesh::edges::next;
 use crate::mesh::surface::NONE;
 
-/// Where each vertex of a disc lies in the plane, or `None` where numbers fail.
-pub(super) fn flatten(patch: &Patch, metric: &Metric) -> Option<Vec<DVec2>> {
+/// Patches with fewer inner vertices are factored at once; for the others a look at how they scale comes first.
+const WORTH_A_LOOK: usize = 300;
+
+/// Rounds of the rough solver at the most.
+const ROUGH_ROUNDS: usize = 400;
+
+/// Where each vertex of a disc lies in the plane, or `None` where numbers fail, or where `hopeful` says that growing
+/// areas by about these factors, one a triangle, is not worth going on.
+pub(super) fn flatten(
+    patch: &Patch,
+    metric: &Metric,
+    hopeful: impl Fn(&[f64]) -> bool,
+) -> Option<Vec<DVec2>> {
     let laplacian = Laplacian::new(patch, metric);
     let mut bend = vec![0.0; patch.vertex_count];
     for (i, corners) in patch.corners.iter().enumerate() {
@@ -27,12 +38,27 @@ pub(super) fn flatten(patch: &Patch, metric: &Metric) -> Option<Vec<DVec2>> {
             bend[vertex as usize] -= angle;
         }
     }
+    // Angle defects inside; what the border's vertices lack of a straight angle, later.
+    let inner = laplacian.inner.iter();
+    let defects: Vec<f64> = inner.map(|&v| -(bend[v as usize] + TAU)).collect();
+    if defects.len() >= WORTH_A_LOOK {
+        let about = laplacian.solve_roughly(&defects);
+        let mut u = vec![0.0; patch.vertex_count];
+        for (&vertex, value) in laplacian.inner.iter().zip(about) {
+            u[vertex as usize] = value;
+        }
+        let growth = |corners: &[u32; 3]| {
+            let sum: f64 = corners.iter().map(|&v| u[v as usize]).sum();
+            (2.0 / 3.0 * sum).exp()
+        };
+        let growths: Vec<f64> = patch.corners.iter().map(growth).collect();
+        if !hopeful(&growths) {
+            return None;
+        }
+    }
     let factor = laplacian.factor()?;
-    // Angle defects inside; what the border's vertices lack of a straight angle.
     if let Some(factor) = &factor {
-        let mut u = Mat::from_fn(laplacian.inner.len(), 1, |i, _| {
-            -(bend[laplacian.inner[i] as usize] + TAU)
-        });
+        let mut u = Mat::from_fn(defects.len(), 1, |i, _| defects[i]);
         factor.solve_in_place(&mut u);
         for &(border, inner, weight) in &laplacian.across {
             bend[border as usize] -= weight * u[(inner as usize, 0)];
@@ -150,6 +176,62 @@ impl Laplacian {
             rows,
             values,
             across,
+        }
+    }
+
+    /// A few digits of the solution, by conjugate gradients, scaled by the diagonal.
+    fn solve_roughly(&self, right: &[f64]) -> Vec<f64> {
+        let n = right.len();
+        let scale: Vec<f64> = (0..n)
+            .map(|i| 1.0 / self.values[self.column_starts[i]])
+            .collect();
+        let mut solution = vec![0.0; n];
+        let mut rest = right.to_vec();
+        let mut along: Vec<f64> = rest.iter().zip(&scale).map(|(r, s)| r * s).collect();
+        let mut image = vec![0.0; n];
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut size = dot(&rest, &along);
+        let (mut energy, mut of_late) = (0.0, 0.0);
+        for round in 1..=ROUGH_ROUNDS {
+            self.multiply(&along, &mut image);
+            let step = size / dot(&along, &image);
+            if !step.is_finite() {
+                break;
+            }
+            for i in 0..n {
+                solution[i] += step * along[i];
+                rest[i] -= step * image[i];
+            }
+            // How much nearer the solution has come, in the norm of the matrix.
+            energy += step * size;
+            of_late += step * size;
+            if round % 10 == 0 {
+                if of_late < 1e-3 * energy {
+                    break;
+                }
+                of_late = 0.0;
+            }
+            let new_size: f64 = (0..n).map(|i| rest[i] * rest[i] * scale[i]).sum();
+            let keep = new_size / size;
+            size = new_size;
+            for i in 0..n {
+                along[i] = rest[i] * scale[i] + keep * along[i];
+            }
+        }
+        solution
+    }
+
+    fn multiply(&self, vector: &[f64], product: &mut [f64]) {
+        product.fill(0.0);
+        for (column, range) in self.column_starts.windows(2).enumerate() {
+            let value = vector[column];
+            let mut sum = self.values[range[0]] * value;
+            for k in range[0] + 1..range[1] {
+                let (row, weight) = (self.rows[k], self.values[k]);
+                sum += weight * vector[row];
+                product[row] += weight * value;
+            }
+            product[column] += sum;
         }
     }
 

@@ -91,11 +91,10 @@ impl<'a> Merger<'a> {
     pub fn run(
         &mut self,
         bounds: &Bounds,
-        wanted: impl Fn(&Piece, &Piece) -> bool + Sync,
         mut told: impl FnMut(usize) -> Result<(), AtlasError>,
     ) -> Result<(), AtlasError> {
         loop {
-            let chosen = self.choose(&wanted);
+            let chosen = self.choose();
             if chosen.is_empty() {
                 return Ok(());
             }
@@ -211,10 +210,10 @@ impl<'a> Merger<'a> {
     }
 
     /// The pairs of the next round.
-    fn choose(&self, wanted: &(impl Fn(&Piece, &Piece) -> bool + Sync)) -> Vec<Pair> {
+    fn choose(&self) -> Vec<Pair> {
         let mut pairs: Vec<Pair> = (0..self.pieces.len() as u32)
             .into_par_iter()
-            .flat_map_iter(|a| self.pairs_of(a, wanted))
+            .flat_map_iter(|a| self.pairs_of(a))
             .collect();
         pairs.sort_by(|x, y| {
             y.score
@@ -240,7 +239,7 @@ impl<'a> Merger<'a> {
         pairs
     }
 
-    fn pairs_of(&self, a: u32, wanted: &(impl Fn(&Piece, &Piece) -> bool + Sync)) -> Vec<Pair> {
+    fn pairs_of(&self, a: u32) -> Vec<Pair> {
         let Some(piece) = &self.pieces[a as usize] else {
             return Vec::new();
         };
@@ -252,13 +251,11 @@ impl<'a> Merger<'a> {
             let Some(other) = &self.pieces[b as usize] else {
                 continue;
             };
-            if wanted(piece, other) {
-                pairs.push(Pair {
-                    score: score(piece, other, shared),
-                    a,
-                    b,
-                });
-            }
+            pairs.push(Pair {
+                score: score(piece, other, shared),
+                a,
+                b,
+            });
         }
         pairs
     }

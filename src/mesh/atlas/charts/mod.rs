@@ -14,6 +14,8 @@ mod smooth;
 #[cfg(test)]
 mod tests;
 
+use std::cell::Cell;
+
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -39,44 +41,65 @@ const FIRST: Bounds = Bounds {
 /// The share of the whole atlas's time that goes to charts.
 const DONE: f32 = 0.6;
 
+/// How often joining and smoothing take turns at the most, within each bounds: smoother pieces join better.
+const REPEATS: usize = 3;
+/// How borders are straightened.
+const SMOOTHING: Smoothing = Smoothing {
+    openings: &[0.6, 0.4],
+    blur: 6,
+};
+
+/// How far the charts are; never goes back.
+struct Progress<'a> {
+    control: &'a Control<'a>,
+    done: Cell<f32>,
+}
+
+impl<'a> Progress<'a> {
+    fn new(control: &'a Control<'a>) -> Self {
+        Self {
+            control,
+            done: Cell::new(0.0),
+        }
+    }
+
+    /// This share of the charts' work is done.
+    fn tell(&self, done: f32) -> Result<(), AtlasError> {
+        self.done.set(self.done.get().max(done.min(1.0)));
+        self.control
+            .step("cutting into charts", DONE * self.done.get())
+    }
+
+    fn advance(&self, by: f32) -> Result<(), AtlasError> {
+        self.tell(self.done.get() + by)
+    }
+}
+
 /// Cuts and flattens all objects.
 pub(super) fn flat_charts(
     surface: &Surface,
     control: &Control<'_>,
 ) -> Result<Vec<FlatChart>, AtlasError> {
-    let doing = "cutting into charts";
-    control.step(doing, 0.0)?;
+    let progress = Progress::new(control);
+    progress.tell(0.0)?;
     let metric = Metric::new(surface);
     let pool = Pool::default();
     let pieces = first_pieces(surface, &metric, &pool, control)?;
-    control.step(doing, 0.3 * DONE)?;
-    let first_count = pieces.len() as f32;
-    let mut merger = Merger::new(surface, &metric, &pool, control, pieces);
-    merger.run(
-        &STRICT,
-        |_, _| true,
-        |count| {
-            let left = (count as f32).ln() / first_count.ln().max(1.0);
-            control.step(doing, DONE * (0.3 + 0.6 * (1.0 - left.clamp(0.0, 1.0))))
-        },
-    )?;
+    progress.tell(0.15)?;
     let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
     let graph =
         pool.with(|places| Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0)));
-    let small_change = Smoothing {
-        opening: 0.4,
-        blur: 6,
-    };
-    let big_change = Smoothing {
-        opening: 0.6,
-        blur: 6,
-    };
+    let first_count = pieces.len() as f32;
+    let mut merger = Merger::new(surface, &metric, &pool, control, pieces);
     for bounds in [&STRICT, &LOOSE] {
-        for _ in 0..3 {
+        for _ in 0..REPEATS {
             let before = merger.pieces.iter().flatten().count();
-            merger.run(bounds, |_, _| true, |_| Ok(()))?;
-            merger.smooth(&graph, &big_change, &STRICT)?;
-            merger.smooth(&graph, &small_change, &STRICT)?;
+            merger.run(bounds, |count| {
+                let joined = 1.0 - (count as f32).ln() / first_count.ln().max(1.0);
+                progress.tell(0.15 + 0.55 * joined.clamp(0.0, 1.0))
+            })?;
+            merger.smooth(&graph, &SMOOTHING, &STRICT)?;
+            progress.advance(0.05)?;
             if merger.pieces.len() == before {
                 break;
             }

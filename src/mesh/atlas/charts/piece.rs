@@ -35,7 +35,7 @@ pub(super) struct Quality {
     pub wild: f64,
     /// Area of the convex hull over the area: 1 is convex.
     pub hull: f64,
-    /// Perimeter squared over that of a disc of the same area: 1 is a disc.
+    /// Outer perimeter squared over that of a disc of the same area: 1 is a disc.
     pub roundness: f64,
 }
 
@@ -66,6 +66,8 @@ pub(super) const LOOSE: Bounds = Bounds {
 
 /// Areas shrink at most to this and grow at most to its counterpart.
 const AREA: [f64; 2] = [0.856, 1.144];
+/// How wrong a rough look at areas may be.
+const DOUBT: f64 = 0.01;
 /// No triangle that counts goes beyond these.
 const WILD_AREA: [f64; 2] = [0.6, 1.7];
 /// Larger over smaller stretch of a triangle.
@@ -117,10 +119,11 @@ impl Piece {
             return Ok(Self::single(metric, triangle));
         }
         let patch = Patch::new(surface, triangles, places).ok_or(Refusal::Shape)?;
-        let positions = flatten(&patch, metric).ok_or(Refusal::Distortion)?;
+        let area = metric.area(triangles);
+        let hopeful = |growths: &[f64]| is_hopeful(metric, triangles, growths, bounds);
+        let positions = flatten(&patch, metric, hopeful).ok_or(Refusal::Distortion)?;
         let at = |corners: &[u32; 3]| corners.map(|vertex| positions[vertex as usize]);
         let mut corners: Vec<_> = patch.corners[..triangles.len()].iter().map(at).collect();
-        let area = metric.area(triangles);
         let flat_area: f64 = corners.iter().map(signed_area).sum();
         let scale = (area / flat_area).sqrt();
         if !(scale.is_finite() && scale > 0.0) {
@@ -136,9 +139,11 @@ impl Piece {
             .collect();
         let border = border_of(&patch);
         let perimeter: f64 = border.iter().map(|&h| metric.length(h)).sum();
+        let sides = curve.iter().zip(curve.iter().cycle().skip(1));
+        let outer: f64 = sides.map(|(a, b)| a.distance(*b)).sum();
         let mut quality = Quality {
             hull: hull_area(&curve) / area,
-            roundness: roundness(perimeter, area),
+            roundness: roundness(outer, area),
             ..Quality::default()
         };
         for (&t, corners) in triangles.iter().zip(&corners) {
@@ -158,6 +163,27 @@ impl Piece {
             quality,
         })
     }
+}
+
+/// Whether triangles that grow by about these factors may end within bounds.
+fn is_hopeful(metric: &Metric, triangles: &[u32], growths: &[f64], bounds: &Bounds) -> bool {
+    let (mut area, mut grown) = (0.0, 0.0);
+    let areas = triangles.iter().map(|&t| metric.shapes[t as usize].area());
+    for (own, growth) in areas.clone().zip(growths) {
+        area += own;
+        grown += own * growth;
+    }
+    let (mut small, mut large) = (0.0, 0.0);
+    for (own, growth) in areas.zip(growths) {
+        let growth = growth * area / grown;
+        if growth < AREA[0] - DOUBT {
+            small += own;
+        }
+        if growth > AREA[1] + DOUBT {
+            large += own;
+        }
+    }
+    small.max(large) <= (bounds.share + DOUBT) * area
 }
 
 impl Quality {

@@ -15,8 +15,8 @@ use crate::mesh::surface::NONE;
 /// How charts are reshaped.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Smoothing {
-    /// Charts are shrunk by this share of their inner radius and grown again, which drops what is thin.
-    pub opening: f64,
+    /// Charts are shrunk by these shares, one after another, of their inner radius and grown again, which drops what is thin.
+    pub openings: &'static [f64],
     /// Rounds of blurring the labels (the scheme of Merriman, Bence and Osher, 1992), which rounds corners off.
     pub blur: usize,
 }
@@ -31,13 +31,11 @@ impl Merger<'_> {
     ) -> Result<(), AtlasError> {
         self.compact();
         let mut labels = self.labels.clone();
-        if smoothing.opening > 0.0 {
-            labels = opened(graph, &labels, self.pieces.len(), smoothing.opening);
+        for &opening in smoothing.openings {
+            labels = opened(graph, &labels, self.pieces.len(), opening);
             self.control.check()?;
         }
-        if smoothing.blur > 0 {
-            labels = self.blurred(&labels, smoothing.blur);
-        }
+        labels = self.blurred(&labels, smoothing.blur);
         self.relabel(labels, bounds)
     }
 

@@ -17,7 +17,7 @@ fn surface(names: &[&str]) -> Surface {
 }
 
 /// A flat plane whose inner vertices are moved about by up to a third of a quad.
-fn crooked_plane() -> Surface {
+pub(super) fn crooked_plane() -> Surface {
     let quads = 12;
     let mut mesh = crate::mesh::primitive::plane(quads, quads);
     for (k, position) in mesh.positions.iter_mut().enumerate() {

@@ -2,15 +2,28 @@
 
 use std::time::Instant;
 
-use glam::DVec2;
+use glam::Vec3;
 
-use super::super::*;
-use crate::mesh::Mesh;
+use super::*;
+use crate::mesh::suite;
+use crate::rng::{Purpose, random, unit};
 
 /// A surface by the name of a built-in mesh, or by a file's.
 fn open(name: &str) -> Surface {
     let mesh = if name == "potato" {
         potato(6)
+    } else if name == "noise" {
+        noise(&Mesh::builtin("icosphere?subdivisions=6").unwrap(), 0.01)
+    } else if name == "parts" {
+        parts(4000)
+    } else if name == "soup" {
+        soup(60_000)
+    } else if name == "web" {
+        web(40_000)
+    } else if name == "bigfan" {
+        suite::bipyramid(30_000)
+    } else if name == "slivers" {
+        slivers(&Mesh::builtin("torus?major=144&minor=96").unwrap())
     } else if name.ends_with(".glb") {
         Mesh::load(name).unwrap()
     } else {
@@ -19,27 +32,94 @@ fn open(name: &str) -> Surface {
     Surface::build(&[(&mesh, 1.0)])
 }
 
+fn jitter(i: usize) -> Vec3 {
+    let words = random(3, i as u32, 0, Purpose::Start);
+    Vec3::new(unit(words[0]), unit(words[1]), unit(words[2])) - 0.5
+}
+
+/// A mesh whose vertices are off by up to this.
+fn noise(mesh: &Mesh, reach: f32) -> Mesh {
+    let mut mesh = mesh.clone();
+    for (i, position) in mesh.positions.iter_mut().enumerate() {
+        *position += reach * jitter(i);
+    }
+    mesh
+}
+
+/// Many cubes.
+fn parts(count: usize) -> Mesh {
+    let cube = Mesh::builtin("cube").unwrap();
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..count {
+        let first = positions.len() as u32;
+        positions.extend(
+            cube.positions
+                .iter()
+                .map(|&p| p * (0.2 + jitter(i).x.abs()) + 100.0 * jitter(i)),
+        );
+        triangles.extend(cube.corners.iter().map(|c| c.map(|v| first + v)));
+    }
+    suite::mesh("parts", &positions, &triangles)
+}
+
+/// Triangles between random corners: edges with many triangles, and hardly two that fit.
+fn soup(count: usize) -> Mesh {
+    let positions: Vec<_> = (0..300).map(jitter).collect();
+    let pick = |i: usize, k: usize| (random(9, i as u32, k as u32, Purpose::Start)[0] % 300) as u32;
+    let triangles: Vec<_> = (0..count)
+        .map(|i| [pick(i, 0), pick(i, 1), pick(i, 2)])
+        .collect();
+    suite::mesh("soup", &positions, &triangles)
+}
+
+/// A strip that twists and turns: every triangle between the last two corners and a random new one.
+fn web(count: usize) -> Mesh {
+    let positions: Vec<_> = (0..count).map(jitter).collect();
+    let triangles: Vec<_> = (0..count as u32 - 2)
+        .map(|i| {
+            if i % 2 == 0 {
+                [i, i + 1, i + 2]
+            } else {
+                [i + 1, i, i + 2]
+            }
+        })
+        .collect();
+    suite::mesh("web", &positions, &triangles)
+}
+
+/// A thin triangle at an edge of each.
+fn slivers(mesh: &Mesh) -> Mesh {
+    let (mut positions, mut triangles) = (mesh.positions.clone(), Vec::new());
+    for &[a, b, c] in &mesh.corners {
+        let [pa, pb, pc] = [a, b, c].map(|vertex| mesh.positions[vertex as usize]);
+        let d = positions.len() as u32;
+        positions.push((0.5 * (pa + pb)).lerp(pc, 1e-3));
+        triangles.extend([[a, b, d], [b, c, d], [c, a, d]]);
+    }
+    suite::mesh("slivers", &positions, &triangles)
+}
+
 /// A lumpy ball.
 fn potato(subdivisions: u32) -> Mesh {
     let mut mesh = Mesh::builtin(&format!("icosphere?subdivisions={subdivisions}")).unwrap();
     for position in &mut mesh.positions {
         let p = *position;
         let lump = 0.12 * ((5.0 * p.x).sin() * (4.0 * p.y).cos() + (6.0 * p.z + 2.0 * p.x).sin());
-        *position = p * (1.0 + lump) * glam::Vec3::new(1.3, 0.8, 1.0);
+        *position = p * (1.0 + lump) * Vec3::new(1.3, 0.8, 1.0);
     }
     mesh
 }
 
-fn percentile(sorted: &[(f64, f64)], share: f64) -> f64 {
-    let all: f64 = sorted.iter().map(|s| s.1).sum();
-    let mut sum = 0.0;
-    for &(value, weight) in sorted {
-        sum += weight;
-        if sum >= share * all {
-            return value;
-        }
-    }
-    f64::NAN
+/// What this process has used, of all processors together: the machine may be busy with other things.
+fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = stat
+        .rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
 }
 
 #[test]
@@ -58,24 +138,19 @@ fn table() {
     for name in names.split_whitespace() {
         let surface = open(name);
         let start = Instant::now();
+        let cpu = processor_seconds();
         let charts = flat_charts(&surface, &Control::default()).unwrap();
         let seconds = start.elapsed().as_secs_f64();
+        let cpu = processor_seconds() - cpu;
         let metric = Metric::new(&surface);
-        let (mut areas, mut skews) = (Vec::new(), Vec::new());
+        let (areas, skews) = distortions(&surface, &charts);
         let mut border = 0.0;
         let total = metric.area(&(0..surface.corners.len() as u32).collect::<Vec<_>>());
         let mut tiny = 0;
         for chart in &charts {
             let area = metric.area(&chart.triangles);
             tiny += usize::from(area < 0.1 * total / charts.len() as f64);
-            for (&t, corners) in chart.triangles.iter().zip(&chart.corners) {
-                let shape = &metric.shapes[t as usize];
-                let p = (corners[1] - corners[0]) / shape.ab;
-                let h = (corners[2] - corners[0] - shape.cp * p) / shape.ch;
-                let growth = p.perp_dot(h);
-                let half = 0.5 * (p.length_squared() + h.length_squared()) / growth;
-                areas.push((growth, shape.area()));
-                skews.push((half + (half * half - 1.0).max(0.0).sqrt(), shape.area()));
+            for &t in &chart.triangles {
                 for h in 3 * t..3 * t + 3 {
                     let twin = surface.halfedges[h as usize].twin;
                     if twin == NONE || chart.triangles.binary_search(&(twin / 3)).is_err() {
@@ -84,22 +159,21 @@ fn table() {
                 }
             }
         }
-        areas.sort_by(|a, b| a.0.total_cmp(&b.0));
-        skews.sort_by(|a, b| a.0.total_cmp(&b.0));
         println!(
-            "{:30} {:>8} {:>6} {:>6} | {:.3} {:.3} {:.3} | {:.3} {:.3} {:.3} | {:.2} | {:.3}",
+            "{:30} {:>8} {:>6} {:>6} | {:.3} {:.3} {:.3} | {:.3} {:.3} {:.3} | {:.2} | {:.3} {:.2}",
             name.rsplit('/').next().unwrap(),
             surface.corners.len(),
             charts.len(),
             tiny,
-            percentile(&areas, 0.05),
-            percentile(&areas, 0.5),
-            percentile(&areas, 0.95),
-            percentile(&skews, 0.5),
-            percentile(&skews, 0.95),
-            percentile(&skews, 0.99),
+            areas.percentile(5.0),
+            areas.percentile(50.0),
+            areas.percentile(95.0),
+            skews.percentile(50.0),
+            skews.percentile(95.0),
+            skews.percentile(99.0),
             border / total.sqrt(),
-            seconds
+            seconds,
+            cpu
         );
         picture(name, &charts);
     }
