@@ -52,7 +52,7 @@ fn the_atlas_view_shows_the_picture_of_the_layout() {
         .upload(&simulation.state().trail.front, &trail)
         .unwrap();
     // Two pixels a texel.
-    view.atlas.zoom = 1.0 / view.atlas.texels_per_pixel(setup.atlas.size, size()) * 0.5;
+    view.atlas.zoom = 2.0 * view.atlas.texels_per_pixel(setup.atlas.size, size());
     assert!((view.atlas.texels_per_pixel(setup.atlas.size, size()) - 0.5).abs() < 1e-4);
     let mut shoot = |view: &View| {
         gpu.run(|rec| {
