@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::super::surface::Surface;
 use super::fixed::Fixed;
 use super::flat::FlatChart;
+use super::nearness::is_near_itself;
 use super::piece::Piece;
 use super::{AtlasError, AtlasOptions, Control, charts};
 use crate::rng::{Purpose, random, unit};
@@ -66,7 +67,9 @@ fn is_sound(piece: &Piece, fixed: Fixed, scale: f64) -> bool {
         return true;
     }
     let footprint = piece.footprint(fixed, piece.upright, scale, 1);
-    !footprint.filled.overlaps && !piece.is_folded()
+    !footprint.filled.overlaps
+        && !piece.is_folded()
+        && !is_near_itself(&footprint.edges, &piece.loops, fixed)
 }
 
 fn turn_at_random(pieces: &mut [Piece], seed: u64) {

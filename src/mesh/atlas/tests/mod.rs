@@ -4,6 +4,7 @@ mod charts;
 mod exchange;
 mod layout;
 mod measure;
+mod own_uvs;
 mod reads;
 
 use super::*;
