@@ -9,6 +9,7 @@ use myxo::scene::builtin::DEFAULT_SCENE;
 
 use super::Outcome;
 use super::options::{DeviceOptions, SceneOptions, Size};
+use super::progress::atlas_cache;
 use crate::lab::{self, LabOptions};
 
 /// Of the window, pixels.
@@ -62,6 +63,7 @@ impl Lab {
                 device: self.device.device.clone(),
                 validation: self.device.validate,
                 size,
+                atlases: atlas_cache(),
                 frames: self.frames,
             },
         )?;

@@ -3,6 +3,7 @@
 mod clocks;
 mod interface;
 mod keys;
+mod loading;
 mod navigation;
 mod overlays;
 mod pacing;
@@ -12,6 +13,8 @@ mod stage;
 mod theme;
 mod widgets;
 mod window;
+
+use std::path::PathBuf;
 
 use myxo::scene::Scene;
 use myxo::{Error, Result};
@@ -26,6 +29,8 @@ pub struct LabOptions {
     pub validation: bool,
     /// Width and height of the window, pixels.
     pub size: [u32; 2],
+    /// Where layouts are kept that take long to make.
+    pub atlases: Option<PathBuf>,
     /// Close after so many pictures; `None` waits for the user.
     pub frames: Option<u32>,
 }

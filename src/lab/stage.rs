@@ -1,12 +1,17 @@
 //! What the picture shows: the running simulation, its renderer, and the canvas, drawn again only when it must be.
 
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use image::RgbaImage;
 use myxo::Result;
 use myxo::gpu::{Access, Buffer, Context, DeviceKind, Domain, Format, Frames, Image, Recorder};
+use myxo::mesh::atlas::Control;
 use myxo::render::output::Output;
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Quality, Renderer, View};
@@ -17,6 +22,12 @@ use myxo::sim::Simulation;
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
 
+/// How often it is told how far the setting up of a scene is.
+const TELL_EVERY: Duration = Duration::from_millis(100);
+
+/// Shows how far the setting up of a scene is: what is being done, and the share of all that is done.
+pub type Tell<'a> = &'a mut dyn FnMut(&'static str, f32) -> Result<()>;
+
 /// A scene that grows and is drawn.
 pub struct Stage {
     ctx: Arc<Context>,
@@ -26,6 +37,8 @@ pub struct Stage {
     pub simulation: Simulation,
     renderer: Renderer,
     format: Format,
+    /// Where layouts are kept that take long to make.
+    atlases: Option<PathBuf>,
     canvas: Option<(Quality, Canvas)>,
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
@@ -35,14 +48,21 @@ pub struct Stage {
 
 impl Stage {
     /// Sets a scene up; pictures are of this format, an sRGB one.
-    pub fn new(ctx: &Arc<Context>, scene: Scene, format: Format) -> Result<Self> {
-        let simulation = Simulation::new(ctx, &scene)?;
+    pub fn new(
+        ctx: &Arc<Context>,
+        scene: Scene,
+        format: Format,
+        atlases: Option<PathBuf>,
+        tell: Tell<'_>,
+    ) -> Result<Self> {
+        let simulation = set_up(ctx, &scene, atlases.as_deref(), tell)?;
         Ok(Self {
             renderer: Renderer::new(ctx, simulation.setup(), format)?,
             ctx: Arc::clone(ctx),
             scene,
             simulation,
             format,
+            atlases,
             canvas: None,
             particles_drawn: u32::MAX,
             drawn: None,
@@ -50,7 +70,7 @@ impl Stage {
     }
 
     /// Begins again with these settings. If that fails, what runs goes on.
-    pub fn restart(&mut self, settings: &Settings) -> Result<()> {
+    pub fn restart(&mut self, settings: &Settings, tell: Tell<'_>) -> Result<()> {
         let scene = &self.scene;
         let same_meshes = scene.settings.objects.len() == settings.objects.len()
             && scene
@@ -65,13 +85,14 @@ impl Stage {
         } else {
             Scene::from_settings(name, settings, folder)?
         };
-        self.show(scene)
+        self.show(scene, tell)
     }
 
     /// Shows another scene. If that fails, what runs goes on.
-    pub fn show(&mut self, scene: Scene) -> Result<()> {
+    pub fn show(&mut self, scene: Scene, tell: Tell<'_>) -> Result<()> {
         let canvas = self.canvas.take();
-        match Self::new(&self.ctx, scene, self.format) {
+        let atlases = self.atlases.clone();
+        match Self::new(&self.ctx, scene, self.format, atlases, tell) {
             Ok(stage) => *self = Self { canvas, ..stage },
             Err(error) => {
                 self.canvas = canvas;
@@ -155,6 +176,42 @@ impl Stage {
         }
         Ok(RgbaImage::from_raw(size[0], size[1], bytes).expect("a pixel for each of the canvas"))
     }
+}
+
+/// Sets a simulation up on another thread, and tells from this one how far it is.
+fn set_up(
+    ctx: &Arc<Context>,
+    scene: &Scene,
+    atlases: Option<&Path>,
+    tell: Tell<'_>,
+) -> Result<Simulation> {
+    let told = Mutex::new(("setting up", 0.0));
+    let told = || told.lock().unwrap_or_else(PoisonError::into_inner);
+    let cancelled = AtomicBool::new(false);
+    let setup = thread::scope(|scope| {
+        let worker = scope.spawn(|| {
+            let control = Control {
+                progress: Some(&|doing, done| *told() = (doing, done)),
+                cancelled: Some(&cancelled),
+                cache: atlases,
+            };
+            Simulation::set_up(ctx.info(), scene, &control)
+        });
+        let mut last = Instant::now();
+        while !worker.is_finished() {
+            thread::sleep(Duration::from_millis(1));
+            if last.elapsed() >= TELL_EVERY {
+                let (doing, done) = *told();
+                if let Err(error) = tell(doing, done) {
+                    cancelled.store(true, Ordering::Relaxed);
+                    return Err(error);
+                }
+                last = Instant::now();
+            }
+        }
+        worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })?;
+    Simulation::from_setup(ctx, scene, setup)
 }
 
 /// Saves a picture as `screenshot_000001.png`, or under the next number that is free, and says where.

@@ -23,6 +23,7 @@ use winit::window::{Window, WindowId};
 use super::LabOptions;
 use super::clocks::Clocks;
 use super::interface::{Command, Interface};
+use super::loading::Loading;
 use super::pacing::Pacer;
 use super::stage::{Stage, save_screenshot};
 use super::theme;
@@ -182,7 +183,7 @@ impl Lab {
             ..ContextOptions::default()
         })?;
         let size: [u32; 2] = window.inner_size().into();
-        let swapchain = Swapchain::new(&ctx, display, handle, size, true)?;
+        let mut swapchain = Swapchain::new(&ctx, display, handle, size, true)?;
         // A device that is the CPU gains nothing from working ahead, and the hand would feel the delay.
         let in_flight = if ctx.info().kind == DeviceKind::Cpu {
             1
@@ -191,16 +192,10 @@ impl Lab {
         };
         let mut frames = Frames::new(&ctx, in_flight)?;
         let format = swapchain.format().unwrap_or(Format::Bgra8);
-        let gui = Gui::new(&ctx, format, in_flight)?;
-        let stage = Stage::new(&ctx, scene, picture_format(format))?;
-
-        let scene = &stage.scene;
-        let interface = Interface::new(scene);
-        let mut clocks = Clocks::new(&ctx, &mut frames);
-        clocks.restart(&mut frames, &stage);
+        let mut gui = Gui::new(&ctx, format, in_flight)?;
         let context = egui::Context::default();
         theme::apply(&context);
-        let egui = egui_winit::State::new(
+        let mut egui = egui_winit::State::new(
             context,
             egui::ViewportId::ROOT,
             window.as_ref(),
@@ -208,6 +203,25 @@ impl Lab {
             None,
             Some(ctx.info().max_image_side as usize),
         );
+        let name = scene.name.clone();
+        let mut loading = Loading {
+            name: &name,
+            window: &window,
+            egui: &mut egui,
+            gui: &mut gui,
+            swapchain: &mut swapchain,
+            frames: &mut frames,
+        };
+        let stage = Stage::new(
+            &ctx,
+            scene,
+            picture_format(format),
+            options.atlases.clone(),
+            &mut |doing, done| loading.show(doing, done),
+        )?;
+        let interface = Interface::new(&stage.scene);
+        let mut clocks = Clocks::new(&ctx, &mut frames);
+        clocks.restart(&mut frames, &stage);
         window.request_redraw();
         Ok(Self {
             gui,
@@ -339,7 +353,9 @@ impl Lab {
             }
             Command::Restart => {
                 let settings = self.interface.edited.clone();
-                let result = self.stage.restart(&settings);
+                let name = self.stage.scene.name.clone();
+                let (stage, mut loading) = self.loading(&name);
+                let result = stage.restart(&settings, &mut |doing, done| loading.show(doing, done));
                 self.restarted(context, result, false);
             }
             Command::Step => self.single_steps += 1,
@@ -407,8 +423,23 @@ impl Lab {
 
     fn open_scene(&mut self, context: &egui::Context, scene: Scene) {
         self.window.set_title(&title(&scene));
-        let result = self.stage.show(scene);
+        let name = scene.name.clone();
+        let (stage, mut loading) = self.loading(&name);
+        let result = stage.show(scene, &mut |doing, done| loading.show(doing, done));
         self.restarted(context, result, true);
+    }
+
+    /// The stage, and what shows that it is being set.
+    fn loading<'a>(&'a mut self, name: &'a str) -> (&'a mut Stage, Loading<'a>) {
+        let loading = Loading {
+            name,
+            window: &self.window,
+            egui: &mut self.egui,
+            gui: &mut self.gui,
+            swapchain: &mut self.swapchain,
+            frames: &mut self.frames,
+        };
+        (&mut self.stage, loading)
     }
 
     /// After a restart, or after one that failed.

@@ -10,7 +10,7 @@ use super::state::{Kernels, State};
 use super::step;
 use super::types::Pose;
 use crate::error::{Error, Result};
-use crate::gpu::{Context, Recorder};
+use crate::gpu::{Context, DeviceInfo, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
@@ -42,12 +42,28 @@ impl Simulation {
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.
     pub fn with_control(ctx: &Arc<Context>, scene: &Scene, control: &Control<'_>) -> Result<Self> {
-        memory::check(ctx.info(), scene)?;
+        Self::from_setup(ctx, scene, Self::set_up(ctx.info(), scene, control)?)
+    }
+
+    /// What takes long about a new simulation, and does not need the device but for its limits.
+    ///
+    /// # Errors
+    /// As [`with_control`](Self::with_control).
+    pub fn set_up(device: &DeviceInfo, scene: &Scene, control: &Control<'_>) -> Result<Setup> {
+        memory::check(device, scene)?;
         let setup = Setup::with_control(scene, control).map_err(|error| match error {
-            Error::Atlas(error) => memory::atlas_error(ctx.info(), error),
+            Error::Atlas(error) => memory::atlas_error(device, error),
             error => error,
         })?;
-        memory::check_atlas(ctx.info(), &setup.atlas)?;
+        memory::check_atlas(device, &setup.atlas)?;
+        Ok(setup)
+    }
+
+    /// The rest.
+    ///
+    /// # Errors
+    /// When the device has no memory left.
+    pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
         let constants = StepConstants::new(&scene.settings);
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,

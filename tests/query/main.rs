@@ -1,6 +1,7 @@
-//! `myxo query geodesic`, as people run it: accuracy against double precision and closed forms, and the numbering of
-//! files.
+//! `myxo query geodesic` and `myxo query atlas`, as people run them: accuracy against double precision and closed forms,
+//! and the numbering of files.
 
+mod atlas;
 mod straight;
 
 use std::f64::consts::{FRAC_PI_2, TAU};

@@ -22,8 +22,8 @@ pub struct Query {
 
 #[derive(Clone, Debug, Subcommand)]
 enum Kind {
-    Diffuse(diffuse::Diffuse),
     Atlas(atlas::Atlas),
+    Diffuse(diffuse::Diffuse),
     Geodesic(geodesic::Geodesic),
 }
 
@@ -31,8 +31,8 @@ impl Query {
     /// Answers the questions.
     pub fn run(&self) -> Result<Outcome> {
         match &self.kind {
-            Kind::Diffuse(diffuse) => diffuse.run(),
             Kind::Atlas(atlas) => atlas.run(),
+            Kind::Diffuse(diffuse) => diffuse.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
         }
     }

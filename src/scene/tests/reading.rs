@@ -73,14 +73,14 @@ fn every_parameter_round_trips_through_a_file() {
     for parameter in OBJECT_PARAMETERS {
         nudge(parameter, &mut settings.objects[1]);
     }
-    // Every word has another one to change to, except the only atlas method.
+    // Every word has another one to change to.
     let defaults = Settings::default();
     let unchanged: Vec<_> = PARAMETERS
         .iter()
         .filter(|p| !p.differs(&settings, &defaults))
         .map(|p| p.key)
         .collect();
-    assert_eq!(unchanged, ["atlas.method"]);
+    assert_eq!(unchanged, [""; 0]);
 
     assert_eq!(read(&settings.to_toml()), Ok(settings));
 }

@@ -97,7 +97,10 @@ fn objects_get_texels_by_their_weights() {
         let weight = |object: usize| weights.get(object).map_or(1.0, |&w| f64::from(w));
         for object in 1..3 {
             let ratio = densities[object] / densities[0] * weight(0) / weight(object);
-            assert!((ratio - 1.0).abs() < 0.01, "{weights:?}, object {object}: {ratio}");
+            assert!(
+                (ratio - 1.0).abs() < 0.01,
+                "{weights:?}, object {object}: {ratio}"
+            );
         }
     }
 }
@@ -166,7 +169,9 @@ fn validation_notices_what_is_broken_in_charts() {
         .unwrap();
     type Break<'a> = &'a dyn Fn(&mut Atlas);
     let breaks: [(&str, Break); 8] = [
-        ("outside its owner", &|a| a.owner[owned] = other.unwrap() as u32),
+        ("outside its owner", &|a| {
+            a.owner[owned] = other.unwrap() as u32
+        }),
         ("owned texels", &|a| a.owner[owned] = NONE),
         ("has area", &|a| a.area[empty as usize] = 0.1),
         ("owns no texel", &|a| a.chart_count += 1),

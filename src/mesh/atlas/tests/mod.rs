@@ -1,10 +1,11 @@
 //! Tests of the atlas, and what they share.
 
 mod charts;
-mod own_uvs;
 mod exchange;
 mod layout;
 mod measure;
+mod own_uvs;
+mod own_uvs;
 mod reads;
 
 use super::*;
