@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test mutants bench clean
+.PHONY: help demo test mutants bench atlases clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -38,6 +38,15 @@ bench: ## time every kernel on the reference scenes; the figures go to benches/r
 	@for scene in cube torus; do \
 		cargo run --release --quiet -- profile $$scene --steps 200 --report benches/results/$$scene.json || exit 1; \
 	done
+
+# Every mesh that comes with the program.
+MESHES := $(addprefix builtin:,cube torus icosphere plane capsule suzanne trefoil gyroid) assets/hand_animated.glb
+
+atlases: ## lay every mesh out and write the table to benches/results/atlases.md
+	@.ci/setup demo
+	cargo build --release
+	cargo run --release --quiet -- atlas --fresh --method charts $(MESHES) > atlases.part
+	mv atlases.part benches/results/atlases.md
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean

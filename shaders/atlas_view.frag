@@ -53,6 +53,6 @@ void main() {
     float brightness = params.trail_share * tone(sum / max(owned, 1.0), brightest[0]);
     vec3 matte = mix(BARE, owned_chart / max(owned, 1.0), params.chart_share);
     vec3 beside = mix(UNOWNED, other_chart / max(all - owned, 1.0), params.chart_share);
-    vec3 shown = matte * (1.0 - brightness) + color_of(brightness);
+    vec3 shown = matte * (1.0 - brightness) + params.trail_share * color_of(brightness);
     color = vec4(mix(beside, shown, owned / all), 1.0);
 }

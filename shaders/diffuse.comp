@@ -1,7 +1,7 @@
 // diffuse: the trail spreads, takes up the deposits, decays; values too small to see become zero.
 // Reads   strips, trail, deposits, density.
 // Writes  next_trail for owned texels, zero for others of the strips; previous_deposits, cleared for the next step.
-// One invocation per four texels of a row, eight of them a strip; strips without any texel in use are not listed.
+// One invocation per four texels of a row, four of them a strip, a cache line; strips without any texel in use are not listed.
 // Texels beside a seam come out wrong here: diffuse_seams writes them anew.
 // Overflow: cannot happen; nothing is appended.
 
@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
 
 layout(push_constant) uniform Params {
-    uint lane_count;     // eight a strip
+    uint lane_count;     // four a strip
     uint quad_count;     // texels / 4
     uint quads_a_row;    // pitch / 4
     float diffusion;     // 0: nothing spreads, 1: the mean of the nine taps
@@ -29,7 +29,7 @@ layout(std430, set = 0, binding = 1) readonly buffer Trail { vec4 trail[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Deposits { uvec4 deposits[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Density { vec4 density[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trail[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits[]; };
+layout(std430, set = 0, binding = 5) buffer PreviousDeposits { uvec4 previous_deposits[]; };
 
 // Four texels, moved by `DISTANCE` to the left and to the right, from the four before and after.
 vec4 from_left(vec4 before, vec4 here) {
@@ -61,7 +61,7 @@ vec4 excess(uint quad, vec4 thrice) {
 void main() {
     uint i = invocation_index();
     if (i >= params.lane_count) return;
-    uint quad = 8u * strips[i / 8u] + i % 8u;
+    uint quad = 4u * strips[i / 4u] + i % 4u;
     if (quad >= params.quad_count) return;
 
     vec4 owned = density[quad];
@@ -75,5 +75,6 @@ void main() {
     precise vec4 value = (spread + (params.deposit * vec4(deposits[quad])) * owned) * params.decay;
     bvec4 kept = bvec4(uvec4(greaterThanEqual(value, vec4(params.tiny))) & uvec4(greaterThan(owned, vec4(0.0))));
     next_trail[quad] = mix(vec4(0.0), value, kept);
-    previous_deposits[quad] = uvec4(0u);
+    // Most are zero already, and to look costs less than to write.
+    if (previous_deposits[quad] != uvec4(0u)) previous_deposits[quad] = uvec4(0u);
 }

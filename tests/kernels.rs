@@ -98,7 +98,7 @@ fn diffuse_agrees_with_its_twin() {
             let previous: Vec<u32> = (0..texels as u32).collect();
             let constants = DiffuseConstants { distance };
             let params = DiffuseParams {
-                lane_count: 8 * strips.len() as u32,
+                lane_count: 4 * strips.len() as u32,
                 quad_count: texels as u32 / 4,
                 quads_a_row: width / 4,
                 diffusion: 0.37,

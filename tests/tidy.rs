@@ -156,3 +156,18 @@ fn every_kernel_has_a_twin_and_a_mutant() {
         );
     }
 }
+
+/// What `make atlases` has written last is what the README shows.
+#[test]
+fn the_readme_quotes_the_table_of_layouts() {
+    let file = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        fs::read_to_string(path).unwrap()
+    };
+    let table = file("benches/results/atlases.md");
+    assert!(table.lines().count() > 8, "it has a line for each mesh");
+    assert!(
+        file("README.md").contains(table.trim_end()),
+        "copy benches/results/atlases.md into the README's chapter on the world atlas"
+    );
+}

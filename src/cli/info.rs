@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, devices};
+use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, default_cache_folder, devices};
 use myxo::scene::parameters::grouped;
 use myxo::sim::memory::{human, largest_atlas, most_particles};
 use myxo::{Error, Result};
@@ -92,7 +92,7 @@ fn open(device: Option<&str>) -> (Result<usize, GpuError>, Validation) {
     }
 }
 
-fn tools(validation: Validation) -> [Tool; 3] {
+fn tools(validation: Validation) -> [Tool; 4] {
     let display = ["WAYLAND_DISPLAY", "DISPLAY"].into_iter().find_map(|name| {
         let value = std::env::var(name).ok().filter(|value| !value.is_empty())?;
         Some(format!("{name}={value}"))
@@ -117,6 +117,11 @@ fn tools(validation: Validation) -> [Tool; 3] {
             name: "display",
             found: display,
             otherwise: "none; `myxo lab` needs one, `myxo render` does not",
+        },
+        Tool {
+            name: "cache",
+            found: default_cache_folder().map(|folder| folder.display().to_string()),
+            otherwise: "none, as there is no home folder: kernels and atlases are made anew at each start",
         },
     ]
 }

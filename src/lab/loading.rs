@@ -54,7 +54,7 @@ impl Loading<'_> {
             color: target,
             resolve: None,
             depth: None,
-            clear: Some([0.02, 0.02, 0.025, 1.0]),
+            clear: Some([0.055, 0.06, 0.075, 1.0]),
         };
         let gui = &mut self.gui;
         rec.pass("loading", &whole, |pass| {

@@ -65,7 +65,7 @@ impl Diffusion {
                 ..seams_params
             },
             strips: Buffer::from_slice(ctx, "strips", &atlas.strips)?,
-            rows: Buffer::from_slice(ctx, "exchange_rows", &atlas.exchange.rows)?,
+            rows: Buffer::from_slice(ctx, "exchange_rows", &atlas.exchange.rows_by_length())?,
             entries: Buffer::from_slice(ctx, "exchange_entries", &atlas.exchange.entries)?,
             density: Buffer::from_slice(ctx, "density", &atlas.density)?,
             deposits: [none("deposits.front")?, none("deposits.back")?],

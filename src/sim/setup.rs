@@ -132,3 +132,49 @@ fn vertices(surface: &Surface) -> Vec<Vertex> {
     }
     vertices
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::settings::ObjectSettings;
+
+    #[test]
+    fn a_heavier_object_has_more_texels_for_its_area() {
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.method = settings::AtlasMethod::Charts;
+        settings.atlas.size = 256;
+        settings.objects = ["builtin:cube?divisions=4", "builtin:plane?columns=8&rows=8"]
+            .map(|mesh| ObjectSettings {
+                mesh: mesh.to_owned(),
+                ..ObjectSettings::default()
+            })
+            .to_vec();
+        let ratio = |settings: &Settings| {
+            let name = "two".to_owned();
+            let scene = Scene::from_settings(name, settings.clone(), "".into()).unwrap();
+            let Setup { surface, atlas, .. } = Setup::new(&scene).unwrap();
+            let [first, second] = [0, 1].map(|object: usize| {
+                let (start, end) = surface.objects[object].triangles;
+                let sum = |part: &dyn Fn(usize) -> f32| -> f32 {
+                    (start as usize..end as usize).map(part).sum()
+                };
+                let texels = sum(&|t| atlas.maps[t].du.perp_dot(atlas.maps[t].dv));
+                texels / sum(&|t| surface.triangles[t].ab * surface.triangles[t].ch)
+            });
+            second / first
+        };
+        assert!(atlas_options(&settings).weights.is_empty());
+        assert!((ratio(&settings) - 1.0).abs() < 0.02);
+        settings.objects[1].texel_weight = 4.0;
+        assert_eq!(atlas_options(&settings).weights, [1.0, 4.0]);
+        assert!(
+            (ratio(&settings) / 4.0 - 1.0).abs() < 0.05,
+            "{}",
+            ratio(&settings)
+        );
+        // All alike is as if none had one.
+        settings.objects[0].texel_weight = 4.0;
+        assert!(atlas_options(&settings).weights.is_empty());
+    }
+}

@@ -102,7 +102,7 @@ impl State {
             deposits: PingPong::new(ctx, "deposits", texels)?,
             density: Buffer::from_slice(ctx, "density", &setup.atlas.density)?,
             strips: Buffer::from_slice(ctx, "strips", &setup.atlas.strips)?,
-            exchange_rows: Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
+            exchange_rows: Buffer::from_slice(ctx, "exchange_rows", &exchange.rows_by_length())?,
             exchange_entries: Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
             seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
             triangles: Texels::new(

@@ -189,3 +189,79 @@ fn faces_of_one_size_get_texels_alike() {
         assert!((density - 1.0).abs() < 0.01, "{name}: {density}");
     }
 }
+
+/// Charts of every kind of mesh: closed, open, in several parts, with slivers, from files.
+#[test]
+fn charts_lie_apart_keep_sizes_and_are_glued() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut models: Vec<_> = [
+        builtin("cube"),
+        builtin("torus?major=48&minor=32"),
+        builtin("plane"),
+        builtin("capsule"),
+        suite::potato(),
+        suite::slivers(),
+        suite::bipyramid(100),
+    ]
+    .iter()
+    .map(|mesh| obj(folder.path(), mesh))
+    .collect();
+    models.extend(["suzanne", "gyroid_ball"].map(asset));
+    for (name, path, model) in &models {
+        for turn in ["0", "3"] {
+            let options = ["--atlas-method", "charts", "--atlas-size", "1024"];
+            let (size, places) = ask(path, &[&options[..], &["--turn", turn]].concat());
+            check_rows(name, model, &places);
+            check_apart(name, size, &places);
+            check_glued(name, model, &places);
+            check_sizes(name, &densities(model, &places));
+        }
+    }
+}
+
+/// Nearly all of the surface has texels of nearly the mean size.
+fn check_sizes(name: &str, densities: &[(f64, f64)]) {
+    let all: f64 = densities.iter().map(|(_, area)| area).sum();
+    let beyond = |(density, _): &&(f64, f64)| !(0.8..1.25).contains(density);
+    let odd: f64 = densities.iter().filter(beyond).map(|(_, area)| area).sum();
+    assert!(odd < 0.05 * all, "{name}: {:.3} of the surface", odd / all);
+}
+
+/// Faces of a chart hang together over edges that lie at one place for both, to the last bit that is told.
+fn check_glued(name: &str, model: &Model, places: &[Place]) {
+    let mut edges = std::collections::HashMap::new();
+    for (face, triangle) in model.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(|v| welded(model, v));
+            edges.insert((a, b), (face, k));
+        }
+    }
+    let mut root: Vec<usize> = (0..places.len()).collect();
+    fn find(root: &mut [usize], mut face: usize) -> usize {
+        while root[face] != face {
+            root[face] = root[root[face]];
+            face = root[face];
+        }
+        face
+    }
+    for (&(a, b), &(face, k)) in &edges {
+        let Some(&(other, j)) = edges.get(&(b, a)) else {
+            continue;
+        };
+        let ends = |place: &Place, k: usize| [place.corners[k], place.corners[(k + 1) % 3]];
+        let [start, end] = ends(&places[face], k);
+        if places[face].chart == places[other].chart && ends(&places[other], j) == [end, start] {
+            let (face, other) = (find(&mut root, face), find(&mut root, other));
+            root[face] = other;
+        }
+    }
+    let pieces = (0..places.len()).filter(|&face| root[face] == face).count();
+    let charts = places.iter().map(|place| place.chart).max().unwrap() + 1;
+    assert_eq!(pieces, charts, "{name}: charts that fall into pieces");
+}
+
+/// The position itself: vertices at one place are one.
+fn welded(model: &Model, vertex: u32) -> [u64; 3] {
+    let position = model.positions[vertex as usize];
+    position.to_array().map(|x| (x + 0.0).to_bits())
+}

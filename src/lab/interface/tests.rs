@@ -108,6 +108,10 @@ fn keys_run_step_restart_and_choose() {
         harness.press(key);
         assert_eq!(harness.interface.view.show, show);
     }
+    for charts in [0.5, 1.0, 0.0] {
+        harness.press(Key::X);
+        assert_eq!(harness.interface.view.charts, charts);
+    }
     harness.press(Key::C);
     assert_eq!(harness.interface.view.color_map, ColorMap::default().next());
     harness.press(Key::H);

@@ -42,8 +42,8 @@ const LEAST_CONDUCTANCE: f32 = 0.1 / 9.0;
 /// texel's diagonal, and room for rounding.
 const FARTHEST_POINT: f64 = 0.75;
 
-/// Texels of a row of the texture that kernels take together.
-pub const STRIP: u32 = 32;
+/// Texels that kernels take together: a cache line of them.
+pub const STRIP: u32 = 16;
 
 /// Texels and rows that one thread takes at a time.
 const CHUNK: usize = 2048;
@@ -110,6 +110,14 @@ impl Exchange {
     #[must_use]
     pub fn pairs(&self, row: &ExchangeRow) -> &[ExchangeEntry] {
         &self.entries[row.first as usize..][..row.pair_count as usize]
+    }
+
+    /// The rows by the number of their entries, so that invocations side by side go through their loops alike.
+    #[must_use]
+    pub fn rows_by_length(&self) -> Vec<ExchangeRow> {
+        let mut rows = self.rows.clone();
+        rows.par_sort_by_key(|row| (row.pair_count, row.deposit_count(), row.texel));
+        rows
     }
 
     /// The gutter texels whose deposits a row takes up, and its part of each.

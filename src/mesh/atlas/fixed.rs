@@ -58,11 +58,6 @@ impl Fixed {
         let origin = units(map.origin);
         [origin, origin + units(map.du), origin + units(map.dv)]
     }
-
-    /// The texel that holds a place.
-    pub(super) fn texel_at(self, place: IVec2) -> IVec2 {
-        place.map(|k| k.div_euclid(self.texel))
-    }
 }
 
 /// Twice the signed area of a triangle, positive when it is counter-clockwise.

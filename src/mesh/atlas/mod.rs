@@ -23,7 +23,10 @@ mod fixed;
 mod flat;
 mod grid;
 mod gutter;
+mod nearness;
 mod outline;
+mod overlap;
+mod own_uvs;
 mod piece;
 mod pieces;
 mod pile;
@@ -153,6 +156,34 @@ pub enum AtlasError {
         /// The smallest texture side that works.
         needed: u64,
     },
+    /// The model's own texture coordinates cannot be used.
+    #[error(
+        "the texture coordinates of object {object} cannot be its atlas: {problem}; mend them, or choose \
+         atlas.method charts or grid"
+    )]
+    OwnUvs {
+        /// The object, counted from 1.
+        object: u32,
+        /// What is wrong, and where.
+        problem: String,
+    },
+    /// The model's own texture coordinates leave too little room at this size.
+    #[error(
+        "the texture coordinates of object {object} leave too little room for a gutter of {gutter} in an atlas of size \
+         {size}: {problem}; raise atlas.size to {needed} or more"
+    )]
+    OwnUvsTooDense {
+        /// The object, counted from 1.
+        object: u32,
+        /// The gutter, texels.
+        gutter: u32,
+        /// The texture side asked for.
+        size: u32,
+        /// What is too near to what, and where.
+        problem: String,
+        /// A texture side that works.
+        needed: u32,
+    },
     /// More charts than the texture has room for.
     #[error(
         "{charts} charts with a gutter of {gutter} each do not fit an atlas of size {size}: {advice}",
@@ -280,7 +311,10 @@ impl Atlas {
                 raster::derive(surface, maps, chart, chart_count, &options)
             }
             AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
-            AtlasMethod::Mesh => unimplemented!("mesh"),
+            AtlasMethod::Mesh => {
+                let (maps, chart, chart_count) = own_uvs::place(surface, &options, control)?;
+                raster::derive(surface, maps, chart, chart_count, &options)
+            }
         };
         let seams = gutter::seams(surface, &layout, pitch_of(options.size));
         Ok(Self::assemble(surface, &options, layout, seams))

@@ -161,13 +161,19 @@ impl Piece {
                 side,
             );
         }
-        Footprint { filled, shift }
+        Footprint {
+            filled,
+            edges,
+            shift,
+        }
     }
 }
 
 /// What a chart takes, and how it was moved for that.
 pub(super) struct Footprint {
     pub filled: Filled,
+    /// The border, moved.
+    pub edges: Vec<[IVec2; 2]>,
     pub shift: IVec2,
 }
 

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::super::surface::Surface;
 use super::fixed::Fixed;
 use super::flat::FlatChart;
+use super::nearness::is_near_itself;
 use super::piece::Piece;
 use super::{AtlasError, AtlasOptions, Control, charts};
 use crate::rng::{Purpose, random, unit};
@@ -66,12 +67,19 @@ fn is_sound(piece: &Piece, fixed: Fixed, scale: f64) -> bool {
         return true;
     }
     let footprint = piece.footprint(fixed, piece.upright, scale, 1);
-    !footprint.filled.overlaps && !piece.is_folded()
+    !footprint.filled.overlaps
+        && !piece.is_folded()
+        && !is_near_itself(&footprint.edges, &piece.loops, fixed)
 }
 
 fn turn_at_random(pieces: &mut [Piece], seed: u64) {
     for (index, piece) in pieces.iter_mut().enumerate() {
-        let words = random(seed as u32, index as u32, (seed >> 32) as u32, Purpose::Start);
+        let words = random(
+            seed as u32,
+            index as u32,
+            (seed >> 32) as u32,
+            Purpose::Start,
+        );
         piece.turn_to(DVec2::from_angle(TAU * f64::from(unit(words[0]))));
     }
 }

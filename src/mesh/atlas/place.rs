@@ -29,6 +29,9 @@ const MANY: usize = 600;
 /// With more charts than this each is tried in one orientation only.
 const VERY_MANY: usize = 3000;
 
+/// So many orders are tried as make this many charts; at least 16, at most 192.
+const ORDERS: usize = 4800;
+
 /// Texels a chart, on average, below which a scale is not worth having.
 const LEAST_TEXELS: f64 = 1.0;
 
@@ -152,9 +155,9 @@ impl Packer {
 
     /// The largest scale that is found to work.
     fn search(&self, sheet: Sheet, control: &Control<'_>) -> Result<Found, AtlasError> {
-        let any = [self.by_size(sheet)];
+        let any = [self.by_size()];
         let mut plans = any.to_vec();
-        let mut guess = self.scale_for(sheet, 0.7).min(0.7 * self.scale_limit(sheet));
+        let mut guess = self.full_scale(sheet);
         if (2..=MANY).contains(&self.pieces.len()) {
             (plans, guess) = self.plans(sheet, guess, control)?;
         }
@@ -198,9 +201,30 @@ impl Packer {
         }
     }
 
+    /// The cells that all charts take.
+    fn taken(&self, sheet: Sheet, scale: f64) -> f64 {
+        let count = |piece: &Piece| {
+            let footprint = piece.footprint(sheet.fixed, piece.upright, scale, sheet.side as i32);
+            footprint.filled.mask.count()
+        };
+        self.pieces.par_iter().map(count).sum::<usize>() as f64
+    }
+
+    /// About the scale at which charts take four fifths of the texture, gutter and all.
+    fn full_scale(&self, sheet: Sheet) -> f64 {
+        let coarse = Sheet::new(sheet.size, sheet.fixed.gutter, COARSE_CELLS);
+        let limit = 0.7 * self.scale_limit(sheet);
+        let room = 0.8 * (coarse.cells() as f64).powi(2);
+        let mut scale = limit;
+        for _ in 0..5 {
+            let share = room / self.taken(coarse, scale).max(1.0);
+            scale = (scale * share.sqrt().clamp(0.2, 1.5)).min(limit);
+        }
+        scale.max(self.least_scale(sheet))
+    }
+
     /// Large charts first, each in any orientation.
-    fn by_size(&self, sheet: Sheet) -> Plan {
-        let _ = sheet;
+    fn by_size(&self) -> Plan {
         let area: Vec<f64> = self.pieces.iter().map(Piece::box_area).collect();
         let mut order: Vec<u32> = (0..self.pieces.len() as u32).collect();
         order.sort_by(|&a, &b| {
@@ -223,19 +247,23 @@ impl Packer {
         let cells = coarse.cells();
         let room = [cells, 3 * cells];
         let mut candidates = self.candidates(coarse, scale);
-        let by_size = self.by_size(sheet).order;
+        let by_size = self.by_size().order;
         let heap = |candidates: &[Vec<Candidate>], order: &[u32]| {
             Pile::of(candidates, order, &[], room).map(|pile| (pile.height(candidates), pile))
         };
         // The scale at which the pile is about as high as wide.
-        for _ in 0..2 {
-            if let Some(((height, _), _)) = heap(&candidates, &by_size) {
-                scale *= (cells as f64 / height as f64).sqrt().clamp(0.5, 1.1);
-                candidates = self.candidates(coarse, scale);
+        for _ in 0..4 {
+            let ratio = match heap(&candidates, &by_size) {
+                Some(((height, _), _)) => cells as f64 / height as f64,
+                None => 0.4,
+            };
+            if (0.98..1.02).contains(&ratio) {
+                break;
             }
+            scale *= ratio.sqrt().min(1.2);
+            candidates = self.candidates(coarse, scale);
         }
-        let count = self.pieces.len();
-        let rounds = if count < 4 { 4 } else { 12 + 240 / count };
+        let rounds = (ORDERS / 8 / self.pieces.len()).clamp(2, 24);
         let mut best: Vec<((usize, usize), Vec<u32>, Pile)> = Vec::new();
         for round in 0..rounds as u32 {
             control.check()?;
@@ -256,7 +284,7 @@ impl Packer {
             best.truncate(4);
         }
         let Some(&((height, _), ..)) = best.first() else {
-            return Ok((vec![self.by_size(sheet)], scale));
+            return Ok((vec![self.by_size()], scale));
         };
         // The coarse cells take a little more than the real ones.
         let guess = 1.01 * scale * (cells as f64 / height as f64).sqrt();
@@ -277,6 +305,7 @@ impl Packer {
     /// The error with the smallest size at which the charts fit.
     fn no_room(&self, sheet: Sheet, control: &Control<'_>) -> Result<AtlasError, AtlasError> {
         let mut size = f64::from(sheet.size);
+        let plan = [self.by_size()];
         let needed = loop {
             control.check()?;
             size = (1.02 * size).max(size + 1.0).floor();
@@ -284,10 +313,12 @@ impl Packer {
                 break u64::from(MAX_SIZE) + 1;
             }
             let larger = Sheet::new(size as u32, sheet.fixed.gutter, MOST_CELLS);
-            let plan = self.by_size(larger);
-            if self.pack(larger, self.least_scale(larger), &[plan]).is_some() {
+            let least = self.least_scale(larger);
+            if self.pack(larger, least, &plan).is_some() {
                 break size as u64;
             }
+            let taken = self.taken(larger, least).sqrt() * f64::from(larger.side);
+            size = size.max(0.97 * taken);
         };
         Ok(AtlasError::NoRoomForCharts {
             charts: self.pieces.len(),

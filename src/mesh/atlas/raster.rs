@@ -49,6 +49,34 @@ pub(super) fn derive(
     }
 }
 
+/// Charts that are too near to each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Conflict {
+    /// Triangles of two charts that both want one texel.
+    pub triangles: [u32; 2],
+    /// How many times as far from each other they would have to be.
+    pub larger: f64,
+}
+
+/// The worst case of two charts that want the same texel, if there is any.
+pub(super) fn conflict(
+    surface: &Surface,
+    maps: &[AtlasMap],
+    chart: &[u32],
+    options: &AtlasOptions,
+) -> Option<Conflict> {
+    let fixed = Fixed::new(options.size, options.gutter);
+    let sheet = Sheet {
+        fixed,
+        size: options.size as i32,
+        pitch: pitch_of(options.size) as usize,
+        corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
+        surface,
+        chart,
+    };
+    sheet.conflict()
+}
+
 struct Sheet<'a> {
     fixed: Fixed,
     size: i32,
@@ -111,6 +139,67 @@ impl Sheet<'_> {
                 }
             });
         (owner, area)
+    }
+
+    fn conflict(&self) -> Option<Conflict> {
+        let (owner, _) = self.owners_and_areas();
+        let cells = Cells {
+            side: self.fixed.texel,
+            reach: self.fixed.reach,
+        };
+        let edges = self.border();
+        let rows: Vec<(i32, i32)> = edges.par_iter().map(|edge| cells.rows(edge.ends)).collect();
+        let bands = self.by_band(&rows);
+        let chart_of = |t: u32| self.chart[t as usize];
+        let found: Vec<Option<Conflict>> = owner
+            .par_chunks(BAND as usize * self.pitch)
+            .zip(&bands)
+            .enumerate()
+            .map(|(band, (owner, in_band))| {
+                let first = band as i32 * BAND as i32;
+                let end = first + (owner.len() / self.pitch) as i32;
+                let mut claimed = vec![NONE; owner.len()];
+                let mut worst: Option<Conflict> = None;
+                let mut meet = |conflict: Conflict| {
+                    if worst.is_none_or(|worst| conflict.larger > worst.larger) {
+                        worst = Some(conflict);
+                    }
+                };
+                for &index in in_band {
+                    let edge = &edges[index as usize];
+                    let (low, high) = rows[index as usize];
+                    for row in low.max(first)..high.min(end) {
+                        let (from, to) = cells.columns(edge.ends, row);
+                        for column in from.max(0)..to.min(self.size) {
+                            let texel = (row - first) as usize * self.pitch + column as usize;
+                            let (owner, before) = (owner[texel], claimed[texel]);
+                            if before == NONE {
+                                claimed[texel] = index;
+                            } else if chart_of(edges[before as usize].of) != chart_of(edge.of) {
+                                let before = &edges[before as usize];
+                                let gap = gap(before.ends, edge.ends);
+                                meet(Conflict {
+                                    triangles: [before.of, edge.of],
+                                    larger: f64::from(2 * self.fixed.reach + 1) / gap,
+                                });
+                            }
+                            // Where the owner's own border is not within reach, one lies in the other.
+                            if owner != NONE && chart_of(owner) != chart_of(edge.of) {
+                                meet(Conflict {
+                                    triangles: [owner, edge.of],
+                                    larger: 1.0,
+                                });
+                            }
+                        }
+                    }
+                }
+                worst
+            })
+            .collect();
+        found
+            .into_iter()
+            .flatten()
+            .reduce(|a, b| if b.larger > a.larger { b } else { a })
     }
 
     /// Makes a triangle the owner of the texels in some rows whose centres it holds, its edges included, unless a
@@ -300,6 +389,7 @@ impl Sheet<'_> {
             .filter(|&(t, corner)| self.glued(t, corner).is_none())
             .map(|(t, corner)| BorderEdge {
                 ends: self.ends(t, corner),
+                of: t,
                 triangle: self.with_area(t),
             })
             .collect()
@@ -348,6 +438,8 @@ impl Sheet<'_> {
 /// An edge where a chart ends.
 struct BorderEdge {
     ends: [IVec2; 2],
+    /// The triangle whose edge it is.
+    of: u32,
     /// The triangle that the gutter beyond is carried on from.
     triangle: u32,
 }
@@ -360,6 +452,28 @@ impl BorderEdge {
         let distance = (a + along.clamp(0.0, 1.0) * (b - a) - place).length_squared();
         u64::from((distance as f32).to_bits()) << 32 | u64::from(self.triangle)
     }
+}
+
+/// How far from each other two edges that do not cross are, along the axis along which they are farther, in units.
+fn gap(a: [IVec2; 2], b: [IVec2; 2]) -> f64 {
+    // The nearest places are an end of one and some place on the other.
+    let from_end = |end: IVec2, [p, q]: [IVec2; 2]| {
+        let (start, along) = ((p - end).as_dvec2(), (q - p).as_dvec2());
+        let at = |t: f64| (start + t.clamp(0.0, 1.0) * along).abs().max_element();
+        let turns = [
+            0.0,
+            1.0,
+            -start.x / along.x,
+            -start.y / along.y,
+            -(start.x - start.y) / (along.x - along.y),
+            -(start.x + start.y) / (along.x + along.y),
+        ];
+        let finite = turns.into_iter().filter(|t| t.is_finite());
+        finite.map(at).fold(f64::INFINITY, f64::min)
+    };
+    let ends = a.map(|end| from_end(end, b)).into_iter();
+    ends.chain(b.map(|end| from_end(end, a)))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Where a level line runs through a triangle, if it does.

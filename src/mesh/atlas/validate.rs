@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::super::surface::{NONE, Surface};
 use super::gutter::Affine;
-use super::{Atlas, AtlasMethod, surface_area};
+use super::raster::{self, Conflict};
+use super::{Atlas, AtlasMethod, AtlasOptions, surface_area};
 use crate::rng::{Purpose, random, unit};
 
 /// How far outside its owner's triangle an owned texel's centre may lie, in texels: the margin that maps keep.
@@ -28,6 +29,7 @@ impl Atlas {
             .and_then(|()| self.check_owners())
             .and_then(|()| self.check_areas(surface))
             .and_then(|()| self.check_seams())
+            .and_then(|()| self.check_conflicts(surface))
             .and_then(|()| {
                 let chart_of = self.chart_of_texels();
                 self.check_halo(&chart_of)?;
@@ -70,6 +72,25 @@ impl Atlas {
         }
         match texels.iter().position(|&count| count == 0) {
             Some(chart) => Err(format!("chart {chart} owns no texel")),
+            None => Ok(()),
+        }
+    }
+
+    /// No two charts want the same texel. Maps of `grid` are not on the fixed-point grid.
+    fn check_conflicts(&self, surface: &Surface) -> Result<(), String> {
+        if self.method == AtlasMethod::Grid {
+            return Ok(());
+        }
+        let options = AtlasOptions {
+            method: self.method,
+            size: self.size,
+            gutter: self.gutter,
+            ..AtlasOptions::default()
+        };
+        match raster::conflict(surface, &self.maps, &self.chart, &options) {
+            Some(Conflict { triangles, .. }) => Err(format!(
+                "the charts of triangles {triangles:?} want the same texel"
+            )),
             None => Ok(()),
         }
     }

@@ -34,7 +34,7 @@ pub fn diffuse(
         ((left + trail[middle + lane]) + right) - thrice
     };
     for i in 0..params.lane_count {
-        let quad = 8 * strips[i as usize / 8] + i % 8;
+        let quad = 4 * strips[i as usize / 4] + i % 4;
         if quad >= params.quad_count {
             continue;
         }

@@ -156,8 +156,16 @@ impl<'a> Merger<'a> {
             return Err(Refusal::Shape);
         };
         let triangles = merged(&a.triangles, &b.triangles);
+        // Long and lobed is what becomes neither longer nor more lobed.
+        let bounds = Bounds {
+            hull: bounds.hull.max(a.quality.hull).max(b.quality.hull),
+            roundness: (bounds.roundness)
+                .max(a.quality.roundness)
+                .max(b.quality.roundness),
+            ..*bounds
+        };
         self.pool
-            .with(|places| Piece::new(self.surface, self.metric, &triangles, bounds, places))
+            .with(|places| Piece::new(self.surface, self.metric, &triangles, &bounds, places))
     }
 
     fn join(&mut self, pair: &Pair, piece: Piece) {

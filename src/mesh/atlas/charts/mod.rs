@@ -31,12 +31,13 @@ use smooth::Smoothing;
 
 /// Connected parts up to this size are built from single triangles.
 const SMALL: usize = 600;
-/// What a piece to begin with may be like: better than a chart, so that two of them have room to be joined.
+/// What a piece to begin with may be like: flatter than a chart, so that two of them have room to be joined; and of
+/// any shape, because the shape is that of its triangles.
 const FIRST: Bounds = Bounds {
     share: 0.02,
     wild: 0.001,
-    hull: 2.0,
-    roundness: 6.0,
+    hull: f64::INFINITY,
+    roundness: f64::INFINITY,
 };
 /// The share of the whole atlas's time that goes to charts.
 const DONE: f32 = 0.6;

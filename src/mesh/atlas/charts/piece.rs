@@ -54,7 +54,7 @@ pub(super) const STRICT: Bounds = Bounds {
     share: 0.045,
     wild: 0.002,
     hull: 1.6,
-    roundness: 3.5,
+    roundness: 5.0,
 };
 
 /// What a single chart may be like as long as all together are within the strict bounds.

@@ -4,6 +4,8 @@ mod charts;
 mod exchange;
 mod layout;
 mod measure;
+mod own_uvs;
+mod own_uvs;
 mod reads;
 
 use super::*;

@@ -320,6 +320,7 @@ fn it_stops_when_told_to() {
     let control = Control {
         progress: None,
         cancelled: Some(&cancelled),
+        ..Control::default()
     };
     assert_eq!(flat_charts(&surface, &control), Err(AtlasError::Cancelled));
     // In the middle, as soon as the second thing has been told.
@@ -333,6 +334,7 @@ fn it_stops_when_told_to() {
     let control = Control {
         progress: Some(&progress),
         cancelled: Some(&cancelled),
+        ..Control::default()
     };
     assert_eq!(flat_charts(&surface, &control), Err(AtlasError::Cancelled));
     assert_eq!(count.load(Ordering::Relaxed), 2);
@@ -345,6 +347,7 @@ fn progress_goes_forward() {
     let control = Control {
         progress: Some(&progress),
         cancelled: None,
+        ..Control::default()
     };
     flat_charts(&builtin("suzanne"), &control).unwrap();
     let told = told.into_inner().unwrap();
