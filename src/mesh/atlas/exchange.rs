@@ -38,6 +38,13 @@ const NINTH: f32 = 1.0 / 9.0;
 /// never changes the sum.
 const LEAST_CONDUCTANCE: f32 = 0.1 / 9.0;
 
+/// Neighbours up to this tangent beside the direction of a border lie along it.
+const ASIDE: f32 = 0.5;
+
+/// The most that a texel asks of a neighbour along a border; one that owns very little beside much gutter would ask for
+/// everything.
+const MOST_ALONG: f32 = 0.5;
+
 /// A gutter texel whose centre is farther than this from its chart, in texels, holds no point of a triangle: half a
 /// texel's diagonal, and room for rounding.
 const FARTHEST_POINT: f64 = 0.75;
@@ -133,6 +140,8 @@ pub(super) struct Layers<'a> {
     pub chart: &'a [u32],
     /// Mean texel area by this texel's area; 0 where nobody owns it.
     pub density: &'a [f32],
+    /// Per triangle: what a texel that lies wholly in it has, in mean texel areas.
+    pub whole: &'a [f32],
     pub seams: &'a [Seam],
     /// Gutter texels on which particles may deposit, by their place in `seams`.
     pub deposited: &'a [bool],
@@ -395,6 +404,37 @@ impl Layers<'_> {
         })
     }
 
+    /// What a texel exchanges with its neighbours along the chart's border besides the ninth: `(j, X_ij)`.
+    ///
+    /// Diffusion is as quick as it should be in a direction where `sum_j S_ij d_ij^2 = 2/3 A_i`, with `d_ij` the way to
+    /// texel `j` in that direction. The stencil does that for a whole texel. One at the border stands for more or less:
+    /// for what lies between it and the seam, and where a border runs along the texture's rows all of them do so alike.
+    /// Across the border the gutter takes care of that; along it, this does.
+    fn push_along_border(&self, texel: u32, offsets: &[i64; 8], sums: &mut Vec<(u32, f32)>) {
+        let mask = self.mask(texel, offsets);
+        let inwards: Vec2 = (0..8)
+            .filter(|bit| mask >> bit & 1 == 1)
+            .map(|bit| DIRECTIONS[bit])
+            .sum();
+        let Some(along) = inwards.perp().try_normalize() else {
+            return;
+        };
+        let owner = self.owner[texel as usize] as usize;
+        let excess = 1.0 / (self.density[texel as usize] * self.whole[owner]) - 1.0;
+        let neighbours = (0..8).filter(|bit| mask >> bit & 1 == 1).filter_map(|bit| {
+            let other = (i64::from(texel) + offsets[bit]) as u32;
+            let part = DIRECTIONS[bit].dot(along);
+            let aside = DIRECTIONS[bit].perp_dot(along);
+            let at_border = self.mask(other, offsets) != 0xff;
+            (at_border && aside.abs() < ASIDE * part.abs()).then_some((other, part * part))
+        });
+        let squares: f32 = neighbours.clone().map(|(_, square)| square).sum();
+        if squares > 0.0 {
+            let each = (excess * 6.0 * NINTH / squares).clamp(-NINTH, MOST_ALONG);
+            sums.extend(neighbours.map(|(other, _)| (other, each)));
+        }
+    }
+
     /// What a texel would read across seams in one step: `(j, X_ij)`, in ascending order.
     fn reads_of(
         &self,
@@ -416,6 +456,7 @@ impl Layers<'_> {
                 }
             }
         }
+        self.push_along_border(texel, offsets, sums);
         // Stable, so that a pair's parts are added in the order of the neighbours.
         sums.sort_by_key(|item| item.0);
         sums.dedup_by(|next, kept| {
@@ -427,6 +468,18 @@ impl Layers<'_> {
         });
     }
 }
+
+/// Columns and rows of the neighbours of the mask's bits, from the lowest.
+const DIRECTIONS: [Vec2; 8] = [
+    Vec2::new(-1.0, -1.0),
+    Vec2::new(0.0, -1.0),
+    Vec2::new(1.0, -1.0),
+    Vec2::new(-1.0, 0.0),
+    Vec2::new(1.0, 0.0),
+    Vec2::new(-1.0, 1.0),
+    Vec2::new(0.0, 1.0),
+    Vec2::new(1.0, 1.0),
+];
 
 fn taps(seam: &Seam) -> impl Iterator<Item = (u32, f32)> {
     let weights = seam.weights();
@@ -461,7 +514,7 @@ fn symmetric(
             .next_if(|item| item.0 == other)
             .map_or(0.0, |item| item.1);
         let conductance = 0.5 * (there + back);
-        if conductance >= LEAST_CONDUCTANCE && other != texel {
+        if conductance.abs() >= LEAST_CONDUCTANCE && other != texel {
             pairs.push((other, conductance));
         }
     }

@@ -347,6 +347,7 @@ impl Atlas {
             owner: &layout.owner,
             chart: &layout.chart,
             density: &density,
+            whole: &whole_texels(surface, &layout.maps, mean_texel_area),
             seams: &seams,
             deposited: &deposited,
             pitch,
@@ -445,6 +446,18 @@ fn give_to_owned(area: &mut [f32], seams: &[Seam]) {
             area[source as usize] += weight * given;
         }
     }
+}
+
+/// Per triangle: the surface area of a texel that lies wholly in it, in mean texel areas.
+fn whole_texels(surface: &Surface, maps: &[AtlasMap], mean_texel_area: f64) -> Vec<f32> {
+    maps.par_iter()
+        .enumerate()
+        .map(|(triangle, map)| {
+            let texels = 0.5 * map.du.as_dvec2().perp_dot(map.dv.as_dvec2()).abs();
+            let area = triangle_area(surface, triangle as u32) / mean_texel_area;
+            (area / texels.max(f64::MIN_POSITIVE)) as f32
+        })
+        .collect()
 }
 
 fn pitch_of(size: u32) -> u32 {
