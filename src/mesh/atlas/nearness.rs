@@ -42,16 +42,18 @@ pub(super) fn is_near_itself(edges: &[[IVec2; 2]], loops: &[u32], fixed: Fixed) 
         }
     }
     claims.sort_unstable();
-    claims.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).any(|claims| {
-        let (row, column, first) = claims[0];
-        let centre = (IVec2::new(column, row) * fixed.texel + fixed.texel / 2).as_dvec2();
-        claims[1..].iter().any(|&(.., other)| {
-            let [a, b] = [first, other].map(|edge| side_of(edges[edge as usize], centre));
-            // Beyond the nearer one lies either the chart, thinly, or what is outside.
-            let farther = if a.distance > b.distance { a } else { b };
-            farther.beside && farther.outside && are_far([first, other], [a, b])
+    claims
+        .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+        .any(|claims| {
+            let (row, column, first) = claims[0];
+            let centre = (IVec2::new(column, row) * fixed.texel + fixed.texel / 2).as_dvec2();
+            claims[1..].iter().any(|&(.., other)| {
+                let [a, b] = [first, other].map(|edge| side_of(edges[edge as usize], centre));
+                // Beyond the nearer one lies either the chart, thinly, or what is outside.
+                let farther = if a.distance > b.distance { a } else { b };
+                farther.beside && farther.outside && are_far([first, other], [a, b])
+            })
         })
-    })
 }
 
 /// Where a place is, seen from an edge.
@@ -117,11 +119,22 @@ mod tests {
             assert!(!horseshoe(gap), "{gap}");
         }
         for width in [0.1, 0.5, 1.0, 1.7] {
-            let strip = [(10.2, 20.3), (90.1, 31.7), (90.1, 31.7 + width), (10.2, 20.3 + width)];
+            let strip = [
+                (10.2, 20.3),
+                (90.1, 31.7),
+                (90.1, 31.7 + width),
+                (10.2, 20.3 + width),
+            ];
             assert!(!is_near(&strip), "{width}");
         }
         // A right angle with a wedge cut into it.
-        let wedge = [(10.0, 10.0), (90.0, 10.0), (90.0, 90.0), (20.0, 20.0), (10.0, 90.0)];
+        let wedge = [
+            (10.0, 10.0),
+            (90.0, 10.0),
+            (90.0, 90.0),
+            (20.0, 20.0),
+            (10.0, 90.0),
+        ];
         assert!(!is_near(&wedge));
     }
 }

@@ -77,7 +77,10 @@ impl Islands {
         let (chart, count) = islands(surface, &corners);
         Self {
             fixed,
-            maps: corners.iter().map(|&corners| fixed.map_of(corners)).collect(),
+            maps: corners
+                .iter()
+                .map(|&corners| fixed.map_of(corners))
+                .collect(),
             corners,
             chart,
             count,
@@ -112,7 +115,8 @@ impl<'a> Model<'a> {
             problem,
         };
         let uvs = surface.uvs[object as usize].as_deref();
-        let uvs = uvs.ok_or_else(|| problem("it has none, or not for every triangle".to_owned()))?;
+        let uvs =
+            uvs.ok_or_else(|| problem("it has none, or not for every triangle".to_owned()))?;
         let mut signed = 0.0;
         let mut area = 0.0;
         for (t, corners) in uvs.iter().enumerate() {
@@ -317,10 +321,10 @@ fn room_error(
         "its square has no texel inside the gutter".to_owned()
     } else {
         format!(
-        "triangle {t} at {} and triangle {other}{of} at {} are of two islands that are too near to each other",
-        uv_of(surface, a),
-        uv_of(surface, b)
-    )
+            "triangle {t} at {} and triangle {other}{of} at {} are of two islands that are too near to each other",
+            uv_of(surface, a),
+            uv_of(surface, b)
+        )
     };
     let mut larger = options.clone();
     let mut conflict = Some(first);
@@ -329,7 +333,7 @@ fn room_error(
         let gutters = 2.0 * f64::from(options.gutter);
         let inside = (f64::from(larger.size) - gutters).max(1.0);
         let size = (gutters + inside * found.larger.max(1.01)).ceil();
-        if !(size <= f64::from(MAX_SIZE)) {
+        if !size.is_finite() || size > f64::from(MAX_SIZE) {
             return Ok(AtlasError::OwnUvs {
                 object,
                 problem: format!("{problem} for any atlas.size up to {MAX_SIZE}"),

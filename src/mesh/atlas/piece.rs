@@ -73,6 +73,11 @@ impl Piece {
         self.extent.x * self.extent.y
     }
 
+    /// Whether it is far longer than wide, so that lying slanted it would waste room.
+    pub(super) fn is_needle(&self) -> bool {
+        self.extent.min_element() < 0.2 * self.extent.max_element()
+    }
+
     /// Orientations to try, the most promising first.
     pub(super) fn turns(&self) -> [DVec2; 8] {
         let upright = self.upright;
@@ -154,7 +159,12 @@ impl Piece {
                 move_by(&mut edges, more * fixed.texel);
                 filled = fill(&edges, cells);
             }
-            filled.mask = with_square(&filled.mask, texel + more - gutter, texel + more + gutter, side);
+            filled.mask = with_square(
+                &filled.mask,
+                texel + more - gutter,
+                texel + more + gutter,
+                side,
+            );
         }
         Footprint {
             filled,

@@ -24,7 +24,11 @@ fn quads(rectangles: &[[f32; 4]], flipped: bool) -> Mesh {
         for corners in [[0, 1, 2], [0, 2, 3]] {
             soup.triangles.push(corners.map(|corner| first + corner));
             uvs.push(corners.map(|corner| {
-                let x = if [0, 3].contains(&corner) { left } else { right };
+                let x = if [0, 3].contains(&corner) {
+                    left
+                } else {
+                    right
+                };
                 let y = if corner < 2 { bottom } else { top };
                 Vec2::new(x, if flipped { 1.0 - y } else { y })
             }));
@@ -79,8 +83,18 @@ fn objects_share_the_texture_by_their_areas() {
     atlas.validate(&surface).unwrap();
     assert_eq!(atlas.chart_count, 3);
     let side = |t: usize| atlas.maps[t].du.length();
-    assert!((side(2) / side(0) - 2.0).abs() < 0.1, "{} {}", side(2), side(0));
-    assert!((side(4) / side(0) - 2.0).abs() < 0.1, "{} {}", side(4), side(0));
+    assert!(
+        (side(2) / side(0) - 2.0).abs() < 0.1,
+        "{} {}",
+        side(2),
+        side(0)
+    );
+    assert!(
+        (side(4) / side(0) - 2.0).abs() < 0.1,
+        "{} {}",
+        side(4),
+        side(0)
+    );
     assert!(side(2) > 200.0);
 }
 
@@ -88,23 +102,40 @@ fn objects_share_the_texture_by_their_areas() {
 fn coordinates_that_cannot_be_an_atlas_are_explained() {
     let good = [0.0, 0.0, 0.4, 0.4];
     let cases: [(&str, &[[f32; 4]], &[&str]); 6] = [
-        ("outside", &[good, [0.5, 0.5, 1.2, 0.9]], &["triangle 2", "(1.2000, 0.5000)", "outside"]),
-        ("flat", &[good, [0.5, 0.5, 0.5, 0.9]], &["triangle 2", "no area"]),
+        (
+            "outside",
+            &[good, [0.5, 0.5, 1.2, 0.9]],
+            &["triangle 2", "(1.2000, 0.5000)", "outside"],
+        ),
+        (
+            "flat",
+            &[good, [0.5, 0.5, 0.5, 0.9]],
+            &["triangle 2", "no area"],
+        ),
         ("same", &[good, good], &["triangles 0 and 2", "overlap"]),
         ("mirrored", &[good, [0.4, 0.0, 0.0, 0.4]], &["overlap"]),
         ("inside", &[good, [0.1, 0.1, 0.2, 0.2]], &["overlap"]),
-        ("touching", &[good, [0.4, 0.0, 0.8, 0.4]], &["too near", "any atlas.size"]),
+        (
+            "touching",
+            &[good, [0.4, 0.0, 0.8, 0.4]],
+            &["too near", "any atlas.size"],
+        ),
     ];
     for (name, rectangles, words) in cases {
         let surface = Surface::build(&[(&quads(rectangles, false), 1.0)]);
-        let error = Atlas::build(&surface, &own(256, 1)).unwrap_err().to_string();
+        let error = Atlas::build(&surface, &own(256, 1))
+            .unwrap_err()
+            .to_string();
         for word in words.iter().chain(&["object 1", "charts or grid"]) {
             assert!(error.contains(word), "{name}: {error}");
         }
     }
     let cube = surface(&["cube"]);
     let error = Atlas::build(&cube, &own(256, 1)).unwrap_err().to_string();
-    assert!(error.contains("it has none") && error.contains("charts or grid"), "{error}");
+    assert!(
+        error.contains("it has none") && error.contains("charts or grid"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -121,7 +152,10 @@ fn islands_without_room_name_a_size_that_works() {
             sound(&mesh, &own(needed, gutter));
             // Two gutters need this; a little more for rounding.
             let bound = 2 * gutter * 100;
-            assert!((bound..bound + bound / 10 + 10).contains(&needed), "{gutter} at {size}: {needed}");
+            assert!(
+                (bound..bound + bound / 10 + 10).contains(&needed),
+                "{gutter} at {size}: {needed}"
+            );
         }
     }
 }
