@@ -17,8 +17,9 @@ use super::{GutterTexel, Layout};
 /// would meet that edge at distance 0, and a vertex would be on two edges at once.
 const INSET: f64 = 1e-6;
 
-/// A gutter may reach over many small triangles; a walk that goes on for longer than this reads where it stands.
-const MAX_CROSSINGS: u32 = 4096;
+/// A gutter may reach over many small triangles; a walk that goes on for longer than this reads where it stands. In a
+/// sliver between open borders it would be thrown to and fro thousands of times.
+const MAX_CROSSINGS: u32 = 512;
 
 /// Lighter taps are dropped: the margin that the maps keep makes such taps where a walk really ends on a texel's
 /// centre.

@@ -26,6 +26,12 @@ const COARSE_CELLS: u32 = 360;
 /// With more charts than this no orders are tried: among so many small ones there is always one that fits.
 const MANY: usize = 600;
 
+/// With more charts than this, coarse cells say nothing about how each lies best.
+const FEW: usize = 40;
+
+/// Orders that are kept.
+const KEPT: usize = 4;
+
 /// With more charts than this each is tried in one orientation only.
 const VERY_MANY: usize = 3000;
 
@@ -331,18 +337,21 @@ impl Packer {
             // Stable: of two that are as good, the earlier one.
             best.sort_by_key(|(height, ..)| *height);
             best.dedup_by(|a, b| a.1 == b.1);
-            best.truncate(4);
+            best.truncate(KEPT);
         }
         let Some(&((height, _), ..)) = best.first() else {
             return Ok((vec![self.by_size()], scale));
         };
         // The coarse cells take a little more than the real ones.
         let guess = 1.01 * scale * (cells as f64 / height as f64).sqrt();
+        // Where there are many, how they lie best depends on every cell.
+        let is_free = self.pieces.len() > FEW;
         let plans = best.into_iter().map(|(_, order, pile)| Plan {
             order,
-            turns: pile.turns,
+            turns: if is_free { Vec::new() } else { pile.turns },
         });
-        Ok((plans.collect(), guess))
+        let count = if is_free { 2 } else { KEPT };
+        Ok((plans.take(count).collect(), guess))
     }
 
     /// The error with the smallest size at which the charts fit.
