@@ -40,6 +40,11 @@ impl Shape {
             mask,
         }
     }
+
+    /// How much there is to look for.
+    pub(super) fn run_count(&self) -> usize {
+        self.runs.len()
+    }
 }
 
 /// What is taken.

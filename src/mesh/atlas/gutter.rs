@@ -10,15 +10,16 @@ use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam, Surface};
 use super::super::walk::{BorderRule, Frame, SurfacePoint, walk};
-use super::rows::{Row, Rows, Taps};
+use super::rows::{Rows, Taps};
 use super::{GutterTexel, Layout};
 
 /// How far inside its triangle a walk starts, as a share of the way to the centroid. Exactly on the border the walk
 /// would meet that edge at distance 0, and a vertex would be on two edges at once.
 const INSET: f64 = 1e-6;
 
-/// A gutter may reach over many small triangles; a walk that goes on for longer than this reads where it stands.
-const MAX_CROSSINGS: u32 = 4096;
+/// A gutter may reach over many small triangles; a walk that goes on for longer than this reads where it stands. In a
+/// sliver between open borders it would be thrown to and fro thousands of times.
+const MAX_CROSSINGS: u32 = 512;
 
 /// Lighter taps are dropped: the margin that the maps keep makes such taps where a walk really ends on a texel's
 /// centre.
@@ -107,24 +108,18 @@ pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> Vec<Seam>
             read_at(position, pitch, &layout.owner, &finder)
         })
         .collect();
-    let rows = Rows::resolve(&taps);
+    let rows = Rows::resolve(&taps, |k| {
+        nearest_owned(layout, pitch, layout.gutter_texels[k as usize])
+    });
     layout
         .gutter_texels
         .par_iter()
         .enumerate()
-        .map(|(k, &gutter_texel)| {
-            let row = rows.row(k as u32);
-            if row.is_empty() {
-                Row::one(nearest_owned(layout, pitch, gutter_texel)).into_seam(gutter_texel.texel)
-            } else {
-                row.into_seam(gutter_texel.texel)
-            }
-        })
+        .map(|(k, gutter_texel)| rows.row(k as u32).into_seam(gutter_texel.texel))
         .collect()
 }
 
-/// The owned texel of the same chart that is nearest along both axes: for gutter texels whose reads go round among gutter
-/// texels for ever, in charts that are narrower than a texel.
+/// The owned texel of the same chart that is nearest along both axes.
 fn nearest_owned(layout: &Layout, pitch: u32, gutter_texel: GutterTexel) -> u32 {
     let chart = layout.chart[gutter_texel.triangle as usize];
     let side = (layout.owner.len() / pitch as usize) as i64;

@@ -333,7 +333,7 @@ fn room_error(
         let gutters = 2.0 * f64::from(options.gutter);
         let inside = (f64::from(larger.size) - gutters).max(1.0);
         let size = (gutters + inside * found.larger.max(1.01)).ceil();
-        if !(size <= f64::from(MAX_SIZE)) {
+        if !size.is_finite() || size > f64::from(MAX_SIZE) {
             return Ok(AtlasError::OwnUvs {
                 object,
                 problem: format!("{problem} for any atlas.size up to {MAX_SIZE}"),

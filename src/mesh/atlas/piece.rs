@@ -73,6 +73,11 @@ impl Piece {
         self.extent.x * self.extent.y
     }
 
+    /// Whether it is far longer than wide, so that lying slanted it would waste room.
+    pub(super) fn is_needle(&self) -> bool {
+        self.extent.min_element() < 0.2 * self.extent.max_element()
+    }
+
     /// Orientations to try, the most promising first.
     pub(super) fn turns(&self) -> [DVec2; 8] {
         let upright = self.upright;

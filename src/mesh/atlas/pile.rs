@@ -86,7 +86,7 @@ pub(super) struct Pile {
 impl Pile {
     /// Puts each chart where its middle is lowest, as any of its candidates or as the one given; if all fit.
     pub(super) fn of(
-        candidates: &[Vec<Candidate>],
+        candidates: &[Vec<Option<Candidate>>],
         order: &[u32],
         turns: &[u8],
         [width, height]: [usize; 2],
@@ -101,6 +101,7 @@ impl Pile {
         for &index in order {
             let mut best: Option<(f64, usize, u8, [usize; 2])> = None;
             for (k, candidate) in candidates[index as usize].iter().enumerate() {
+                let Some(candidate) = candidate else { continue };
                 if turns
                     .get(index as usize)
                     .is_some_and(|&turn| turn as usize != k)
@@ -132,8 +133,8 @@ impl Pile {
                 }
             }
             let (.., turn, place) = best?;
-            let shape = &candidates[index as usize][turn as usize].shape;
-            bitmap.take(shape, place);
+            let candidate = candidates[index as usize][turn as usize].as_ref()?;
+            bitmap.take(&candidate.shape, place);
             pile.turns[index as usize] = turn;
             pile.places[index as usize] = place;
         }
@@ -141,23 +142,25 @@ impl Pile {
     }
 
     /// How high the pile is, and, where that is the same, how high the charts' tops are on the whole.
-    pub(super) fn height(&self, candidates: &[Vec<Candidate>]) -> (usize, usize) {
+    pub(super) fn height(&self, candidates: &[Vec<Option<Candidate>>]) -> (usize, usize) {
         let tops = self.places.iter().zip(&self.turns).zip(candidates);
         let mut height = (0, 0);
         for (([_, y], &turn), candidates) in tops {
-            let shape = &candidates[turn as usize].shape;
-            let top = y + shape.height;
-            height = (height.0.max(top), height.1 + top * shape.count);
+            if let Some(Candidate { shape, .. }) = &candidates[turn as usize] {
+                let top = y + shape.height;
+                height = (height.0.max(top), height.1 + top * shape.count);
+            }
         }
         height
     }
 
-    pub(super) fn spots(&self, sheet: Sheet, candidates: &[Vec<Candidate>]) -> Vec<Spot> {
+    pub(super) fn spots(&self, sheet: Sheet, candidates: &[Vec<Option<Candidate>>]) -> Vec<Spot> {
         let step = sheet.side as i32 * sheet.fixed.texel;
         let charts = self.places.iter().zip(&self.turns).zip(candidates);
         charts
             .map(|(([x, y], &turn), candidates)| {
-                let candidate = &candidates[turn as usize];
+                let candidate = candidates[turn as usize].as_ref();
+                let candidate = candidate.expect("charts lie as they were tried");
                 Spot {
                     turn: candidate.turn,
                     shift: candidate.shift + IVec2::new(*x as i32, *y as i32) * step,

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, Surface};
 use super::fixed::Fixed;
 use super::flat::FlatChart;
-use super::pile::{Candidate, Pile, Sheet, Spot};
 use super::piece::Piece;
+use super::pile::{Candidate, Pile, Sheet, Spot};
 use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces};
 use crate::rng::{Purpose, random};
 
@@ -26,11 +26,24 @@ const COARSE_CELLS: u32 = 360;
 /// With more charts than this no orders are tried: among so many small ones there is always one that fits.
 const MANY: usize = 600;
 
+/// With more charts than this, coarse cells say nothing about how each lies best.
+const FEW: usize = 40;
+
+/// Orders that are kept.
+const KEPT: usize = 4;
+
 /// With more charts than this each is tried in one orientation only.
 const VERY_MANY: usize = 3000;
 
-/// So many orders are tried as make this many charts; at least 16, at most 192.
-const ORDERS: usize = 4800;
+/// Orders that are tried together, each in a thread of its own if there are so many.
+const TOGETHER: u32 = 8;
+
+/// As often as this many runs of cells have been looked for are orders changed, once for each so many triangles; but at
+/// least and at most so often.
+const RUNS: usize = 250_000;
+const TRIANGLES: usize = 1000;
+const LEAST_ROUNDS: usize = 2;
+const MOST_ROUNDS: usize = 24;
 
 /// Texels a chart, on average, below which a scale is not worth having.
 const LEAST_TEXELS: f64 = 1.0;
@@ -107,7 +120,8 @@ impl Packer {
     fn least_scale(&self, sheet: Sheet) -> f64 {
         let texels = f64::from(sheet.size) * f64::from(sheet.size);
         let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
-        self.scale_for(sheet, least).min(0.7 * self.scale_limit(sheet))
+        self.scale_for(sheet, least)
+            .min(0.7 * self.scale_limit(sheet))
     }
 
     fn turn_count(&self) -> usize {
@@ -119,13 +133,29 @@ impl Packer {
         }
     }
 
-    fn candidates(&self, sheet: Sheet, scale: f64) -> Vec<Vec<Candidate>> {
+    /// What the charts take at a scale, as far as the plans say in which orientation; without plans, in all.
+    fn candidates(&self, sheet: Sheet, scale: f64, plans: &[Plan]) -> Vec<Vec<Option<Candidate>>> {
         let count = self.turn_count();
+        let is_used = |index: usize, turn: usize| {
+            let mut plans = plans.iter();
+            plans.len() == 0
+                || plans.any(|plan| plan.turns.get(index).is_none_or(|&k| k as usize == turn))
+        };
         self.pieces
             .par_iter()
-            .map(|piece| {
-                let turns = piece.turns().into_iter().take(count);
-                turns.map(|turn| Candidate::new(piece, sheet, turn, scale)).collect()
+            .enumerate()
+            .map(|(index, piece)| {
+                let turns = piece.turns().into_iter().enumerate();
+                turns
+                    .take(if piece.is_needle() {
+                        count.min(4)
+                    } else {
+                        count
+                    })
+                    .map(|(k, turn)| {
+                        is_used(index, k).then(|| Candidate::new(piece, sheet, turn, scale))
+                    })
+                    .collect()
             })
             .collect()
     }
@@ -137,8 +167,16 @@ impl Packer {
         if scale > self.scale_limit(sheet) || cells == 0 {
             return None;
         }
-        let candidates = self.candidates(sheet, scale);
-        let taken: usize = candidates.iter().map(|c| c[0].shape.count).sum();
+        let candidates = self.candidates(sheet, scale, plans);
+        let any = |candidates: &Vec<Option<Candidate>>| {
+            candidates
+                .iter()
+                .flatten()
+                .next()
+                .map_or(0, |c| c.shape.count)
+        };
+        // Orientations take about equally many.
+        let taken = candidates.iter().map(any).sum::<usize>() * 49 / 50;
         if taken > cells * cells {
             return None;
         }
@@ -165,7 +203,7 @@ impl Packer {
         let mut best: Option<Found> = None;
         let (mut low, mut high) = (0.93 * guess, 1.05 * guess);
         let mut rounds = 0;
-        while rounds < 4 {
+        while rounds < 3 {
             let scales: Vec<f64> = (1..=3)
                 .map(|k| low + (high - low) * f64::from(k) / 4.0)
                 .collect();
@@ -193,7 +231,10 @@ impl Packer {
                 None => break,
             }
             best = found.into_iter().flatten().last().or(best);
-            control.step("packing", START + (0.25 + 0.01 * rounds as f32) * (1.0 - START))?;
+            control.step(
+                "packing",
+                START + (0.25 + 0.01 * rounds as f32) * (1.0 - START),
+            )?;
         }
         match best.or_else(|| self.pack(sheet, least, &any)) {
             Some(best) => Ok(best),
@@ -228,7 +269,9 @@ impl Packer {
         let area: Vec<f64> = self.pieces.iter().map(Piece::box_area).collect();
         let mut order: Vec<u32> = (0..self.pieces.len() as u32).collect();
         order.sort_by(|&a, &b| {
-            area[b as usize].total_cmp(&area[a as usize]).then(a.cmp(&b))
+            area[b as usize]
+                .total_cmp(&area[a as usize])
+                .then(a.cmp(&b))
         });
         Plan {
             order,
@@ -246,9 +289,9 @@ impl Packer {
         let coarse = Sheet::new(sheet.size, sheet.fixed.gutter, COARSE_CELLS);
         let cells = coarse.cells();
         let room = [cells, 3 * cells];
-        let mut candidates = self.candidates(coarse, scale);
+        let mut candidates = self.candidates(coarse, scale, &[]);
         let by_size = self.by_size().order;
-        let heap = |candidates: &[Vec<Candidate>], order: &[u32]| {
+        let heap = |candidates: &[Vec<Option<Candidate>>], order: &[u32]| {
             Pile::of(candidates, order, &[], room).map(|pile| (pile.height(candidates), pile))
         };
         // The scale at which the pile is about as high as wide.
@@ -261,13 +304,26 @@ impl Packer {
                 break;
             }
             scale *= ratio.sqrt().min(1.2);
-            candidates = self.candidates(coarse, scale);
+            candidates = self.candidates(coarse, scale, &[]);
         }
-        let rounds = (ORDERS / 8 / self.pieces.len()).clamp(2, 24);
+        let runs: usize = candidates
+            .iter()
+            .flatten()
+            .flatten()
+            .map(|candidate| candidate.shape.run_count())
+            .sum();
+        let triangles: usize = self
+            .pieces
+            .iter()
+            .map(|piece| piece.flat.triangles.len())
+            .sum();
+        let rounds = (RUNS / runs.max(1))
+            .min(triangles.div_ceil(TRIANGLES))
+            .clamp(LEAST_ROUNDS, MOST_ROUNDS);
         let mut best: Vec<((usize, usize), Vec<u32>, Pile)> = Vec::new();
         for round in 0..rounds as u32 {
             control.check()?;
-            let orders: Vec<Vec<u32>> = (0..8)
+            let orders: Vec<Vec<u32>> = (0..TOGETHER)
                 .map(|k| match best.get(k as usize % 2) {
                     None => shuffled(&by_size, k, 0, k.min(1) * 3),
                     Some((_, order, _)) => shuffled(order, k, round, 1 + k / 2),
@@ -281,25 +337,21 @@ impl Packer {
             // Stable: of two that are as good, the earlier one.
             best.sort_by_key(|(height, ..)| *height);
             best.dedup_by(|a, b| a.1 == b.1);
-            best.truncate(4);
+            best.truncate(KEPT);
         }
         let Some(&((height, _), ..)) = best.first() else {
             return Ok((vec![self.by_size()], scale));
         };
         // The coarse cells take a little more than the real ones.
         let guess = 1.01 * scale * (cells as f64 / height as f64).sqrt();
-        let mut plans: Vec<Plan> = best
-            .into_iter()
-            .map(|(_, order, pile)| Plan {
-                order,
-                turns: pile.turns,
-            })
-            .collect();
-        plans.push(Plan {
-            order: plans[0].order.clone(),
-            turns: Vec::new(),
+        // Where there are many, how they lie best depends on every cell.
+        let is_free = self.pieces.len() > FEW;
+        let plans = best.into_iter().map(|(_, order, pile)| Plan {
+            order,
+            turns: if is_free { Vec::new() } else { pile.turns },
         });
-        Ok((plans, guess))
+        let count = if is_free { 2 } else { KEPT };
+        Ok((plans.take(count).collect(), guess))
     }
 
     /// The error with the smallest size at which the charts fit.

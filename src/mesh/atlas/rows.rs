@@ -59,7 +59,9 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    pub(super) fn resolve(taps: &'a [Taps]) -> Self {
+    /// `nearest` is an owned texel for a gutter texel, by its index: where the reads of gutter texels that touch no owned
+    /// texel begin.
+    pub(super) fn resolve(taps: &'a [Taps], nearest: impl Fn(u32) -> u32 + Sync) -> Self {
         let open: Vec<u32> = (0..taps.len() as u32)
             .filter(|&k| taps[k as usize].in_gutter > 0)
             .collect();
@@ -69,7 +71,10 @@ impl<'a> Rows<'a> {
         }
         let rows = open
             .par_iter()
-            .map(|&k| Row::of(taps[k as usize].owned()))
+            .map(|&k| match taps[k as usize].owned {
+                0 => Row::of([(nearest(k), 1.0)].into_iter()),
+                _ => Row::of(taps[k as usize].owned()),
+            })
             .collect();
         let mut rows = Self {
             taps,
@@ -80,7 +85,7 @@ impl<'a> Rows<'a> {
         let mut active: Vec<u32> = (0..rows.open.len() as u32).collect();
         for _ in 0..MAX_SWEEPS {
             let changed = rows.sweep(&active);
-            active = rows.slots_that_read(&changed);
+            active = rows.unsettled(&changed);
             if active.is_empty() {
                 break;
             }
@@ -89,6 +94,9 @@ impl<'a> Rows<'a> {
     }
 
     /// Renews the rows in some slots; says for every slot whether its row changed.
+    ///
+    /// Halfway only: where two charts meet with nearly two texels between them, the gutter texels of both lie in the same
+    /// places and read little but each other. They would change places from sweep to sweep; their mean is what they are.
     fn sweep(&mut self, active: &[u32]) -> Vec<bool> {
         let renewed: Vec<Row> = active
             .par_iter()
@@ -98,7 +106,9 @@ impl<'a> Rows<'a> {
                     let row = self.row(k);
                     (0..row.count as usize).map(move |i| (row.texel[i], row.weight[i] * weight))
                 });
-                Row::of(taps.owned().chain(behind))
+                let before = self.rows[slot as usize];
+                let halved = taps.owned().chain(behind).map(|(t, w)| (t, 0.5 * w));
+                Row::of(halved.chain(before.entries().map(|(t, w)| (t, 0.5 * w))))
             })
             .collect();
         let mut changed = vec![false; self.open.len()];
@@ -109,12 +119,12 @@ impl<'a> Rows<'a> {
         changed
     }
 
-    fn slots_that_read(&self, changed: &[bool]) -> Vec<u32> {
+    fn unsettled(&self, changed: &[bool]) -> Vec<u32> {
         (0..self.open.len() as u32)
             .into_par_iter()
             .filter(|&slot| {
                 let taps = &self.taps[self.open[slot as usize] as usize];
-                taps.in_gutter().any(|(k, _)| {
+                changed[slot as usize] || taps.in_gutter().any(|(k, _)| {
                     let slot = self.slots[k as usize];
                     slot != NONE && changed[slot as usize]
                 })
@@ -142,7 +152,7 @@ pub(super) struct Row {
 impl Row {
     /// Weights of the same texel are added up, in the order in which they come.
     fn of(entries: impl Iterator<Item = (u32, f32)>) -> Self {
-        let mut merged = [(0, 0.0); 4 * ROW_CAPACITY];
+        let mut merged = [(0, 0.0); 5 * ROW_CAPACITY];
         let mut count = 0;
         for (texel, weight) in entries {
             match merged[..count].iter_mut().find(|entry| entry.0 == texel) {
@@ -166,15 +176,6 @@ impl Row {
             row.weight[k] = weight / sum;
         }
         row
-    }
-
-    /// Nothing but one texel.
-    pub(super) fn one(texel: u32) -> Self {
-        Self::of([(texel, 1.0)].into_iter())
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.count == 0
     }
 
     fn entries(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
@@ -232,7 +233,7 @@ mod tests {
             taps(&[], &[(2, 1.0)]),
             taps(&[(z, 0.6), (x, 0.4)], &[]),
         ];
-        let rows = Rows::resolve(&taps);
+        let rows = Rows::resolve(&taps, |_| 100);
         let weight_of = |k: u32, texel: u32| {
             let row = rows.row(k);
             let found = row.entries().find(|entry| entry.0 == texel);
