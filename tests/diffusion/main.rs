@@ -18,9 +18,13 @@ use reference::{Elements, plane_kernel, sphere_kernel};
 /// As `myxo query diffuse` has it.
 const DIFFUSION: f32 = 0.5;
 
-/// Standard deviation of a spot at the end, texels. A deposit beside a seam seems to come from up to a quarter of a texel
-/// away, as mass waits on seam texels that stand nearer or farther apart than others; this wears off.
-const SPOT: f64 = 18.0;
+/// Standard deviation of a spot at the end, texels.
+const SPOT: f64 = 12.0;
+
+/// The same of what it starts as, or nothing for a single texel's deposit. A deposit beside a seam seems to come from up
+/// to a quarter of a texel away: mass waits on seam texels, which stand nearer to each other or farther apart than
+/// others. A blob of some texels averages that, but where a long seam lies along the texels: there all of them are alike.
+const STARTS: [(f64, f64); 2] = [(5.0, 0.012), (0.0, 0.025)];
 
 struct Case {
     name: String,
@@ -177,27 +181,32 @@ fn a_spot_beside_an_edge_of_a_cube_spreads_round() {
         let case = Case::new(&builtin("cube"), method, 512, turn);
         // Beside the edge x = z = 1, and 4 texels from it.
         let texel = case.atlas.mean_texel_area.sqrt();
-        for beside in [0.5, 4.0] {
+        for (beside, (start, scatter)) in
+            [0.5, 4.0].into_iter().flat_map(|b| STARTS.map(|s| (b, s)))
+        {
             let source = case.nearest(DVec3::new(1.0, 0.013, 1.0 - beside * texel));
-            let place = case.place(source).unwrap();
-            let steps = case.steps(SPOT);
-            let trail = case.spread(&gpu, &deposit(&case, source), steps);
-            let time = case.time(steps);
             // The face z = 1 folded into that of x = 1.
             let unfolded = |p: DVec3| match p {
                 p if (p.x - 1.0).abs() < 1e-6 => Some(DVec3::new(p.y, p.z, 0.0)),
                 p if (p.z - 1.0).abs() < 1e-6 => Some(DVec3::new(p.y, 2.0 - p.x, 0.0)),
                 _ => None,
             };
-            let centre = unfolded(place).unwrap();
-            let compared = case.compare(&trail, |texel| {
-                let place = unfolded(case.place(texel)?)?;
-                Some(plane_kernel(time, place.distance(centre)))
-            });
+            let centre = unfolded(case.place(source).unwrap()).unwrap();
+            let kernel = |p: DVec3, sigma: f64| {
+                let distance = unfolded(p)?.distance(centre);
+                Some(plane_kernel(case.time(case.steps(sigma)), distance))
+            };
+            let first = if start == 0.0 {
+                deposit(&case, source)
+            } else {
+                case.trail(|p| kernel(p, start).unwrap_or(0.0))
+            };
+            let trail = case.spread(&gpu, &first, case.steps(SPOT) - case.steps(start));
+            let compared = case.compare(&trail, |texel| kernel(case.place(texel)?, SPOT));
             assert!(method != AtlasMethod::Grid || compared.seams == 2);
-            assert!(compared.scatter < 0.01, "{compared:?}");
+            assert!(compared.scatter < scatter, "{compared:?}");
             assert!(compared.bias < 0.005, "{compared:?}");
-            assert!((case.mass(&trail) - 1.0).abs() < 1e-6);
+            assert!((case.mass(&trail) / case.mass(&first) - 1.0).abs() < 1e-6);
         }
     }
     gpu.finish();
@@ -417,21 +426,26 @@ fn a_spot_on_a_sphere_spreads_round() {
         // On the texel with the most pairs, and somewhere.
         let rows = &case.atlas.exchange.rows;
         let busiest = rows.iter().max_by_key(|row| row.pair_count).unwrap().texel;
-        for source in [busiest, case.nearest(DVec3::new(0.3, 0.5, -0.8))] {
-            let steps = case.steps(SPOT);
-            let trail = case.spread(&gpu, &deposit(&case, source), steps);
+        let elsewhere = case.nearest(DVec3::new(0.3, 0.5, -0.8));
+        for (source, (start, scatter)) in [busiest, elsewhere]
+            .into_iter()
+            .flat_map(|b| STARTS.map(|s| (b, s)))
+        {
             let centre = case.place(source).unwrap().normalize();
-            let compared = case.compare(&trail, |texel| {
-                let angle = case
-                    .place(texel)?
-                    .normalize()
-                    .dot(centre)
-                    .clamp(-1.0, 1.0)
-                    .acos();
-                Some(sphere_kernel(radius, case.time(steps), angle))
-            });
-            assert!(compared.scatter < 0.01, "{compared:?}");
-            assert!(compared.bias < 0.005, "{compared:?}");
+            let kernel = |p: DVec3, sigma: f64| {
+                let angle = p.normalize().dot(centre).clamp(-1.0, 1.0).acos();
+                sphere_kernel(radius, case.time(case.steps(sigma)), angle)
+            };
+            let first = if start == 0.0 {
+                deposit(&case, source)
+            } else {
+                case.trail(|p| kernel(p, start))
+            };
+            let trail = case.spread(&gpu, &first, case.steps(SPOT) - case.steps(start));
+            let compared = case.compare(&trail, |texel| Some(kernel(case.place(texel)?, SPOT)));
+            assert!(compared.scatter < scatter, "{compared:?}");
+            // Where the stencil of nine taps is farther from the kernel than the seam is, a seam shows nothing.
+            assert!(compared.bias < 0.015, "{compared:?}");
         }
     }
     gpu.finish();
@@ -444,7 +458,7 @@ fn blobs_spread_as_finite_elements_say() {
     for (mesh, cuts, scatter, bias) in [
         // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
         (builtin("torus"), 4, 0.005, 0.005),
-        (suite::potato(), 12, 0.012, 0.015),
+        (suite::potato(), 12, 0.025, 0.02),
     ] {
         for turn in [0, 1] {
             let case = Case::new(&mesh, AtlasMethod::Charts, 512, turn);

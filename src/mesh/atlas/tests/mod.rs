@@ -5,7 +5,6 @@ mod exchange;
 mod layout;
 mod measure;
 mod own_uvs;
-mod own_uvs;
 mod reads;
 
 use super::*;
