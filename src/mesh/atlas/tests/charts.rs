@@ -142,7 +142,7 @@ fn thousands_of_parts_and_slivers_have_a_place() {
     let sliver = [[0.0, 0.0], [1.0, 0.0], [0.6, 1e-4]];
     for (name, surface) in [
         ("parts", crumbs(5000, round)),
-        ("slivers", crumbs(300, sliver)),
+        ("slivers", crumbs(60, sliver)),
         ("both", crumbs(40, [[0.0, 0.0], [1.0, 0.0], [0.9, 3e-6]])),
     ] {
         for (size, gutter) in [(64, 1), (300, 2), (1024, 1)] {
