@@ -214,7 +214,8 @@ mod tests {
                             .all(|&(from, to)| (from..to).all(|i| !taken[(y + j) * side + x + i]))
                     })
                 };
-                let places = (0..=side - height).flat_map(|y| (0..=side - width).map(move |x| [x, y]));
+                let places =
+                    (0..=side - height).flat_map(|y| (0..=side - width).map(move |x| [x, y]));
                 let expected = places.into_iter().find(|&[x, y]| is_free(x, y));
                 let shape = Shape::new(mask.clone());
                 assert_eq!(bitmap.lowest(&shape, 0, side), expected, "{side} {seed}");

@@ -140,7 +140,12 @@ fn nearest_owned(layout: &Layout, pitch: u32, gutter_texel: GutterTexel) -> u32 
     };
     for ring in 1..side {
         for k in -ring..=ring {
-            let places = [(x + k, y - ring), (x + k, y + ring), (x - ring, y + k), (x + ring, y + k)];
+            let places = [
+                (x + k, y - ring),
+                (x + k, y + ring),
+                (x - ring, y + k),
+                (x + ring, y + k),
+            ];
             if let Some((x, y)) = places.into_iter().find(|&(x, y)| owns(x, y)) {
                 return (y * i64::from(pitch) + x) as u32;
             }

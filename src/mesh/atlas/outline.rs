@@ -90,7 +90,12 @@ impl Mask {
     /// Takes the cells of a row from one column to before another.
     pub(super) fn take(&mut self, y: usize, from: usize, to: usize) {
         let row = &mut self.words[y * self.pitch..][..self.pitch];
-        for (index, word) in row.iter_mut().enumerate().take(to.div_ceil(64)).skip(from / 64) {
+        for (index, word) in row
+            .iter_mut()
+            .enumerate()
+            .take(to.div_ceil(64))
+            .skip(from / 64)
+        {
             let low = from.saturating_sub(64 * index);
             let high = (to - 64 * index).min(64);
             *word |= (!0u64 >> (64 - (high - low))) << low;
@@ -98,7 +103,10 @@ impl Mask {
     }
 
     pub(super) fn count(&self) -> usize {
-        self.words.iter().map(|word| word.count_ones() as usize).sum()
+        self.words
+            .iter()
+            .map(|word| word.count_ones() as usize)
+            .sum()
     }
 
     /// Per row its runs of cells: first, and one past the last.

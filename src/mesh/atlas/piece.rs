@@ -154,7 +154,12 @@ impl Piece {
                 move_by(&mut edges, more * fixed.texel);
                 filled = fill(&edges, cells);
             }
-            filled.mask = with_square(&filled.mask, texel + more - gutter, texel + more + gutter, side);
+            filled.mask = with_square(
+                &filled.mask,
+                texel + more - gutter,
+                texel + more + gutter,
+                side,
+            );
         }
         Footprint { filled, shift }
     }

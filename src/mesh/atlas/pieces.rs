@@ -71,7 +71,12 @@ fn is_sound(piece: &Piece, fixed: Fixed, scale: f64) -> bool {
 
 fn turn_at_random(pieces: &mut [Piece], seed: u64) {
     for (index, piece) in pieces.iter_mut().enumerate() {
-        let words = random(seed as u32, index as u32, (seed >> 32) as u32, Purpose::Start);
+        let words = random(
+            seed as u32,
+            index as u32,
+            (seed >> 32) as u32,
+            Purpose::Start,
+        );
         piece.turn_to(DVec2::from_angle(TAU * f64::from(unit(words[0]))));
     }
 }

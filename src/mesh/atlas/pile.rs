@@ -51,7 +51,10 @@ impl Candidate {
         let rows: usize = (0..shape.height)
             .map(|y| {
                 let row = shape.mask.row(y);
-                y * row.iter().map(|word| word.count_ones() as usize).sum::<usize>()
+                y * row
+                    .iter()
+                    .map(|word| word.count_ones() as usize)
+                    .sum::<usize>()
             })
             .sum();
         Self {
@@ -98,7 +101,10 @@ impl Pile {
         for &index in order {
             let mut best: Option<(f64, usize, u8, [usize; 2])> = None;
             for (k, candidate) in candidates[index as usize].iter().enumerate() {
-                if turns.get(index as usize).is_some_and(|&turn| turn as usize != k) {
+                if turns
+                    .get(index as usize)
+                    .is_some_and(|&turn| turn as usize != k)
+                {
                     continue;
                 }
                 let shape = &candidate.shape;

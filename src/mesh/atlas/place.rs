@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, Surface};
 use super::fixed::Fixed;
 use super::flat::FlatChart;
-use super::pile::{Candidate, Pile, Sheet, Spot};
 use super::piece::Piece;
+use super::pile::{Candidate, Pile, Sheet, Spot};
 use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces};
 use crate::rng::{Purpose, random};
 
@@ -104,7 +104,8 @@ impl Packer {
     fn least_scale(&self, sheet: Sheet) -> f64 {
         let texels = f64::from(sheet.size) * f64::from(sheet.size);
         let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
-        self.scale_for(sheet, least).min(0.7 * self.scale_limit(sheet))
+        self.scale_for(sheet, least)
+            .min(0.7 * self.scale_limit(sheet))
     }
 
     fn turn_count(&self) -> usize {
@@ -122,7 +123,9 @@ impl Packer {
             .par_iter()
             .map(|piece| {
                 let turns = piece.turns().into_iter().take(count);
-                turns.map(|turn| Candidate::new(piece, sheet, turn, scale)).collect()
+                turns
+                    .map(|turn| Candidate::new(piece, sheet, turn, scale))
+                    .collect()
             })
             .collect()
     }
@@ -154,7 +157,9 @@ impl Packer {
     fn search(&self, sheet: Sheet, control: &Control<'_>) -> Result<Found, AtlasError> {
         let any = [self.by_size(sheet)];
         let mut plans = any.to_vec();
-        let mut guess = self.scale_for(sheet, 0.7).min(0.7 * self.scale_limit(sheet));
+        let mut guess = self
+            .scale_for(sheet, 0.7)
+            .min(0.7 * self.scale_limit(sheet));
         if (2..=MANY).contains(&self.pieces.len()) {
             (plans, guess) = self.plans(sheet, guess, control)?;
         }
@@ -190,7 +195,10 @@ impl Packer {
                 None => break,
             }
             best = found.into_iter().flatten().last().or(best);
-            control.step("packing", START + (0.25 + 0.01 * rounds as f32) * (1.0 - START))?;
+            control.step(
+                "packing",
+                START + (0.25 + 0.01 * rounds as f32) * (1.0 - START),
+            )?;
         }
         match best.or_else(|| self.pack(sheet, least, &any)) {
             Some(best) => Ok(best),
@@ -204,7 +212,9 @@ impl Packer {
         let area: Vec<f64> = self.pieces.iter().map(Piece::box_area).collect();
         let mut order: Vec<u32> = (0..self.pieces.len() as u32).collect();
         order.sort_by(|&a, &b| {
-            area[b as usize].total_cmp(&area[a as usize]).then(a.cmp(&b))
+            area[b as usize]
+                .total_cmp(&area[a as usize])
+                .then(a.cmp(&b))
         });
         Plan {
             order,
@@ -285,7 +295,10 @@ impl Packer {
             }
             let larger = Sheet::new(size as u32, sheet.fixed.gutter, MOST_CELLS);
             let plan = self.by_size(larger);
-            if self.pack(larger, self.least_scale(larger), &[plan]).is_some() {
+            if self
+                .pack(larger, self.least_scale(larger), &[plan])
+                .is_some()
+            {
                 break size as u64;
             }
         };

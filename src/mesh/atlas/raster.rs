@@ -70,7 +70,9 @@ impl Sheet<'_> {
         for (item, &(first, end)) in rows.iter().enumerate() {
             let (first, end) = (first.max(0), end.min(self.size));
             if first < end {
-                for band in &mut bands[(first / BAND as i32) as usize..=((end - 1) / BAND as i32) as usize] {
+                for band in
+                    &mut bands[(first / BAND as i32) as usize..=((end - 1) / BAND as i32) as usize]
+                {
                     band.push(item as u32);
                 }
             }

@@ -116,9 +116,10 @@ impl Atlas {
                     };
                     let low = (position - reach - 0.5).ceil();
                     let high = (position + reach - 0.5).floor();
-                    ensure(low.min_element() >= 0.0 && high.max_element() < size, || {
-                        format!("triangle {t} reaches {position}, the texture's border")
-                    })?;
+                    ensure(
+                        low.min_element() >= 0.0 && high.max_element() < size,
+                        || format!("triangle {t} reaches {position}, the texture's border"),
+                    )?;
                     for y in low.y as usize..=high.y as usize {
                         let row = y * self.pitch as usize;
                         let texels = &chart_of[row + low.x as usize..=row + high.x as usize];

@@ -25,7 +25,11 @@ fn sound(name: &str, surface: &Surface, options: &AtlasOptions) -> Option<Atlas>
                 ..options.clone()
             };
             let atlas = Atlas::build(surface, &larger);
-            assert!(atlas.is_ok(), "{name}, gutter {}: {atlas:?}", options.gutter);
+            assert!(
+                atlas.is_ok(),
+                "{name}, gutter {}: {atlas:?}",
+                options.gutter
+            );
             None
         }
         Err(error) => panic!("{name}: {error}"),

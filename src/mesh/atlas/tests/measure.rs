@@ -14,9 +14,8 @@ fn packing_of_the_built_in_meshes() {
         std::env::var(name).map_or(default, |text| text.parse().unwrap())
     };
     let (size, gutter) = (number("SIZE", 1024), number("GUTTER", 1));
-    let names = std::env::var("MESHES").unwrap_or_else(|_| {
-        "cube;torus;icosphere;plane;capsule;suzanne;trefoil;gyroid".to_owned()
-    });
+    let names = std::env::var("MESHES")
+        .unwrap_or_else(|_| "cube;torus;icosphere;plane;capsule;suzanne;trefoil;gyroid".to_owned());
     println!("mesh, triangles, charts, utilisation, s cutting, s packing, s deriving, s gutter");
     for name in names.split(';') {
         let surface = surface(&name.split('+').collect::<Vec<_>>());
@@ -50,7 +49,9 @@ fn packing_of_the_built_in_meshes() {
             area / f64::from(size).powi(2),
         );
         if let Ok(folder) = std::env::var("PICTURES") {
-            picture(&atlas).save(format!("{folder}/pack-{name}.png")).unwrap();
+            picture(&atlas)
+                .save(format!("{folder}/pack-{name}.png"))
+                .unwrap();
         }
         atlas.validate(&surface).unwrap();
     }
@@ -64,7 +65,11 @@ fn picture(atlas: &Atlas) -> image::RgbImage {
         if owner != NONE {
             let words = random(1, atlas.chart[owner as usize], 0, Purpose::Start);
             image::Rgb([words[0], words[1], words[2]].map(|word| 60 + (word % 190) as u8))
-        } else if atlas.gutter_texels.binary_search_by_key(&texel, |g| g.texel).is_ok() {
+        } else if atlas
+            .gutter_texels
+            .binary_search_by_key(&texel, |g| g.texel)
+            .is_ok()
+        {
             image::Rgb([90; 3])
         } else {
             image::Rgb([0; 3])
