@@ -1,3 +1,5 @@
+//! Kept layouts: found again, checked, and bounded in number.
+
 use super::*;
 use crate::mesh::Mesh;
 
