@@ -6,7 +6,8 @@
 //! with a ninth of the mean texel area: charts keep angles, and in two dimensions the energy of such a map does not
 //! depend on its scale. Across a seam a gutter texel stands for the owned texels `j` that it is filled from: a texel `i`
 //! with gutter texels `k` among its neighbours would read `X_ij = sum_k w_kj / 9`, and `S = (X + X^T) / 2` is the
-//! symmetric exchange nearest to that.
+//! symmetric exchange nearest to that. As such it would push mass to one side of the seam: [`balance`](super::balance)
+//! then changes these conductances, and those in charts beside them, until linear fields are nearly steady.
 //!
 //! Texels with all eight neighbours in their chart need no table. All others, and those on the far side of a pair, have
 //! a row: which of the eight neighbours they exchange with, and the pairs across seams, one by one.
@@ -15,11 +16,14 @@
 //! to the last bit.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, Vec2};
+use glam::{DVec2, Mat2, Vec2};
 use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam};
 use super::GutterTexel;
+use super::balance::{Demand, LEAST_CONDUCTANCE, NINTH, Pair, balance};
+use super::gutter::Way;
+use super::table::Table;
 
 /// The largest diffusion that one step of these tables takes; stronger diffusion takes two.
 pub const GREATEST_DIFFUSION: f32 = 0.6;
@@ -31,19 +35,11 @@ const GREATEST_SHARE: f32 = 0.95;
 /// [`GREATEST_DIFFUSION`] it would give away more than [`GREATEST_SHARE`] of what it has.
 pub const GREATEST_DENSITY: f32 = GREATEST_SHARE / (GREATEST_DIFFUSION * 8.0 / 9.0);
 
-/// Conductance of two neighbours in a chart, in mean texel areas.
-const NINTH: f32 = 1.0 / 9.0;
+/// The square of the distance of pairs, in taps' distances, beyond which something is wrong with the way.
+const FARTHEST_PAIR: f32 = 16.0;
 
-/// Pairs across a seam with less are left out: they cost as much as others and carry little, and to leave out a pair
-/// never changes the sum.
-const LEAST_CONDUCTANCE: f32 = 0.1 / 9.0;
-
-/// Neighbours up to this tangent beside the direction of a border lie along it.
-const ASIDE: f32 = 0.5;
-
-/// The most that a texel asks of a neighbour along a border; one that owns very little beside much gutter would ask for
-/// everything.
-const MOST_ALONG: f32 = 0.5;
+/// Open borders whose directions have a greater cosine are one.
+const SAME_BORDER: f32 = 0.99;
 
 /// A gutter texel whose centre is farther than this from its chart, in texels, holds no point of a triangle: half a
 /// texel's diagonal, and room for rounding.
@@ -143,6 +139,8 @@ pub(super) struct Layers<'a> {
     /// Per triangle: what a texel that lies wholly in it has, in mean texel areas.
     pub whole: &'a [f32],
     pub seams: &'a [Seam],
+    /// How the gutter texels continue their charts, in the order of `seams`.
+    pub ways: &'a [Way],
     /// Gutter texels on which particles may deposit, by their place in `seams`.
     pub deposited: &'a [bool],
     pub pitch: u32,
@@ -150,76 +148,16 @@ pub(super) struct Layers<'a> {
     pub distance: u32,
 }
 
-/// The rows of variable length of a table, one behind the other.
-struct Table<T> {
-    /// One more than there are rows.
-    starts: Vec<u32>,
-    items: Vec<T>,
-}
-
-impl<T: Copy + Send> Table<T> {
-    /// Row number `i` is what `row(i, ..)` pushes.
-    fn collect<S>(
-        count: usize,
-        scratch: impl Fn() -> S + Sync,
-        row: impl Fn(usize, &mut S, &mut Vec<T>) + Sync,
-    ) -> Self {
-        let chunks: Vec<(Vec<u32>, Vec<T>)> = (0..count.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let (mut ends, mut items) = (Vec::with_capacity(CHUNK), Vec::new());
-                let mut scratch = scratch();
-                for i in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
-                    row(i, &mut scratch, &mut items);
-                    ends.push(items.len() as u32);
-                }
-                (ends, items)
-            })
-            .collect();
-        let mut starts = Vec::with_capacity(count + 1);
-        starts.push(0);
-        let mut items = Vec::with_capacity(chunks.iter().map(|chunk| chunk.1.len()).sum());
-        for (ends, chunk) in chunks {
-            let before = items.len() as u32;
-            starts.extend(ends.into_iter().map(|end| before + end));
-            items.extend(chunk);
-        }
-        Self { starts, items }
-    }
-
-    fn row(&self, i: usize) -> &[T] {
-        &self.items[self.starts[i] as usize..self.starts[i + 1] as usize]
-    }
-}
-
-impl Table<(u32, f32)> {
-    /// Row `target(j)` of the transposed table holds `(name(i), weight)` for every `(j, weight)` in row `i`, in the
-    /// order of `i`.
-    fn transposed(
-        &self,
-        count: usize,
-        target: impl Fn(u32) -> u32,
-        name: impl Fn(usize) -> u32,
-    ) -> Self {
-        let mut starts = vec![0u32; count + 1];
-        for &(j, _) in &self.items {
-            starts[target(j) as usize + 1] += 1;
-        }
-        for i in 0..count {
-            starts[i + 1] += starts[i];
-        }
-        let mut next = starts.clone();
-        let mut items = vec![(0, 0.0); self.items.len()];
-        for i in 0..self.starts.len() - 1 {
-            let name = name(i);
-            for &(j, weight) in self.row(i) {
-                let place = &mut next[target(j) as usize];
-                items[*place as usize] = (name, weight);
-                *place += 1;
-            }
-        }
-        Self { starts, items }
-    }
+/// What a texel reads of another across seams, or is read.
+#[derive(Clone, Copy, Debug, Default)]
+struct Read {
+    /// The other.
+    texel: u32,
+    weight: f32,
+    /// The way to it in this texel's chart, times the weight.
+    way: Vec2,
+    /// The way back in the other's chart, times the weight.
+    back: Vec2,
 }
 
 impl Layers<'_> {
@@ -245,27 +183,50 @@ impl Layers<'_> {
             },
         );
 
-        // A texel that may need a row: beside a seam, or read across one.
-        index.fill(NONE);
+        // A texel that may need a row: beside a seam, next to such a texel, or read across a seam.
+        let seam_of = index;
+        let mut index = vec![NONE; self.owner.len()];
         for texel in border
             .iter()
             .copied()
-            .chain(reads.items.iter().chain(&given.items).map(|item| item.0))
+            .chain(reads.items.iter().map(|read| read.texel))
+            .chain(given.items.iter().map(|item| item.0))
         {
             index[texel as usize] = 0;
+        }
+        for &texel in &border {
+            for offset in offsets {
+                let other = (i64::from(texel) + offset) as u32;
+                if self.in_chart(texel, other) {
+                    index[other as usize] = 0;
+                }
+            }
         }
         let candidates = self.chosen(|texel| index[texel as usize] == 0);
         for (k, &texel) in candidates.iter().enumerate() {
             index[texel as usize] = k as u32;
         }
         let candidate = |texel: u32| index[texel as usize];
-        let read_by = reads.transposed(candidates.len(), candidate, |i| border[i]);
-        let deposits = given.transposed(candidates.len(), candidate, |k| self.seams[k].texel);
+        let read_by = reads.transposed(
+            candidates.len(),
+            |read| candidate(read.texel),
+            |i, read| Read {
+                texel: border[i],
+                weight: read.weight,
+                way: read.back,
+                back: read.way,
+            },
+        );
+        let deposits = given.transposed(
+            candidates.len(),
+            |item| candidate(item.0),
+            |k, item| (self.seams[k].texel, item.1),
+        );
         let mut read_rows = vec![NONE; candidates.len()];
         for (row, &texel) in border.iter().enumerate() {
             read_rows[candidate(texel) as usize] = row as u32;
         }
-        let pairs = Table::collect(
+        let mut pairs = Table::collect(
             candidates.len(),
             || (),
             |k, (), items| {
@@ -273,10 +234,48 @@ impl Layers<'_> {
                     NONE => &[],
                     row => reads.row(row as usize),
                 };
+                let first = items.len();
                 symmetric(reads, read_by.row(k), candidates[k], items);
+                let texel = candidates[k];
+                let mask = self.mask(texel, &offsets);
+                for bit in (0..8).filter(|bit| mask >> bit & 1 == 1) {
+                    let other = (i64::from(texel) + offsets[bit]) as u32;
+                    let at_border = |k: u32| k != NONE && read_rows[k as usize] != NONE;
+                    if !(at_border(k as u32) || at_border(candidate(other))) {
+                        continue;
+                    }
+                    let mut pair = Pair {
+                        texel: other,
+                        stencil: NINTH,
+                        more: 0.0,
+                        way: DIRECTIONS[bit],
+                    };
+                    match items[first..].iter_mut().find(|pair| pair.texel == other) {
+                        Some(found) => {
+                            pair.more = found.more;
+                            *found = pair;
+                        }
+                        None => items.push(pair),
+                    }
+                }
+                items[first..].sort_by_key(|pair| pair.texel);
             },
         );
         drop((reads, read_by));
+        let demands: Vec<Option<Demand>> = candidates
+            .par_iter()
+            .enumerate()
+            .map(|(k, &texel)| self.demand(texel, read_rows[k] != NONE, &offsets, &seam_of))
+            .collect();
+        balance(&mut pairs, &candidates, candidate, &demands);
+        let pairs = Table::collect(
+            candidates.len(),
+            || (),
+            |k, (), items| {
+                let changed = pairs.row(k).iter().filter(|pair| pair.more != 0.0);
+                items.extend(changed.map(|pair| (pair.texel, pair.more)));
+            },
+        );
 
         // The limiter: how much of what it is asked for each texel can give.
         let limits: Vec<f32> = (0..candidates.len())
@@ -404,68 +403,120 @@ impl Layers<'_> {
         })
     }
 
-    /// What a texel exchanges with its neighbours along the chart's border besides the ninth: `(j, X_ij)`.
-    ///
-    /// Diffusion is as quick as it should be in a direction where `sum_j S_ij d_ij^2 = 2/3 A_i`, with `d_ij` the way to
-    /// texel `j` in that direction. The stencil does that for a whole texel. One at the border stands for more or less:
-    /// for what lies between it and the seam, and where a border runs along the texture's rows all of them do so alike.
-    /// Across the border the gutter takes care of that; along it, this does.
-    fn push_along_border(&self, texel: u32, offsets: &[i64; 8], sums: &mut Vec<(u32, f32)>) {
+    /// What a texel's moments should be; nothing where open borders meet, or charts without a direction.
+    fn demand(
+        &self,
+        texel: u32,
+        at_border: bool,
+        offsets: &[i64; 8],
+        seam_of: &[u32],
+    ) -> Option<Demand> {
         let mask = self.mask(texel, offsets);
-        let inwards: Vec2 = (0..8)
-            .filter(|bit| mask >> bit & 1 == 1)
-            .map(|bit| DIRECTIONS[bit])
-            .sum();
-        let Some(along) = inwards.perp().try_normalize() else {
-            return;
+        let area = if at_border {
+            let whole = self.whole[self.owner[texel as usize] as usize];
+            1.0 / (self.density[texel as usize] * whole)
+        } else {
+            1.0
         };
-        let owner = self.owner[texel as usize] as usize;
-        let excess = 1.0 / (self.density[texel as usize] * self.whole[owner]) - 1.0;
-        let neighbours = (0..8).filter(|bit| mask >> bit & 1 == 1).filter_map(|bit| {
+        let mut along: Option<Vec2> = None;
+        for bit in (0..8).filter(|bit| mask >> bit & 1 == 0) {
             let other = (i64::from(texel) + offsets[bit]) as u32;
-            let part = DIRECTIONS[bit].dot(along);
-            let aside = DIRECTIONS[bit].perp_dot(along);
-            let at_border = self.mask(other, offsets) != 0xff;
-            (at_border && aside.abs() < ASIDE * part.abs()).then_some((other, part * part))
-        });
-        let squares: f32 = neighbours.clone().map(|(_, square)| square).sum();
-        if squares > 0.0 {
-            let each = (excess * 6.0 * NINTH / squares).clamp(-NINTH, MOST_ALONG);
-            sums.extend(neighbours.map(|(other, _)| (other, each)));
+            let way = &self.ways[gutter_at(seam_of, other)?];
+            if way.border != Vec2::ZERO {
+                if along.is_some_and(|along| along.dot(way.border).abs() < SAME_BORDER) {
+                    return None;
+                }
+                along = Some(way.border);
+            }
         }
+        let stencil = (0..8).filter(|bit| mask >> bit & 1 == 1);
+        let stencil = stencil.map(|bit| DIRECTIONS[bit]);
+        Some(Demand::new(area, stencil, along))
     }
 
     /// What a texel would read across seams in one step: `(j, X_ij)`, in ascending order.
-    fn reads_of(
-        &self,
-        texel: u32,
-        offsets: &[i64; 8],
-        seam_of: &[u32],
-        sums: &mut Vec<(u32, f32)>,
-    ) {
+    fn reads_of(&self, texel: u32, offsets: &[i64; 8], seam_of: &[u32], sums: &mut Vec<Read>) {
         sums.clear();
-        for offset in offsets {
+        for (bit, offset) in offsets.iter().enumerate() {
             let other = (i64::from(texel) + offset) as u32;
-            let seam = seam_of.get(other as usize).copied().unwrap_or(NONE);
-            if seam == NONE || self.in_chart(texel, other) {
+            let Some(seam) = gutter_at(seam_of, other).filter(|_| !self.in_chart(texel, other))
+            else {
                 continue;
-            }
-            for (source, weight) in taps(&self.seams[seam as usize]) {
+            };
+            for (source, weight) in taps(&self.seams[seam]) {
                 if source != texel {
-                    sums.push((source, weight * NINTH));
+                    let (way, back) = self.way_to(source, texel, bit, seam, seam_of);
+                    let weight = weight * NINTH;
+                    sums.push(Read {
+                        texel: source,
+                        weight,
+                        way: weight * way,
+                        back: weight * back,
+                    });
                 }
             }
         }
-        self.push_along_border(texel, offsets, sums);
         // Stable, so that a pair's parts are added in the order of the neighbours.
-        sums.sort_by_key(|item| item.0);
+        sums.sort_by_key(|read| read.texel);
         sums.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
+            let same = next.texel == kept.texel;
             if same {
-                kept.1 += next.1;
+                kept.weight += next.weight;
+                kept.way += next.way;
+                kept.back += next.back;
             }
             same
         });
+    }
+
+    /// The way from a texel to one that its gutter texel in a direction is filled from, and the way back there, in taps'
+    /// distances; NaN where it cannot be told.
+    fn way_to(
+        &self,
+        source: u32,
+        texel: u32,
+        bit: usize,
+        seam: usize,
+        seam_of: &[u32],
+    ) -> (Vec2, Vec2) {
+        let taps = self.distance as f32;
+        let centre =
+            |texel: u32| Vec2::new((texel % self.pitch) as f32, (texel / self.pitch) as f32) + 0.5;
+        let chart_of = |texel: u32| self.chart[self.owner[texel as usize] as usize];
+        let chart = chart_of(source);
+        let mut found = (Vec2::NAN, Vec2::NAN);
+        let mut nearest = FARTHEST_PAIR;
+        let mut consider = |way: Vec2, back: Mat2| {
+            if way.length_squared() < nearest {
+                nearest = way.length_squared();
+                found = (way, -(back.inverse() * way));
+            }
+        };
+        if chart == chart_of(texel) {
+            consider((centre(source) - centre(texel)) / taps, Mat2::IDENTITY);
+        }
+        let way = &self.ways[seam];
+        if way.chart == chart {
+            let behind = way.back * (centre(source) - way.position) / taps;
+            consider(DIRECTIONS[bit] + behind, way.back);
+        } else if way.chart != NONE {
+            let corner = (way.position - 0.5).floor();
+            for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let next = (corner.y as u32 + y) * self.pitch + corner.x as u32 + x;
+                let Some(on) = gutter_at(seam_of, next).map(|seam| &self.ways[seam]) else {
+                    continue;
+                };
+                if on.chart == chart {
+                    let behind =
+                        centre(next) - way.position + on.back * (centre(source) - on.position);
+                    consider(
+                        DIRECTIONS[bit] + way.back * behind / taps,
+                        way.back * on.back,
+                    );
+                }
+            }
+        }
+        found
     }
 }
 
@@ -481,6 +532,12 @@ const DIRECTIONS: [Vec2; 8] = [
     Vec2::new(1.0, 1.0),
 ];
 
+/// The place of a gutter texel in the list of them.
+fn gutter_at(seam_of: &[u32], texel: u32) -> Option<usize> {
+    let seam = seam_of.get(texel as usize).copied();
+    seam.filter(|&seam| seam != NONE).map(|seam| seam as usize)
+}
+
 fn taps(seam: &Seam) -> impl Iterator<Item = (u32, f32)> {
     let weights = seam.weights();
     (0..4)
@@ -494,28 +551,27 @@ fn limit(density: f32, asked: f32) -> f32 {
 }
 
 /// `(X + X^T) / 2` for one texel, from its row of `X` and its row of the transpose, both in ascending order.
-fn symmetric(
-    reads: &[(u32, f32)],
-    read_by: &[(u32, f32)],
-    texel: u32,
-    pairs: &mut Vec<(u32, f32)>,
-) {
+fn symmetric(reads: &[Read], read_by: &[Read], texel: u32, pairs: &mut Vec<Pair>) {
     let (mut reads, mut read_by) = (reads.iter().peekable(), read_by.iter().peekable());
     loop {
-        let next = |item: Option<&&(u32, f32)>| item.map_or(NONE, |item| item.0);
+        let next = |item: Option<&&Read>| item.map_or(NONE, |item| item.texel);
         let other = next(reads.peek()).min(next(read_by.peek()));
         if other == NONE {
             return;
         }
-        let there = reads
-            .next_if(|item| item.0 == other)
-            .map_or(0.0, |item| item.1);
-        let back = read_by
-            .next_if(|item| item.0 == other)
-            .map_or(0.0, |item| item.1);
-        let conductance = 0.5 * (there + back);
-        if conductance.abs() >= LEAST_CONDUCTANCE && other != texel {
-            pairs.push((other, conductance));
+        let part =
+            |item: Option<&Read>| item.map_or((0.0, Vec2::ZERO), |read| (read.weight, read.way));
+        let there = part(reads.next_if(|item| item.texel == other));
+        let back = part(read_by.next_if(|item| item.texel == other));
+        let weight = there.0 + back.0;
+        let conductance = 0.5 * weight;
+        if conductance >= LEAST_CONDUCTANCE && other != texel {
+            pairs.push(Pair {
+                texel: other,
+                stencil: 0.0,
+                more: conductance,
+                way: (there.1 + back.1) / weight,
+            });
         }
     }
 }

@@ -5,11 +5,11 @@
 //! Texels of that read that are themselves gutter texels are replaced by their own rows, again and again, until only
 //! owned texels remain. Open borders reflect the walk; at vertices the edge that the walk meets decides.
 
-use glam::{DVec2, Vec2};
+use glam::{DMat2, DVec2, Mat2, Vec2};
 use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam, Surface};
-use super::super::walk::{BorderRule, Frame, SurfacePoint, walk};
+use super::super::walk::{BorderRule, Frame, SurfacePoint, WalkStatus, walk};
 use super::rows::{Rows, Taps};
 use super::{GutterTexel, Layout};
 
@@ -68,6 +68,14 @@ impl Affine {
         self.nearest_border_point(position)
     }
 
+    /// The direction of the edge that a point of the border is on.
+    fn edge_at(&self, uv: DVec2) -> DVec2 {
+        let weights = [1.0 - uv.x - uv.y, uv.x, uv.y];
+        let opposite = (0..3).min_by(|&i, &j| weights[i].total_cmp(&weights[j]));
+        let edge = [self.dv - self.du, self.dv, self.du][opposite.unwrap_or(0)];
+        edge.normalize_or_zero()
+    }
+
     /// The distance of the triangle from a position, in texels.
     pub(super) fn distance(&self, position: DVec2) -> f64 {
         (self.position_of(self.nearest_uv(position)) - position).length()
@@ -94,29 +102,44 @@ impl Affine {
     }
 }
 
-/// One row for each gutter texel of a layout, in the same order.
+/// How what lies beyond a chart's border continues it, at a gutter texel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    /// Where in the texture the surface is that lies under the gutter texel's centre, texels.
+    pub position: Vec2,
+    /// The chart there; [`NONE`] where the walk was thrown back or had no direction.
+    pub chart: u32,
+    /// From steps there to steps in the gutter texel's chart, texels.
+    pub back: Mat2,
+    /// The direction of the open border that the walk was thrown back from, in the gutter texel's chart; else zero.
+    pub border: Vec2,
+}
+
+/// One row for each gutter texel of a layout, in the same order, and the way to what it is filled from.
 ///
 /// # Panics
 /// When a read anywhere on the surface touches a texel that is neither owned nor gutter: then the layout is wrong.
-pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> Vec<Seam> {
+pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> (Vec<Seam>, Vec<Way>) {
     let finder = Finder::new(&layout.gutter_texels, pitch, layout.owner.len());
-    let taps: Vec<Taps> = layout
+    let (taps, ways): (Vec<Taps>, Vec<Way>) = layout
         .gutter_texels
         .par_iter()
         .map(|&gutter_texel| {
-            let position = unfold(surface, &layout.maps, pitch, gutter_texel);
-            read_at(position, pitch, &layout.owner, &finder)
+            let unfolded = unfold(surface, &layout.maps, pitch, gutter_texel);
+            let taps = read_at(unfolded.position, pitch, &layout.owner, &finder);
+            (taps, unfolded.way(&layout.chart))
         })
-        .collect();
+        .unzip();
     let rows = Rows::resolve(&taps, |k| {
         nearest_owned(layout, pitch, layout.gutter_texels[k as usize])
     });
-    layout
+    let seams = layout
         .gutter_texels
         .par_iter()
         .enumerate()
         .map(|(k, gutter_texel)| rows.row(k as u32).into_seam(gutter_texel.texel))
-        .collect()
+        .collect();
+    (seams, ways)
 }
 
 /// The owned texel of the same chart that is nearest along both axes.
@@ -149,38 +172,96 @@ fn nearest_owned(layout: &Layout, pitch: u32, gutter_texel: GutterTexel) -> u32 
     unreachable!("chart {chart} owns no texel");
 }
 
+/// Where a walk over a chart's border ends.
+struct Unfolded {
+    /// In the texture.
+    position: DVec2,
+    triangle: u32,
+    /// From steps in the chart that it comes from to steps where it ends, texels.
+    turn: DMat2,
+    /// The direction of the open border that threw it back, in the chart that it comes from; or zero.
+    border: DVec2,
+}
+
+impl Unfolded {
+    fn way(&self, chart: &[u32]) -> Way {
+        let back = self.turn.inverse().as_mat2();
+        let direct = self.border == DVec2::ZERO && back.is_finite();
+        Way {
+            position: self.position.as_vec2(),
+            chart: if direct {
+                chart[self.triangle as usize]
+            } else {
+                NONE
+            },
+            back,
+            border: self.border.as_vec2(),
+        }
+    }
+}
+
 /// Where in the texture the surface is that lies under a gutter texel's centre when its chart is carried on.
-fn unfold(surface: &Surface, maps: &[AtlasMap], pitch: u32, gutter_texel: GutterTexel) -> DVec2 {
+fn unfold(surface: &Surface, maps: &[AtlasMap], pitch: u32, gutter_texel: GutterTexel) -> Unfolded {
     let GutterTexel { texel, triangle } = gutter_texel;
     let centre = Vec2::new((texel % pitch) as f32, (texel / pitch) as f32).as_dvec2() + 0.5;
     let map = Affine::of(&maps[triangle as usize]);
     let border = map.nearest_border_point(centre);
+    let standing = Unfolded {
+        position: map.position_of(border),
+        triangle,
+        turn: DMat2::ZERO,
+        border: DVec2::ZERO,
+    };
     if !map.has_area() {
         // Its whole chart has none: there is no direction to walk in.
-        return map.position_of(border);
+        return standing;
     }
     let inside = border + INSET * (DVec2::splat(1.0 / 3.0) - border);
     let offset = map.uv_of(centre) - inside;
-    let step = Frame::of(surface, triangle).position(offset.x, offset.y);
+    let frame = Frame::of(surface, triangle);
+    let step = frame.position(offset.x, offset.y);
     let length = step.length();
     if !(length > 0.0 && length.is_finite()) {
-        return map.position_of(border);
+        return standing;
     }
     let start = SurfacePoint {
         triangle,
         u: inside.x,
         v: inside.y,
     };
-    let end = walk(
-        surface,
-        start,
-        step / length,
-        length,
-        Some(MAX_CROSSINGS),
-        BorderRule::Reflect,
-    )
-    .point;
-    Affine::of(&maps[end.triangle as usize]).position_of(DVec2::new(end.u, end.v))
+    let heading = step / length;
+    let walk = |rule| walk(surface, start, heading, length, Some(MAX_CROSSINGS), rule);
+    let stopped = walk(BorderRule::Stop);
+    if stopped.status == WalkStatus::Border {
+        let end = walk(BorderRule::Reflect).point;
+        let at = Affine::of(&maps[stopped.point.triangle as usize]);
+        return Unfolded {
+            position: Affine::of(&maps[end.triangle as usize])
+                .position_of(DVec2::new(end.u, end.v)),
+            triangle: end.triangle,
+            border: at.edge_at(DVec2::new(stopped.point.u, stopped.point.v)),
+            ..standing
+        };
+    }
+    let end = stopped.point;
+    let there = Affine::of(&maps[end.triangle as usize]);
+    // Straight on the surface: a step turns as the walk's own heading does.
+    let rotation = DVec2::new(
+        heading.dot(stopped.heading),
+        heading.perp_dot(stopped.heading),
+    );
+    let end_frame = Frame::of(surface, end.triangle);
+    let carried = |step: DVec2| {
+        let uv = map.uv_of(map.origin + step);
+        let rate = end_frame.uv_rate(rotation.rotate(frame.position(uv.x, uv.y)));
+        rate.x * there.du + rate.y * there.dv
+    };
+    Unfolded {
+        position: there.position_of(DVec2::new(end.u, end.v)),
+        triangle: end.triangle,
+        turn: DMat2::from_cols(carried(DVec2::X), carried(DVec2::Y)),
+        border: DVec2::ZERO,
+    }
 }
 
 /// Finds the place of a gutter texel in the ascending list of them.
@@ -265,7 +346,7 @@ mod tests {
             triangle: 0,
         };
         let outside = (8.5 - 4.0) / 8.0 * 2.0 - 1.0;
-        let end = unfold(&surface, &maps, 64, gutter_texel);
+        let end = unfold(&surface, &maps, 64, gutter_texel).position;
         let uv = Affine::of(&maps[twin as usize / 3]).uv_of(end);
         // The weight of the twin's apex is how far behind the shared edge the walk ended.
         let weights = [1.0 - uv.x - uv.y, uv.x, uv.y];

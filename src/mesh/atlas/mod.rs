@@ -14,6 +14,7 @@
 //!
 //! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
 
+mod balance;
 mod bitmap;
 mod cache;
 mod charts;
@@ -34,6 +35,7 @@ mod place;
 mod raster;
 mod rows;
 mod statistics;
+mod table;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -316,8 +318,8 @@ impl Atlas {
                 raster::derive(surface, maps, chart, chart_count, &options)
             }
         };
-        let seams = gutter::seams(surface, &layout, pitch_of(options.size));
-        Ok(Self::assemble(surface, &options, layout, seams))
+        let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size));
+        Ok(Self::assemble(surface, &options, layout, seams, &ways))
     }
 
     fn assemble(
@@ -325,6 +327,7 @@ impl Atlas {
         options: &AtlasOptions,
         mut layout: Layout,
         seams: Vec<Seam>,
+        ways: &[gutter::Way],
     ) -> Self {
         give_to_owned(&mut layout.area, &seams);
         let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
@@ -349,6 +352,7 @@ impl Atlas {
             density: &density,
             whole: &whole_texels(surface, &layout.maps, mean_texel_area),
             seams: &seams,
+            ways,
             deposited: &deposited,
             pitch,
             distance: options.gutter,

@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
+use glam::{DVec2, DVec3, Mat2, Vec2};
+
 use super::super::exchange::Layers;
+use super::super::gutter::Way;
 use super::*;
 
 /// Conductance of each pair of texels, as both sides see it.
@@ -109,11 +112,21 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         .map(|&t| if t == NONE { 0.0 } else { 1.0 })
         .collect();
     let deposited = vec![true; seams.len()];
+    // Nobody knows how the charts lie to each other, so all stays as it is read.
+    let unknown = Way {
+        position: Vec2::ZERO,
+        chart: NONE,
+        back: Mat2::ZERO,
+        border: Vec2::ZERO,
+    };
+    let ways = vec![unknown; seams.len()];
     let exchange = Layers {
         owner: &owner,
         chart: &[0, 1],
         density: &density,
+        whole: &[1.0, 1.0],
         seams: &seams,
+        ways: &ways,
         deposited: &deposited,
         pitch,
         distance: 1,
@@ -156,6 +169,70 @@ fn a_seam_exchanges_what_both_sides_would_read() {
             weight: 0.75
         }]
     );
+}
+
+/// How far the pairs beside a cube's edges are from keeping linear fields, and from spreading as they should: root mean
+/// squares over texels beside seams of the first moments, and of what second ones have too much, in texels.
+fn errors_of_moments(size: u32, turn: u64) -> (f64, f64) {
+    let surface = surface(&["cube"]);
+    let options = AtlasOptions {
+        size,
+        turn,
+        ..AtlasOptions::default()
+    };
+    let atlas = Atlas::build(&surface, &options).unwrap();
+    let edge = atlas.mean_texel_area.sqrt();
+    let place = |texel: u32| {
+        let (t, u, v) = atlas.surface_point_of(texel).unwrap();
+        let corners = surface.corners[t as usize].map(|i| surface.positions[i as usize].as_dvec3());
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize().round();
+        (a + f64::from(u) * (b - a) + f64::from(v) * (c - a), normal)
+    };
+    // In the plane of the first: the face of the second is turned about the edge between them.
+    let way = |from: (DVec3, DVec3), to: (DVec3, DVec3)| {
+        let (x, y) = from.1.any_orthonormal_pair();
+        let mut step = to.0 - from.0;
+        if from.1 != to.1 {
+            step += (from.0 - to.0).dot(from.1) * to.1;
+        }
+        DVec2::new(step.dot(x), step.dot(y)) / edge
+    };
+    let mut sums: HashMap<u32, (DVec2, [f64; 3])> = HashMap::new();
+    for ((from, to), weight) in conductances(&atlas) {
+        let d = way(place(from), place(to));
+        let weight = f64::from(weight);
+        let sum = sums.entry(from).or_default();
+        sum.0 += weight * d;
+        for (sum, part) in sum.1.iter_mut().zip([d.x * d.x, d.y * d.y, d.x * d.y]) {
+            *sum += weight * part;
+        }
+    }
+    let (mut first, mut second, mut count) = (0.0, 0.0, 0.0);
+    for row in atlas.exchange.rows.iter().filter(|row| row.mask() != 0xff) {
+        // Round a corner the way to a texel is not one.
+        let (at, _) = place(row.texel);
+        if at.abs().min_element() > 1.0 - 6.0 * edge {
+            continue;
+        }
+        let (one, two) = sums[&row.texel];
+        let wanted = 2.0 / 3.0 / f64::from(atlas.density[row.texel as usize]);
+        first += one.length_squared();
+        second += (two[0] - wanted).powi(2) + (two[1] - wanted).powi(2) + 2.0 * two[2].powi(2);
+        count += 1.0;
+    }
+    assert!(count > 500.0);
+    ((first / count).sqrt(), (second / count).sqrt())
+}
+
+#[test]
+fn linear_fields_are_nearly_steady_beside_seams() {
+    for turn in [0, 1, 3] {
+        let (first, second) = errors_of_moments(256, turn);
+        println!("turn {turn}: {first}, {second}");
+        assert!(first < 0.02, "turn {turn}: {first}");
+        assert!(second < 0.06, "turn {turn}: {second}");
+    }
 }
 
 #[test]

@@ -35,9 +35,9 @@ fn packing_of_the_built_in_meshes() {
         let layout = raster::derive(&surface, maps, chart, chart_count, &options);
         let deriving = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let seams = gutter::seams(&surface, &layout, pitch_of(size));
+        let (seams, ways) = gutter::seams(&surface, &layout, pitch_of(size));
         let filling = start.elapsed().as_secs_f64();
-        let atlas = Atlas::assemble(&surface, &options, layout, seams);
+        let atlas = Atlas::assemble(&surface, &options, layout, seams, &ways);
         let area: f64 = atlas
             .maps
             .iter()
