@@ -113,6 +113,7 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         owner: &owner,
         chart: &[0, 1],
         density: &density,
+        whole: &[1.0, 1.0],
         seams: &seams,
         deposited: &deposited,
         pitch,
