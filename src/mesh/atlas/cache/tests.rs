@@ -1,3 +1,5 @@
+//! Layouts on disk: kept whole, found by what they are of, thrown away when damaged or old.
+
 use super::*;
 use crate::mesh::Mesh;
 

@@ -318,8 +318,8 @@ fn it_stops_when_told_to() {
     let surface = builtin("suzanne");
     let cancelled = AtomicBool::new(true);
     let control = Control {
-        progress: None,
         cancelled: Some(&cancelled),
+        ..Control::default()
     };
     assert_eq!(flat_charts(&surface, &control), Err(AtlasError::Cancelled));
     // In the middle, as soon as the second thing has been told.
@@ -333,6 +333,7 @@ fn it_stops_when_told_to() {
     let control = Control {
         progress: Some(&progress),
         cancelled: Some(&cancelled),
+        ..Control::default()
     };
     assert_eq!(flat_charts(&surface, &control), Err(AtlasError::Cancelled));
     assert_eq!(count.load(Ordering::Relaxed), 2);
@@ -344,7 +345,7 @@ fn progress_goes_forward() {
     let progress = |_: &'static str, done: f32| told.lock().unwrap().push(done);
     let control = Control {
         progress: Some(&progress),
-        cancelled: None,
+        ..Control::default()
     };
     flat_charts(&builtin("suzanne"), &control).unwrap();
     let told = told.into_inner().unwrap();
