@@ -37,6 +37,10 @@ pub(super) struct Quality {
     pub hull: f64,
     /// Outer perimeter, without its teeth, squared over that of a disc of the same area: 1 is a disc.
     pub roundness: f64,
+    /// Share of the surface of everything.
+    pub part: f64,
+    /// Share of the area that does not unroll.
+    pub bent: f64,
 }
 
 /// What a piece may be like. The first is what the whole atlas shall have between its 5 % and 95 % percentiles; where
@@ -48,6 +52,8 @@ pub(super) struct Bounds {
     pub wild: f64,
     pub hull: f64,
     pub roundness: f64,
+    /// Share of all surface, of a piece that does not unroll: a few large charts leave gaps that nothing fills.
+    pub part: f64,
 }
 
 ///
@@ -58,6 +64,7 @@ pub(super) const STRICT: Bounds = Bounds {
     wild: 0.002,
     hull: 1.6,
     roundness: 1.75,
+    part: 0.1,
 };
 
 /// What a single chart may be like as long as all together are within the strict bounds.
@@ -67,8 +74,8 @@ pub(super) const LOOSE: Bounds = Bounds {
     ..STRICT
 };
 
-/// Share of all surface that one chart may have where it is curved: a few large charts leave gaps that nothing fills.
-const LARGEST: f64 = 0.1;
+/// Areas that change more than this are bent: they do not unroll.
+const UNROLLED: f64 = 0.01;
 
 /// Areas shrink at most to this and grow at most to its counterpart.
 const AREA: [f64; 2] = [0.856, 1.144];
@@ -126,9 +133,6 @@ impl Piece {
         }
         let patch = Patch::new(surface, triangles, places).ok_or(Refusal::Shape)?;
         let area = metric.area(triangles);
-        if area > LARGEST * metric.total && !is_flat(metric, triangles) {
-            return Err(Refusal::Shape);
-        }
         let hopeful = |growths: &[f64]| is_hopeful(metric, triangles, growths, bounds);
         let positions = flatten(&patch, metric, hopeful).ok_or(Refusal::Distortion)?;
         let at = |corners: &[u32; 3]| corners.map(|vertex| positions[vertex as usize]);
@@ -152,6 +156,7 @@ impl Piece {
         let mut quality = Quality {
             hull: hull / area,
             roundness: roundness(smooth_perimeter(&curve), area),
+            part: area / metric.total,
             ..Quality::default()
         };
         for (&t, corners) in triangles.iter().zip(&corners) {
@@ -207,6 +212,9 @@ impl Quality {
         // The sum of the larger stretch over the smaller and of its inverse.
         let skew = (p.length_squared() + h.length_squared()) / growth;
         let share = shape.area() * unit;
+        if (growth - 1.0).abs() > UNROLLED {
+            self.bent += share;
+        }
         let beyond = |limit: f64| skew > limit + 1.0 / limit;
         if growth < AREA[0] {
             self.small += share;
@@ -230,6 +238,7 @@ impl Quality {
             && self.wild <= bounds.wild
             && self.hull <= bounds.hull
             && self.roundness <= bounds.roundness
+            && (self.part <= bounds.part || self.bent <= bounds.wild)
     }
 }
 
@@ -270,14 +279,6 @@ impl Piece {
 
 fn roundness(perimeter: f64, area: f64) -> f64 {
     perimeter * perimeter / (4.0 * std::f64::consts::PI * area)
-}
-
-/// Whether all triangles lie in one plane; such pieces are as large as they like.
-fn is_flat(metric: &Metric, triangles: &[u32]) -> bool {
-    let normal = metric.normals[triangles[0] as usize];
-    triangles
-        .iter()
-        .all(|&t| metric.normals[t as usize].dot(normal) > 1.0 - 1e-9)
 }
 
 /// Parts of a border that its perimeter is taken of.

@@ -80,6 +80,7 @@ fn a_cap_is_projected_stereographically() {
     let free = Bounds {
         share: 1.0,
         wild: 1.0,
+        part: 1.0,
         ..STRICT
     };
     let piece = Piece::new(&surface, &metric, &all, &free, &mut Places::new()).unwrap();
