@@ -330,7 +330,8 @@ mod tests {
         let error = check_atlas(&device(largest - 1), &setup.atlas).expect_err("it is too large");
         let message = error.to_string();
         assert!(
-            message.contains("too large for abacus: atlas.size = 512 with atlas.method = \"charts\"")
+            message
+                .contains("too large for abacus: atlas.size = 512 with atlas.method = \"charts\"")
                 && message.contains("lower atlas.size"),
             "{message}"
         );

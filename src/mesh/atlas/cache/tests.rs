@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-//! Kept layouts: found again, checked, and bounded in number.
-=======
 //! Layouts on disk: kept whole, found by what they are of, thrown away when damaged or old.
->>>>>>> user
 
 use super::*;
 use crate::mesh::Mesh;
