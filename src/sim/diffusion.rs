@@ -52,7 +52,7 @@ impl Diffusion {
         let constants = DiffuseConstants {
             distance: atlas.gutter as i32,
         };
-        let exchange = &atlas.exchange;
+        let exchange = atlas.exchange.by_length();
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
             diffuse_seams: Pipeline::new(ctx, &())?,
@@ -66,7 +66,7 @@ impl Diffusion {
             },
             blocks: Texels::new(&Buffer::from_slice(ctx, "blocks", &atlas.blocks)?, 1)?,
             rows: Texels::new(
-                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows_by_length())?,
+                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
                 1,
             )?,
             entries: Texels::new(

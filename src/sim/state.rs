@@ -119,7 +119,7 @@ impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
         let texels = setup.atlas.density.len();
-        let exchange = &setup.atlas.exchange;
+        let exchange = setup.atlas.exchange.by_length();
         let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
         Ok(Self {
             particles: Buffer::from_slice(ctx, "particles", &setup.particles)?,
@@ -130,7 +130,7 @@ impl State {
             density,
             blocks: Texels::new(&Buffer::from_slice(ctx, "blocks", &setup.atlas.blocks)?, 1)?,
             exchange_rows: Texels::new(
-                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows_by_length())?,
+                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
                 1,
             )?,
             exchange_entries: Texels::new(

@@ -122,12 +122,20 @@ impl Exchange {
         &self.entries[row.first as usize..][..row.pair_count as usize]
     }
 
-    /// The rows by the number of their entries, so that invocations side by side go through their loops alike.
+    /// As kernels take it: rows by the number of their entries, so that invocations side by side go through their loops
+    /// alike, and the entries in the order of the rows, so that they come from one place in memory.
     #[must_use]
-    pub fn rows_by_length(&self) -> Vec<ExchangeRow> {
+    pub fn by_length(&self) -> Self {
         let mut rows = self.rows.clone();
         rows.par_sort_by_key(|row| (row.pair_count, row.deposit_count(), row.texel));
-        rows
+        let mut entries = Vec::with_capacity(self.entries.len());
+        for row in &mut rows {
+            let first = entries.len() as u32;
+            entries.extend_from_slice(self.pairs(row));
+            entries.extend_from_slice(self.deposits(row));
+            row.first = first;
+        }
+        Self { rows, entries }
     }
 
     /// The gutter texels whose deposits a row takes up, and its part of each.
