@@ -1,7 +1,9 @@
 // diffuse: the trail spreads, takes up the deposits, decays; values too small to see become zero.
-// Reads   strips, trail, deposits, density.
-// Writes  next_trail for owned texels, zero for others of the strips; previous_deposits, cleared for the next step.
-// One invocation per four texels of a row, four of them a strip, a cache line; strips without any texel in use are not listed.
+// Reads   blocks, trail, deposits, density.
+// Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
+// One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks
+// without any texel in use are not listed. The rows are as far apart as the taps, so each row's sums serve three times.
+// What is read comes by texel buffers: CPU drivers fetch a quad at once there, and value by value from storage buffers.
 // Texels beside a seam come out wrong here: diffuse_seams writes them anew.
 // Overflow: cannot happen; nothing is appended.
 
@@ -14,7 +16,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
 
 layout(push_constant) uniform Params {
-    uint lane_count;     // four a strip
+    uint lane_count;     // four a block
     uint quad_count;     // texels / 4
     uint quads_a_row;    // pitch / 4
     float diffusion;     // 0: nothing spreads, 1: the mean of the nine taps
@@ -24,12 +26,12 @@ layout(push_constant) uniform Params {
     float tiny;          // below this a value is zero: denormals are slow, and nobody sees them
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Strips { uint strips[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Trail { vec4 trail[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Deposits { uvec4 deposits[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Density { vec4 density[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer blocks;  // their first quads
+layout(set = 0, binding = 1) uniform samplerBuffer trail;
+layout(set = 0, binding = 2) uniform usamplerBuffer deposits;
+layout(set = 0, binding = 3) uniform samplerBuffer density;
 layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trail[]; };
-layout(std430, set = 0, binding = 5) buffer PreviousDeposits { uvec4 previous_deposits[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits[]; };
 
 // Four texels, moved by `DISTANCE` to the left and to the right, from the four before and after.
 vec4 from_left(vec4 before, vec4 here) {
@@ -46,35 +48,48 @@ vec4 from_right(vec4 here, vec4 after) {
     return after;
 }
 
-// By how much the three taps in a row are more than three times `here`, for each of four texels. What all have in common
-// cancels to the last bit, so a constant stays constant. A chart's gutter lies between it and the texture's sides, so
-// what is beyond them is never needed; the index is only kept inside the buffer.
-vec4 excess(uint quad, vec4 thrice) {
-    vec4 before = trail[max(quad, 1u) - 1u];
-    vec4 middle = trail[quad];
-    vec4 after = trail[min(quad + 1u, params.quad_count - 1u)];
+// The three taps in a row around each of four texels. A chart's gutter lies between it and the texture's sides, so what is
+// beyond them is never needed; the index is only kept inside the buffer.
+vec4 row_sum(uint quad, vec4 middle) {
+    vec4 before = texelFetch(trail, int(max(quad, 1u) - 1u));
+    vec4 after = texelFetch(trail, int(min(quad + 1u, params.quad_count - 1u)));
     precise vec4 sum = (from_left(before, middle) + middle) + from_right(middle, after);
-    precise vec4 more = sum - thrice;
-    return more;
+    return sum;
+}
+
+void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {
+    vec4 owned = texelFetch(density, int(quad));
+    // What all have in common cancels to the last bit, so a constant stays constant.
+    precise vec4 thrice = 3.0 * here;
+    precise vec4 more = ((above - thrice) + (beside - thrice)) + (below - thrice);
+    precise vec4 rate = (params.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);
+    precise vec4 spread = here + rate * more;
+    vec4 counted = vec4(texelFetch(deposits, int(quad)));
+    precise vec4 value = (spread + (params.deposit * counted) * owned) * params.decay;
+    bvec4 kept = bvec4(uvec4(greaterThanEqual(value, vec4(params.tiny))) & uvec4(greaterThan(owned, vec4(0.0))));
+    next_trail[quad] = mix(vec4(0.0), value, kept);
+    previous_deposits[quad] = uvec4(0u);
 }
 
 void main() {
     uint i = invocation_index();
     if (i >= params.lane_count) return;
-    uint quad = 4u * strips[i / 4u] + i % 4u;
-    if (quad >= params.quad_count) return;
-
-    vec4 owned = density[quad];
+    uint last = params.quad_count - 1u;
     uint reach = uint(DISTANCE) * params.quads_a_row;
-    vec4 here = trail[quad];
-    precise vec4 thrice = 3.0 * here;
-    precise vec4 more = (excess(max(quad, reach) - reach, thrice) + excess(quad, thrice))
-        + excess(min(quad + reach, params.quad_count - 1u), thrice);
-    precise vec4 rate = (params.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);
-    precise vec4 spread = here + rate * more;
-    precise vec4 value = (spread + (params.deposit * vec4(deposits[quad])) * owned) * params.decay;
-    bvec4 kept = bvec4(uvec4(greaterThanEqual(value, vec4(params.tiny))) & uvec4(greaterThan(owned, vec4(0.0))));
-    next_trail[quad] = mix(vec4(0.0), value, kept);
-    // Most are zero already, and to look costs less than to write.
-    if (previous_deposits[quad] != uvec4(0u)) previous_deposits[quad] = uvec4(0u);
+    uint quad = texelFetch(blocks, int(i / 4u)).x + i % 4u;
+    uint up = max(quad, reach) - reach;
+    vec4 above = row_sum(up, texelFetch(trail, int(up)));
+    uint at = min(quad, last);
+    vec4 here = texelFetch(trail, int(at));
+    vec4 beside = row_sum(at, here);
+    for (uint row = 0u; row < 4u; row++) {
+        uint down = min(quad + reach, last);
+        vec4 next = texelFetch(trail, int(down));
+        vec4 below = row_sum(down, next);
+        if (quad < params.quad_count) write(quad, here, above, beside, below);
+        above = beside;
+        beside = below;
+        here = next;
+        quad += reach;
+    }
 }

@@ -1,12 +1,11 @@
 // diffuse_seams: as diffuse, for texels that exchange across a seam, or whose neighbours are limited.
 // Reads   rows, entries, trail, deposits (those on gutter texels too), density.
 // Writes  next_trail for the texels of the rows.
-// One invocation a row.
+// One invocation a row. What is read comes by texel buffers, which CPU drivers are quicker with.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "types.glsl"
 #include "index.glsl"
 
 layout(local_size_x = 64) in;
@@ -21,29 +20,42 @@ layout(push_constant) uniform Params {
     float tiny;         // below this a value is zero
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Rows { ExchangeRow rows[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Entries { ExchangeEntry entries[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Trail { float trail[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Deposits { uint deposits[]; };
-layout(std430, set = 0, binding = 4) readonly buffer Density { float density[]; };
+// Five words a row: the texel, its first entry, the number of pairs, how many deposits and the mask, the conductance.
+layout(set = 0, binding = 0) uniform usamplerBuffer rows;
+// Two words an entry: a texel, and its conductance or share.
+layout(set = 0, binding = 1) uniform usamplerBuffer entries;
+layout(set = 0, binding = 2) uniform samplerBuffer trail;
+layout(set = 0, binding = 3) uniform usamplerBuffer deposits;
+layout(set = 0, binding = 4) uniform samplerBuffer density;
 layout(std430, set = 0, binding = 5) writeonly buffer NextTrail { float next_trail[]; };
+
+uint word(uint row, uint k) {
+    return texelFetch(rows, int(5u * row + k)).x;
+}
+
+float trail_at(uint texel) {
+    return texelFetch(trail, int(texel)).x;
+}
+
+float deposits_at(uint texel) {
+    return float(texelFetch(deposits, int(texel)).x);
+}
 
 // How much more a neighbour has, if the texel exchanges with it.
 float more_at(uint mask, uint bit, uint neighbour, uint texel, float here) {
     bool exchanges = (mask >> bit & 1u) != 0u;
-    precise float more = trail[exchanges ? neighbour : texel] - here;
+    precise float more = trail_at(exchanges ? neighbour : texel) - here;
     return more;
 }
 
 void main() {
     uint i = invocation_index();
     if (i >= params.row_count) return;
-    ExchangeRow row = rows[i];
-    uint texel = row.texel;
-    float here = trail[texel];
+    uint texel = word(i, 0u);
+    float here = trail_at(texel);
     uint above = texel - params.reach_down;
     uint below = texel + params.reach_down;
-    uint mask = row.counts_and_mask;
+    uint mask = word(i, 3u);
     precise float inside = more_at(mask, 0u, above - params.reach_across, texel, here);
     inside += more_at(mask, 1u, above, texel, here);
     inside += more_at(mask, 2u, above + params.reach_across, texel, here);
@@ -52,22 +64,22 @@ void main() {
     inside += more_at(mask, 5u, below - params.reach_across, texel, here);
     inside += more_at(mask, 6u, below, texel, here);
     inside += more_at(mask, 7u, below + params.reach_across, texel, here);
-    uint next = row.first;
-    uint end = next + row.pair_count;
+    uint next = word(i, 1u);
+    uint end = next + word(i, 2u);
     precise float across = 0.0;
     for (; next < end; next++) {
-        ExchangeEntry pair = entries[next];
-        across += pair.weight * (trail[pair.texel] - here);
+        uvec2 pair = texelFetch(entries, int(next)).xy;
+        across += uintBitsToFloat(pair.y) * (trail_at(pair.x) - here);
     }
-    end += row.counts_and_mask >> 8u;
+    end += mask >> 8u;
     // Counts and shares are small multiples of a power of two, so the order does not matter here.
-    precise float counted = float(deposits[texel]);
+    precise float counted = deposits_at(texel);
     for (; next < end; next++) {
-        ExchangeEntry part = entries[next];
-        counted += part.weight * float(deposits[part.texel]);
+        uvec2 part = texelFetch(entries, int(next)).xy;
+        counted += uintBitsToFloat(part.y) * deposits_at(part.x);
     }
-    float own = density[texel];
-    precise float spread = here + (params.diffusion * own) * (row.conductance * inside + across);
+    float own = texelFetch(density, int(texel)).x;
+    precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(word(i, 4u)) * inside + across);
     precise float value = (spread + (params.deposit * counted) * own) * params.decay;
     next_trail[texel] = value >= params.tiny ? value : 0.0;
 }

@@ -134,32 +134,35 @@ fn a_texture_without_room_says_which_size_would_do() {
         return;
     }
     let folder = Folder::new();
-    let picture = folder.file("x.png");
-    let message = failed(&render("torus", &picture, &[]));
-    assert!(
-        message.contains("27648 triangles") && folder.names().is_empty(),
-        "{message}"
-    );
-    let (_, advice) = message
-        .rsplit_once("raise atlas.size to ")
-        .expect("there is advice");
-    let size: u32 = advice
-        .split(' ')
-        .next()
-        .and_then(|n| n.parse().ok())
-        .expect("a size");
-    done(&render(
-        "torus",
-        &picture,
-        &["--set", &format!("atlas.size={size}")],
-    ));
-    let too_small = format!("atlas.size={}", size - 1);
-    failed(&render(
-        "torus",
-        &folder.file("y.png"),
-        &["--set", &too_small],
-    ));
-    assert_eq!(folder.names(), ["x.png"]);
+    for (model, method, told) in [
+        ("torus", "grid", "27648 triangles"),
+        ("suzanne", "charts", "charts with a gutter of 1 each"),
+    ] {
+        let picture = folder.file(&format!("{model}.png"));
+        let method = format!("atlas.method={method}");
+        let sized = |size: u32| format!("atlas.size={size}");
+        let rendered = |size: u32| {
+            let size = sized(size);
+            let command = render(model, &picture, &["--set", &method, "--set", &size]);
+            command.into_iter().map(str::to_owned).collect::<Vec<_>>()
+        };
+        let message = failed(&rendered(16));
+        assert!(message.contains(told) && !picture.exists(), "{message}");
+        let (_, advice) = message
+            .rsplit_once("raise atlas.size to ")
+            .expect("there is advice");
+        let size = advice
+            .split(' ')
+            .next()
+            .and_then(|n| n.parse().ok())
+            .expect("a size");
+        done(&rendered(size));
+        assert!(picture.exists());
+        if model == "torus" {
+            // Cells are counted, so a size less is too little.
+            failed(&rendered(size - 1));
+        }
+    }
 }
 
 #[test]

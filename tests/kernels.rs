@@ -5,7 +5,7 @@ mod common;
 use common::{Gpu, awkward_sizes, gpu, scene};
 use glam::{DVec2, UVec4, Vec4};
 use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
-use myxo::mesh::atlas::STRIP;
+use myxo::mesh::atlas::{BLOCK_QUADS, BLOCK_ROWS};
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery};
 use myxo::mesh::{Mesh, suite};
@@ -91,14 +91,16 @@ fn diffuse_agrees_with_its_twin() {
                 })
                 .collect();
             let untouched = trail_values(texels, 11);
-            // Every strip, or two of three; the last one may reach beyond the texture.
-            let strips: Vec<u32> = (0..(texels as u32).div_ceil(STRIP))
-                .filter(|strip| distance == 1 || strip % 3 != 1)
+            // Every block, or two of three; the last ones may reach beyond the texture.
+            let reach = distance as u32 * width / 4;
+            let blocks: Vec<u32> = (0..texels as u32 / 4)
+                .filter(|quad| quad / reach % BLOCK_ROWS == 0 && quad % reach % BLOCK_QUADS == 0)
+                .filter(|quad| distance == 1 || quad % 3 != 1)
                 .collect();
             let previous: Vec<u32> = (0..texels as u32).collect();
             let constants = DiffuseConstants { distance };
             let params = DiffuseParams {
-                lane_count: 4 * strips.len() as u32,
+                lane_count: BLOCK_QUADS * blocks.len() as u32,
                 quad_count: texels as u32 / 4,
                 quads_a_row: width / 4,
                 diffusion: 0.37,
@@ -111,7 +113,7 @@ fn diffuse_agrees_with_its_twin() {
             twin::diffuse(
                 &constants,
                 &params,
-                &strips,
+                &blocks,
                 &trail,
                 &deposits,
                 &density,
@@ -125,16 +127,16 @@ fn diffuse_agrees_with_its_twin() {
             let density = buffer(&gpu.ctx, "density", &density);
             let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
             let previous = buffer(&gpu.ctx, "previous_deposits", &previous);
-            let strips = buffer(&gpu.ctx, "strips", &strips);
+            let blocks = buffer(&gpu.ctx, "blocks", &blocks);
             gpu.run(|rec| {
                 rec.dispatch(
                     &pipeline,
                     Threads(params.lane_count),
                     DiffuseArgs {
-                        strips: &strips,
-                        trail: &trail.cast::<Vec4>(),
-                        deposits: &deposits.cast::<UVec4>(),
-                        density: &density.cast::<Vec4>(),
+                        blocks: &Texels::new(&blocks, 1).unwrap(),
+                        trail: &Texels::new(&trail, 4).unwrap(),
+                        deposits: &Texels::new(&deposits, 4).unwrap(),
+                        density: &Texels::new(&density, 4).unwrap(),
                         next_trail: &next_trail.cast::<Vec4>(),
                         previous_deposits: &previous.cast::<UVec4>(),
                     },
@@ -241,11 +243,11 @@ fn diffuse_seams_agrees_with_its_twin() {
                 &pipeline,
                 Threads(params.row_count),
                 DiffuseSeamsArgs {
-                    rows: &rows,
-                    entries: &entries,
-                    trail: &trail,
-                    deposits: &deposits,
-                    density: &density,
+                    rows: &Texels::new(&rows, 1).unwrap(),
+                    entries: &Texels::new(&entries, 2).unwrap(),
+                    trail: &Texels::new(&trail, 1).unwrap(),
+                    deposits: &Texels::new(&deposits, 1).unwrap(),
+                    density: &Texels::new(&density, 1).unwrap(),
                     next_trail: &next_trail,
                 },
                 params,

@@ -18,16 +18,16 @@ fn the_sum_is_that_of_the_buffers() {
         + s.deposits.front.size_in_bytes()
         + s.deposits.back.size_in_bytes()
         + s.density.size_in_bytes()
-        + s.strips.size_in_bytes()
-        + s.exchange_rows.size_in_bytes()
-        + s.exchange_entries.size_in_bytes()
         + s.seams.size_in_bytes()
         + s.atlas_maps.size_in_bytes()
         + s.corners.size_in_bytes()
         + s.vertices.size_in_bytes()
         + s.poses.size_in_bytes();
-    let tables =
-        size_of_val(&setup.surface.triangles[..]) + size_of_val(&setup.surface.halfedges[..]);
+    let tables = size_of_val(&setup.surface.triangles[..])
+        + size_of_val(&setup.surface.halfedges[..])
+        + size_of_val(&setup.atlas.blocks[..])
+        + size_of_val(&setup.atlas.exchange.rows[..])
+        + size_of_val(&setup.atlas.exchange.entries[..]);
     assert_eq!(memory::size_in_bytes(setup), buffers + tables as u64);
     gpu.finish();
 }

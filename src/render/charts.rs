@@ -167,8 +167,10 @@ fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
         .flat_map_iter(|gutter| {
             let own = atlas.chart[gutter.triangle as usize];
             let (x, y) = (gutter.texel % atlas.pitch, gutter.texel / atlas.pitch);
-            [(1, 0), (2, 0), (0, 1), (0, 2)]
+            // Farther ones too, which the eye takes for neighbours.
+            [1, 2, 4, 8, 16]
                 .into_iter()
+                .flat_map(|away| [(away, 0), (0, away)])
                 .filter_map(move |(dx, dy)| Some((own, chart_at(x + dx, y + dy)?)))
         });
     let mut pairs: Vec<(u32, u32)> = over_edges

@@ -8,9 +8,9 @@ use super::kernels::{
 };
 use super::memory;
 use super::params::spreading;
-use super::types::{ExchangeEntry, ExchangeRow};
+use super::state::{PingPong, Views};
 use crate::error::Result;
-use crate::gpu::{Access::Kernel, Buffer, Context, Frames, Pipeline, Recorder, Threads};
+use crate::gpu::{Access::Kernel, Buffer, Context, Frames, Pipeline, Recorder, Texels, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
 /// Steps that are handed to the device together.
@@ -23,13 +23,13 @@ pub struct Diffusion {
     diffuse_seams: Pipeline<DiffuseSeams>,
     params: DiffuseParams,
     seams_params: DiffuseSeamsParams,
-    strips: Buffer<u32>,
-    rows: Buffer<ExchangeRow>,
-    entries: Buffer<ExchangeEntry>,
-    density: Buffer<f32>,
-    deposits: [Buffer<u32>; 2],
+    blocks: Texels<u32>,
+    rows: Texels<u32>,
+    entries: Texels<u32>,
+    density: Views<f32>,
+    deposits: PingPong<u32>,
     /// Where the trail is, and where its next step goes.
-    trail: [Buffer<f32>; 2],
+    trail: PingPong<f32>,
 }
 
 impl Diffusion {
@@ -52,7 +52,7 @@ impl Diffusion {
         let constants = DiffuseConstants {
             distance: atlas.gutter as i32,
         };
-        let none = |name| Buffer::zeroed(ctx, name, texels);
+        let exchange = atlas.exchange.by_length();
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
             diffuse_seams: Pipeline::new(ctx, &())?,
@@ -64,15 +64,18 @@ impl Diffusion {
                 diffusion,
                 ..seams_params
             },
-            strips: Buffer::from_slice(ctx, "strips", &atlas.strips)?,
-            rows: Buffer::from_slice(ctx, "exchange_rows", &atlas.exchange.rows_by_length())?,
-            entries: Buffer::from_slice(ctx, "exchange_entries", &atlas.exchange.entries)?,
-            density: Buffer::from_slice(ctx, "density", &atlas.density)?,
-            deposits: [none("deposits.front")?, none("deposits.back")?],
-            trail: [
-                Buffer::zeroed(ctx, "trail.front", texels)?,
-                Buffer::zeroed(ctx, "trail.back", texels)?,
-            ],
+            blocks: Texels::new(&Buffer::from_slice(ctx, "blocks", &atlas.blocks)?, 1)?,
+            rows: Texels::new(
+                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
+                1,
+            )?,
+            entries: Texels::new(
+                &Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
+                2,
+            )?,
+            density: Views::new(&Buffer::from_slice(ctx, "density", &atlas.density)?)?,
+            deposits: PingPong::new(ctx, "deposits", texels)?,
+            trail: PingPong::new(ctx, "trail", texels)?,
             ctx: ctx.clone(),
         })
     }
@@ -82,7 +85,7 @@ impl Diffusion {
     /// # Errors
     /// When the device fails.
     pub fn set(&mut self, trail: &[f32]) -> Result<()> {
-        Ok(self.ctx.upload(&self.trail[0], trail)?)
+        Ok(self.ctx.upload(&self.trail.front, trail)?)
     }
 
     /// The value of every texel; of owned ones, gutters are not filled.
@@ -90,7 +93,7 @@ impl Diffusion {
     /// # Errors
     /// When the device fails.
     pub fn values(&self) -> Result<Vec<f32>> {
-        Ok(self.ctx.download(&self.trail[0])?)
+        Ok(self.ctx.download(&self.trail.front)?)
     }
 
     /// Spreads for `steps` steps, and tells now and then how many more are done; stops where it is told `false`.
@@ -105,7 +108,7 @@ impl Diffusion {
             let mut rec = frames.begin()?;
             for _ in 0..batch {
                 self.record(&mut rec);
-                self.trail.swap(0, 1);
+                self.trail.swap();
             }
             frames.submit(rec)?;
             left -= batch;
@@ -117,16 +120,17 @@ impl Diffusion {
     }
 
     fn record(&self, rec: &mut Recorder) {
-        let [trail, next_trail] = &self.trail;
-        let [deposits, previous_deposits] = &self.deposits;
+        let (trail, next_trail) = (&self.trail.front, &self.trail.back);
+        let (trail_views, deposits_views) = (&self.trail.front_views, &self.deposits.front_views);
+        let previous_deposits = &self.deposits.back;
         rec.dispatch(
             &self.diffuse,
             Threads(self.params.lane_count),
             DiffuseArgs {
-                strips: &self.strips,
-                trail: &trail.cast(),
-                deposits: &deposits.cast(),
-                density: &self.density.cast(),
+                blocks: &self.blocks,
+                trail: &trail_views.quads,
+                deposits: &deposits_views.quads,
+                density: &self.density.quads,
                 next_trail: &next_trail.cast(),
                 previous_deposits: &previous_deposits.cast(),
             },
@@ -140,9 +144,9 @@ impl Diffusion {
             DiffuseSeamsArgs {
                 rows: &self.rows,
                 entries: &self.entries,
-                trail,
-                deposits,
-                density: &self.density,
+                trail: &trail_views.texels,
+                deposits: &deposits_views.texels,
+                density: &self.density.texels,
                 next_trail,
             },
             self.seams_params,

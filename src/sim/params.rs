@@ -6,7 +6,7 @@ use super::kernels::{
     ExchangeSeamsParams,
 };
 use super::setup::Setup;
-use crate::mesh::atlas::{Atlas, GREATEST_DENSITY, GREATEST_DIFFUSION, STRIP};
+use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
 use crate::scene::settings::{Border, Settings};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
@@ -123,7 +123,7 @@ impl StepParams {
 /// The trail's two kernels on an atlas, without deposits, decay and diffusion.
 pub(super) fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
     let diffuse = DiffuseParams {
-        lane_count: STRIP / 4 * atlas.strips.len() as u32,
+        lane_count: BLOCK_QUADS * atlas.blocks.len() as u32,
         quad_count: atlas.pitch * atlas.size / 4,
         quads_a_row: atlas.pitch / 4,
         diffusion: 0.0,

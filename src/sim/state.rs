@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use bytemuck::Pod;
-
 use super::kernels::{Advance, Diffuse, DiffuseSeams, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
-use super::types::{AtlasMap, ExchangeEntry, ExchangeRow, Motion, Particle, Pose, Seam, Vertex};
-use crate::gpu::{Buffer, Context, GpuError, Pipeline, Texels};
+use super::types::{AtlasMap, Motion, Particle, Pose, Seam, Vertex};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
@@ -34,25 +32,50 @@ impl Kernels {
     }
 }
 
+/// A buffer with a value a texel, seen through texel buffers.
+pub struct Views<T> {
+    /// Four texels at once.
+    pub quads: Texels<T>,
+    /// One by one.
+    pub texels: Texels<T>,
+}
+
+impl<T: TexelScalar> Views<T> {
+    pub(super) fn new(buffer: &Buffer<T>) -> Result<Self, GpuError> {
+        Ok(Self {
+            quads: Texels::new(buffer, 4)?,
+            texels: Texels::new(buffer, 1)?,
+        })
+    }
+}
+
 /// Two buffers that change roles each step.
 pub struct PingPong<T> {
     /// What is read now.
     pub front: Buffer<T>,
+    /// The front, as diffusion reads it.
+    pub front_views: Views<T>,
     /// What is written for the next step, or was read in the last one.
     pub back: Buffer<T>,
+    back_views: Views<T>,
 }
 
-impl<T: Pod> PingPong<T> {
-    fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
+impl<T: TexelScalar> PingPong<T> {
+    pub(super) fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
+        let front = Buffer::zeroed(ctx, &format!("{name}.front"), len)?;
+        let back = Buffer::zeroed(ctx, &format!("{name}.back"), len)?;
         Ok(Self {
-            front: Buffer::zeroed(ctx, &format!("{name}.front"), len)?,
-            back: Buffer::zeroed(ctx, &format!("{name}.back"), len)?,
+            front_views: Views::new(&front)?,
+            back_views: Views::new(&back)?,
+            front,
+            back,
         })
     }
 
     /// Front becomes back.
     pub fn swap(&mut self) {
         std::mem::swap(&mut self.front, &mut self.back);
+        std::mem::swap(&mut self.front_views, &mut self.back_views);
     }
 }
 
@@ -68,12 +91,14 @@ pub struct State {
     pub deposits: PingPong<u32>,
     /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
     pub density: Buffer<f32>,
-    /// One a strip of texels of which any is in use.
-    pub strips: Buffer<u32>,
-    /// One a texel that exchanges across a seam.
-    pub exchange_rows: Buffer<ExchangeRow>,
-    /// What it exchanges with.
-    pub exchange_entries: Buffer<ExchangeEntry>,
+    /// The same, as diffusion reads it.
+    pub density_views: Views<f32>,
+    /// One a block of texels of which any is in use: its first quad.
+    pub blocks: Texels<u32>,
+    /// Five words for each texel that exchanges across a seam.
+    pub exchange_rows: Texels<u32>,
+    /// What it exchanges with; two words each.
+    pub exchange_entries: Texels<u32>,
     /// One a gutter texel that is read.
     pub seams: Buffer<Seam>,
     /// One a triangle: its shape.
@@ -94,16 +119,24 @@ impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
         let texels = setup.atlas.density.len();
-        let exchange = &setup.atlas.exchange;
+        let exchange = setup.atlas.exchange.by_length();
+        let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
         Ok(Self {
             particles: Buffer::from_slice(ctx, "particles", &setup.particles)?,
             motions: Buffer::from_slice(ctx, "motions", &setup.motions)?,
             trail: PingPong::new(ctx, "trail", texels)?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
-            density: Buffer::from_slice(ctx, "density", &setup.atlas.density)?,
-            strips: Buffer::from_slice(ctx, "strips", &setup.atlas.strips)?,
-            exchange_rows: Buffer::from_slice(ctx, "exchange_rows", &exchange.rows_by_length())?,
-            exchange_entries: Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
+            density_views: Views::new(&density)?,
+            density,
+            blocks: Texels::new(&Buffer::from_slice(ctx, "blocks", &setup.atlas.blocks)?, 1)?,
+            exchange_rows: Texels::new(
+                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
+                1,
+            )?,
+            exchange_entries: Texels::new(
+                &Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
+                2,
+            )?,
             seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
             triangles: Texels::new(
                 &Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,

@@ -277,7 +277,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
         let start = deposit(&case, busiest);
         let constants = DiffuseConstants { distance: 1 };
         let params = DiffuseParams {
-            lane_count: 4 * atlas.strips.len() as u32,
+            lane_count: 4 * atlas.blocks.len() as u32,
             quad_count: atlas.pitch * atlas.size / 4,
             quads_a_row: atlas.pitch / 4,
             diffusion: DIFFUSION,
@@ -294,7 +294,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
             twin::diffuse(
                 &constants,
                 &params,
-                &atlas.strips,
+                &atlas.blocks,
                 &trail,
                 &none,
                 &atlas.density,

@@ -60,8 +60,8 @@ impl Atlas {
     /// Lays the mesh out and writes.
     pub fn run(&self) -> Result<Outcome> {
         let sink = Sink::create(&self.out)?;
-        let mesh = open_mesh(&self.mesh)?;
         interrupt::install()?;
+        let mesh = open_mesh(&self.mesh)?;
         let surface = Surface::build(&[(&mesh, 1.0)]);
         let options = self.options();
         let atlas = SettingUp::new(&mesh.name, atlas_cache())

@@ -45,8 +45,11 @@ const SAME_BORDER: f32 = 0.99;
 /// texel's diagonal, and room for rounding.
 const FARTHEST_POINT: f64 = 0.75;
 
-/// Texels that kernels take together: a cache line of them.
-pub const STRIP: u32 = 16;
+/// Quads of texels in a row of a block: a cache line of them.
+pub const BLOCK_QUADS: u32 = 4;
+
+/// Rows of a block, as far apart as the taps of the stencil.
+pub const BLOCK_ROWS: u32 = 4;
 
 /// Texels and rows that one thread takes at a time.
 const CHUNK: usize = 2048;
@@ -115,12 +118,20 @@ impl Exchange {
         &self.entries[row.first as usize..][..row.pair_count as usize]
     }
 
-    /// The rows by the number of their entries, so that invocations side by side go through their loops alike.
+    /// As kernels take it: rows by the number of their entries, so that invocations side by side go through their loops
+    /// alike, and the entries in the order of the rows, so that they come from one place in memory.
     #[must_use]
-    pub fn rows_by_length(&self) -> Vec<ExchangeRow> {
+    pub fn by_length(&self) -> Self {
         let mut rows = self.rows.clone();
         rows.par_sort_by_key(|row| (row.pair_count, row.deposit_count(), row.texel));
-        rows
+        let mut entries = Vec::with_capacity(self.entries.len());
+        for row in &mut rows {
+            let first = entries.len() as u32;
+            entries.extend_from_slice(self.pairs(row));
+            entries.extend_from_slice(self.deposits(row));
+            row.first = first;
+        }
+        Self { rows, entries }
     }
 
     /// The gutter texels whose deposits a row takes up, and its part of each.
@@ -605,16 +616,28 @@ fn distance_to(map: &AtlasMap, place: DVec2) -> f64 {
     if inside { 0.0 } else { nearest }
 }
 
-/// The strips, of [`STRIP`] texels each, with anything in them to work on, in ascending order.
-pub(super) fn used_strips(density: &[f32], seams: &[Seam]) -> Vec<u32> {
+/// The blocks with anything in them to work on, by their first quads, in ascending order: [`BLOCK_ROWS`] rows of
+/// [`BLOCK_QUADS`] quads, `reach` quads apart. They cover the texture; where `reach` is no multiple of a row of quads,
+/// some share quads, which come out alike.
+pub(super) fn used_blocks(density: &[f32], seams: &[Seam], reach: u32) -> Vec<u32> {
     let mut used: Vec<bool> = density
-        .par_chunks(STRIP as usize)
-        .map(|strip| strip.iter().any(|&density| density > 0.0))
+        .par_chunks(4)
+        .map(|quad| quad.iter().any(|&density| density > 0.0))
         .collect();
     for seam in seams {
-        used[(seam.texel / STRIP) as usize] = true;
+        used[(seam.texel / 4) as usize] = true;
     }
+    let is_used = |block: u32| {
+        (0..BLOCK_ROWS).any(|row| {
+            let quads = block + row * reach..block + row * reach + BLOCK_QUADS;
+            quads
+                .into_iter()
+                .any(|quad| used.get(quad as usize) == Some(&true))
+        })
+    };
     (0..used.len() as u32)
-        .filter(|&strip| used[strip as usize])
+        .step_by((BLOCK_ROWS * reach) as usize)
+        .flat_map(|first| (first..first + reach).step_by(BLOCK_QUADS as usize))
+        .filter(|&block| is_used(block))
         .collect()
 }

@@ -48,7 +48,8 @@ use rayon::prelude::*;
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 pub use control::Control;
 pub use exchange::{
-    Exchange, ExchangeEntry, ExchangeRow, GREATEST_DENSITY, GREATEST_DIFFUSION, STRIP,
+    BLOCK_QUADS, BLOCK_ROWS, Exchange, ExchangeEntry, ExchangeRow, GREATEST_DENSITY,
+    GREATEST_DIFFUSION,
 };
 pub use statistics::AtlasStatistics;
 
@@ -281,8 +282,9 @@ pub struct Atlas {
     pub seams: Vec<Seam>,
     /// How texels beside seams exchange what diffuses.
     pub exchange: Exchange,
-    /// The strips of [`STRIP`] texels, counted from the first texel, with owned or gutter texels in them.
-    pub strips: Vec<u32>,
+    /// The first quads of the blocks, of [`BLOCK_ROWS`] rows of [`BLOCK_QUADS`] quads, with owned or gutter texels in
+    /// them.
+    pub blocks: Vec<u32>,
 }
 
 impl Atlas {
@@ -358,7 +360,7 @@ impl Atlas {
             distance: options.gutter,
         }
         .exchange();
-        let strips = exchange::used_strips(&density, &seams);
+        let blocks = exchange::used_blocks(&density, &seams, options.gutter * pitch / 4);
         Self {
             size: options.size,
             pitch,
@@ -376,7 +378,7 @@ impl Atlas {
             gutter_texels: layout.gutter_texels,
             seams,
             exchange,
-            strips,
+            blocks,
         }
     }
 

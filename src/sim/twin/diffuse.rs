@@ -1,13 +1,14 @@
 //! Twin of `shaders/diffuse.comp`, a texel at a time.
 
+use crate::mesh::atlas::BLOCK_ROWS;
 use crate::sim::kernels::{DiffuseConstants, DiffuseParams};
 
-/// Spreads, deposits and decays the trail of the strips into `next_trail`, and clears `previous_deposits`.
+/// Spreads, deposits and decays the trail of the blocks into `next_trail`, and clears `previous_deposits`.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn diffuse(
     constants: &DiffuseConstants,
     params: &DiffuseParams,
-    strips: &[u32],
+    blocks: &[u32],
     trail: &[f32],
     deposits: &[u32],
     density: &[f32],
@@ -34,28 +35,31 @@ pub fn diffuse(
         ((left + trail[middle + lane]) + right) - thrice
     };
     for i in 0..params.lane_count {
-        let quad = 4 * strips[i as usize / 4] + i % 4;
-        if quad >= params.quad_count {
-            continue;
-        }
         let reach = constants.distance as u32 * params.quads_a_row;
-        let up = quad.max(reach) - reach;
-        let down = (quad + reach).min(last);
-        for lane in 0..4 {
-            let texel = 4 * quad as usize + lane;
-            let (owned, here) = (density[texel], trail[texel]);
-            let thrice = 3.0 * here;
-            let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
-                + excess(down, lane, thrice);
-            let rate = (params.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
-            let spread = here + rate * more;
-            let value = (spread + (params.deposit * deposits[texel] as f32) * owned) * params.decay;
-            next_trail[texel] = if value >= params.tiny && owned > 0.0 {
-                value
-            } else {
-                0.0
-            };
-            previous_deposits[texel] = 0;
+        let first = blocks[i as usize / 4] + i % 4;
+        for quad in (0..BLOCK_ROWS).map(|row| first + row * reach) {
+            if quad >= params.quad_count {
+                continue;
+            }
+            let up = quad.max(reach) - reach;
+            let down = (quad + reach).min(last);
+            for lane in 0..4 {
+                let texel = 4 * quad as usize + lane;
+                let (owned, here) = (density[texel], trail[texel]);
+                let thrice = 3.0 * here;
+                let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
+                    + excess(down, lane, thrice);
+                let rate = (params.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
+                let spread = here + rate * more;
+                let value =
+                    (spread + (params.deposit * deposits[texel] as f32) * owned) * params.decay;
+                next_trail[texel] = if value >= params.tiny && owned > 0.0 {
+                    value
+                } else {
+                    0.0
+                };
+                previous_deposits[texel] = 0;
+            }
         }
     }
 }

@@ -94,7 +94,7 @@ impl Simulation {
         diffuse(
             &constants.diffuse,
             &params.diffuse,
-            &atlas.strips,
+            &atlas.blocks,
             &self.trail,
             &self.deposits,
             &atlas.density,

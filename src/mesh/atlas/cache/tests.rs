@@ -1,4 +1,4 @@
-//! Kept layouts: found again, checked, and bounded in number.
+//! Layouts on disk: kept whole, found by what they are of, thrown away when damaged or old.
 
 use super::*;
 use crate::mesh::Mesh;

@@ -45,6 +45,8 @@ pub(super) struct Metric {
     pub shapes: Vec<Shape>,
     pub centroids: Vec<DVec3>,
     pub normals: Vec<DVec3>,
+    /// Surface area of everything.
+    pub total: f64,
 }
 
 impl Metric {
@@ -63,6 +65,7 @@ impl Metric {
             shapes: all.iter().map(|all| all.0).collect(),
             centroids: all.iter().map(|all| all.1).collect(),
             normals: all.iter().map(|all| all.2).collect(),
+            total: all.iter().map(|all| all.0.area()).sum(),
         }
     }
 

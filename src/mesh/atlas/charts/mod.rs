@@ -38,6 +38,7 @@ const FIRST: Bounds = Bounds {
     wild: 0.001,
     hull: f64::INFINITY,
     roundness: f64::INFINITY,
+    part: f64::INFINITY,
 };
 /// The share of the whole atlas's time that goes to charts.
 const DONE: f32 = 0.6;

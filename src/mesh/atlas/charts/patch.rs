@@ -8,7 +8,6 @@ use glam::DVec3;
 use super::metric::{Metric, Shape};
 use crate::mesh::edges::{next, previous};
 use crate::mesh::surface::{NONE, Surface};
-use crate::mesh::walk::Frame;
 
 /// A disc.
 pub(super) struct Patch {
@@ -84,14 +83,26 @@ impl Patch {
     fn fill(&mut self, surface: &Surface, hole: &[u32]) -> bool {
         let position = |h: u32| position(surface, 3 * self.triangles[h as usize / 3] + h % 3);
         let middle = hole.iter().map(|&h| position(h)).sum::<DVec3>() / hole.len() as f64;
-        let mut shapes = Vec::with_capacity(hole.len());
-        for &h in hole {
-            let frame = Frame::from_corners(position(next(h)), position(h), middle);
-            if frame.ch.is_nan() || frame.ch <= 1e-3 * frame.ab {
-                return false;
-            }
-            shapes.push(Shape::new(frame.ab, frame.cp, frame.ch));
-        }
+        let radius = hole
+            .iter()
+            .map(|&h| position(h).distance(middle))
+            .sum::<f64>()
+            / hole.len() as f64;
+        // Where an edge points at the middle, that is lifted a little, so that every triangle has an area.
+        let made_with = |lift: f64| {
+            let shape_of = |&h: &u32| {
+                let (start, end) = (position(next(h)), position(h));
+                let ab = start.distance(end);
+                let [a, b] = [start, end].map(|p| p.distance_squared(middle) + lift * lift);
+                let cp = 0.5 * (ab * ab + a - b) / ab;
+                let ch = (a - cp * cp).max(0.0).sqrt();
+                (ch > 1e-2 * ab).then(|| Shape::new(ab, cp, ch))
+            };
+            hole.iter().map(shape_of).collect::<Option<Vec<_>>>()
+        };
+        let Some(shapes) = made_with(0.0).or_else(|| made_with(0.1 * radius)) else {
+            return false;
+        };
         let first = self.corners.len() as u32;
         let count = hole.len() as u32;
         for (k, &h) in (0..count).zip(hole) {

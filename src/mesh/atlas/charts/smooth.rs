@@ -192,6 +192,7 @@ impl Quality {
             wild: bounds.wild.max(self.wild),
             hull: bounds.hull.max(self.hull),
             roundness: bounds.roundness.max(self.roundness),
+            part: bounds.part.max(self.part),
         }
     }
 }

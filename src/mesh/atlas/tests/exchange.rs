@@ -251,9 +251,15 @@ fn texels_inside_charts_need_no_row() {
         .filter(|&t| {
             atlas.owner[t as usize] != NONE || atlas.seams.iter().any(|seam| seam.texel == t)
         })
-        .map(|t| t / STRIP)
+        .map(|t| {
+            let (row, column) = (t / atlas.pitch, t % atlas.pitch);
+            let across = column / 4 / BLOCK_QUADS * BLOCK_QUADS;
+            row / BLOCK_ROWS * BLOCK_ROWS * (atlas.pitch / 4) + across
+        })
         .collect();
     let mut expected = used.clone();
+    expected.sort_unstable();
     expected.dedup();
-    assert_eq!(atlas.strips, expected);
+    assert_eq!(atlas.pitch % (4 * BLOCK_QUADS), 0);
+    assert_eq!(atlas.blocks, expected);
 }

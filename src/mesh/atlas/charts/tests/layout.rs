@@ -181,12 +181,12 @@ fn charts_are_few_and_keep_areas_and_angles() {
     for (name, most) in [
         ("cube", 6),
         ("cube?divisions=8", 6),
-        ("icosphere", 10),
+        ("icosphere", 16),
         ("torus", 80),
         ("capsule", 20),
         ("suzanne", 60),
         ("trefoil", 50),
-        ("plane", 1),
+        ("plane", 4),
     ] {
         let surface = builtin(name);
         let charts = checked(name, &surface);
