@@ -18,6 +18,7 @@ mod balance;
 mod bitmap;
 mod cache;
 mod charts;
+mod conductances;
 mod control;
 mod exchange;
 mod fixed;
@@ -45,6 +46,7 @@ use std::fmt;
 use glam::Vec2;
 use rayon::prelude::*;
 
+use self::conductances::Layers;
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 pub use control::Control;
 pub use exchange::{
@@ -348,7 +350,7 @@ impl Atlas {
             AtlasMethod::Grid => vec![false; seams.len()],
             _ => exchange::deposited(&layout.maps, pitch, &layout.gutter_texels),
         };
-        let exchange = exchange::Layers {
+        let layers = Layers {
             owner: &layout.owner,
             chart: &layout.chart,
             density: &density,
@@ -358,8 +360,9 @@ impl Atlas {
             deposited: &deposited,
             pitch,
             distance: options.gutter,
-        }
-        .exchange();
+            offsets: ExchangeRow::neighbours(pitch, options.gutter),
+        };
+        let exchange = layers.conductances().tables(&layers);
         let blocks = exchange::used_blocks(&density, &seams, options.gutter * pitch / 4);
         Self {
             size: options.size,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3, Mat2, Vec2};
 
-use super::super::exchange::Layers;
+use super::super::conductances::Layers;
 use super::super::gutter::Way;
 use super::*;
 
@@ -120,7 +120,7 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         border: Vec2::ZERO,
     };
     let ways = vec![unknown; seams.len()];
-    let exchange = Layers {
+    let layers = Layers {
         owner: &owner,
         chart: &[0, 1],
         density: &density,
@@ -130,8 +130,9 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         deposited: &deposited,
         pitch,
         distance: 1,
-    }
-    .exchange();
+        offsets: ExchangeRow::neighbours(pitch, 1),
+    };
+    let exchange = layers.conductances().tables(&layers);
     let row = |x, y| {
         let found = exchange.rows.iter().find(|row| row.texel == texel(x, y));
         found.expect("it has a row")
