@@ -241,14 +241,14 @@ fn mass(atlas: &Atlas, values: &[f32]) -> f64 {
 /// The rows of all owned texels.
 fn answer(mesh: &Mesh, atlas: &Atlas, values: &[f32], unit: f64) -> String {
     let mut text = format!("{HEADER}\n");
-    for texel in 0..values.len() {
+    for (texel, &value) in values.iter().enumerate() {
         let Some((triangle, u, v)) = atlas.surface_point_of(texel as u32) else {
             continue;
         };
         let (u, v) = (f64::from(u), f64::from(v));
         let (face, [b0, b1, b2]) = mesh.point_to_file(SurfacePoint { triangle, u, v });
         let area = f64::from(atlas.area[texel]);
-        let value = unit * f64::from(values[texel]);
+        let value = unit * f64::from(value);
         let chart = atlas.chart[triangle as usize];
         let _ = writeln!(text, "{face},{b0},{b1},{b2},{area},{value},{chart}");
     }

@@ -291,8 +291,9 @@ impl System {
             .par_windows(2)
             .map(|range| {
                 let mut sum = Moments::default();
-                for side in range[0] as usize..range[1] as usize {
-                    add(&mut sum, change[side], &self.moments[side]);
+                let sides = range[0] as usize..range[1] as usize;
+                for (change, moments) in change[sides.clone()].iter().zip(&self.moments[sides]) {
+                    add(&mut sum, *change, moments);
                 }
                 sum
             })

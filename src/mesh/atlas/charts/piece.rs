@@ -225,7 +225,7 @@ impl Quality {
         if beyond(SKEW) {
             self.skewed += share;
         }
-        if beyond(WILD_SKEW) || growth < WILD_AREA[0] || growth > WILD_AREA[1] {
+        if beyond(WILD_SKEW) || !(WILD_AREA[0]..=WILD_AREA[1]).contains(&growth) {
             self.wild += share;
         }
         true

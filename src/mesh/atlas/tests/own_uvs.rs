@@ -100,24 +100,26 @@ fn objects_share_the_texture_by_their_areas() {
 
 #[test]
 fn coordinates_that_cannot_be_an_atlas_are_explained() {
-    let good = [0.0, 0.0, 0.4, 0.4];
-    let cases: [(&str, &[[f32; 4]], &[&str]); 6] = [
+    const GOOD: [f32; 4] = [0.0, 0.0, 0.4, 0.4];
+    /// What is wrong, the triangles' rectangles, and what the error must name.
+    type Case = (&'static str, &'static [[f32; 4]], &'static [&'static str]);
+    let cases: [Case; 6] = [
         (
             "outside",
-            &[good, [0.5, 0.5, 1.2, 0.9]],
+            &[GOOD, [0.5, 0.5, 1.2, 0.9]],
             &["triangle 2", "(1.2000, 0.5000)", "outside"],
         ),
         (
             "flat",
-            &[good, [0.5, 0.5, 0.5, 0.9]],
+            &[GOOD, [0.5, 0.5, 0.5, 0.9]],
             &["triangle 2", "no area"],
         ),
-        ("same", &[good, good], &["triangles 0 and 2", "overlap"]),
-        ("mirrored", &[good, [0.4, 0.0, 0.0, 0.4]], &["overlap"]),
-        ("inside", &[good, [0.1, 0.1, 0.2, 0.2]], &["overlap"]),
+        ("same", &[GOOD, GOOD], &["triangles 0 and 2", "overlap"]),
+        ("mirrored", &[GOOD, [0.4, 0.0, 0.0, 0.4]], &["overlap"]),
+        ("inside", &[GOOD, [0.1, 0.1, 0.2, 0.2]], &["overlap"]),
         (
             "touching",
-            &[good, [0.4, 0.0, 0.8, 0.4]],
+            &[GOOD, [0.4, 0.0, 0.8, 0.4]],
             &["too near", "any atlas.size"],
         ),
     ];

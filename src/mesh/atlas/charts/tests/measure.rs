@@ -65,7 +65,7 @@ fn parts(count: usize) -> Mesh {
 /// Triangles between random corners: edges with many triangles, and hardly two that fit.
 fn soup(count: usize) -> Mesh {
     let positions: Vec<_> = (0..300).map(jitter).collect();
-    let pick = |i: usize, k: usize| (random(9, i as u32, k as u32, Purpose::Start)[0] % 300) as u32;
+    let pick = |i: usize, k: usize| random(9, i as u32, k as u32, Purpose::Start)[0] % 300;
     let triangles: Vec<_> = (0..count)
         .map(|i| [pick(i, 0), pick(i, 1), pick(i, 2)])
         .collect();
