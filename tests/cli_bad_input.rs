@@ -138,7 +138,7 @@ fn a_texture_without_room_says_which_size_would_do() {
         ("torus", "grid", "27648 triangles"),
         ("suzanne", "charts", "charts with a gutter of 1 each"),
     ] {
-        let picture = folder.file(&format!("{model}.png"));
+        let picture = folder.file(format!("{model}.png"));
         let method = format!("atlas.method={method}");
         let sized = |size: u32| format!("atlas.size={size}");
         let rendered = |size: u32| {
