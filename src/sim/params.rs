@@ -4,11 +4,11 @@
 use super::distance::{DistancePlanner, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteParams, ExchangeSeamsParams,
+    DistanceBruteParams, DistanceParams, ExchangeSeamsParams,
 };
 use super::setup::Setup;
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
-use crate::scene::settings::{Border, Settings};
+use crate::scene::settings::{Border, DistanceMethod, Settings};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
 /// slower with, and nobody can see them.
@@ -19,6 +19,10 @@ pub const TINY_TRAIL: f32 = 1e-20;
 pub struct StepParams {
     /// Which distances are taken anew; none at first.
     pub distance_update: DistanceUpdate,
+    /// How they are taken.
+    pub distance_method: DistanceMethod,
+    /// For `distance`.
+    pub distance: DistanceParams,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteParams,
     /// For `advance`.
@@ -70,16 +74,24 @@ impl StepParams {
         let physarum = &settings.physarum;
         let atlas = &setup.atlas;
         let radius = setup.radius;
+        let first_vertex_normal = setup.surface.halfedges.len() as u32;
         let in_halves = settings.trail.diffusion > GREATEST_DIFFUSION;
         let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
         let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
         let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
         Self {
             distance_update: DistanceUpdate::default(),
+            distance_method: settings.distance.method,
+            distance: DistanceParams {
+                thread_count: 0,
+                job_count: 0,
+                first_vertex_normal,
+                reach: settings.distance.reach * radius,
+            },
             distance_brute: DistanceBruteParams {
                 thread_count: 0,
                 job_count: 0,
-                first_vertex_normal: setup.surface.halfedges.len() as u32,
+                first_vertex_normal,
                 reach: settings.distance.reach * radius,
             },
             advance: AdvanceParams {
@@ -129,8 +141,12 @@ impl StepParams {
     ) {
         let reach = settings.distance.reach * setup.radius;
         self.distance_update = planner.update(&setup.distance, &setup.poses, reach);
-        self.distance_brute.thread_count = self.distance_update.thread_count;
-        self.distance_brute.job_count = self.distance_update.jobs.len() as u32;
+        let thread_count = self.distance_update.thread_count;
+        let job_count = self.distance_update.jobs.len() as u32;
+        self.distance.thread_count = thread_count;
+        self.distance.job_count = job_count;
+        self.distance_brute.thread_count = thread_count;
+        self.distance_brute.job_count = job_count;
     }
 
     /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first
