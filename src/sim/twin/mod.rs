@@ -7,7 +7,9 @@ mod diffuse;
 mod diffuse_seams;
 pub mod exact;
 mod exchange_seams;
+pub mod ring;
 pub mod trail;
+pub mod transfer;
 pub mod walk;
 mod walk_queries;
 
