@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit.
-// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses.
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows.
 // One invocation a particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
@@ -19,6 +19,7 @@ layout(constant_id = 1) const bool FAVOURITE_DENSITY = false;
 layout(constant_id = 2) const bool GRAVITY = false;
 layout(constant_id = 3) const bool DECROWDING = false;
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
+layout(constant_id = 5) const bool DISTANCE = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -36,6 +37,7 @@ layout(push_constant) uniform Params {
     float favourite_density;  // trail units
     float gravity_weight;     // trail units a world length of height
     float decrowding_weight;  // trail units a particle
+    float distance_weight;    // trail units a world length of signed distance
 } params;
 
 layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
@@ -49,10 +51,12 @@ layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
 layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
 layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
+layout(std430, set = 0, binding = 11) readonly buffer Distances { float distances[]; };
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
 #include "trail.glsl"
+#include "distances.glsl"
 
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
@@ -82,6 +86,9 @@ float sense(Walker start, vec2 heading) {
     }
     if (DECROWDING) {
         value -= params.decrowding_weight * float(previous_deposits[texel_at(position, params.pitch)]);
+    }
+    if (DISTANCE) {
+        value += params.distance_weight * distance_at(position, params.pitch);
     }
     return value;
 }

@@ -24,6 +24,8 @@ pub struct Settings {
     pub trail: TrailSettings,
     /// The texture that holds every triangle.
     pub atlas: AtlasSettings,
+    /// How distances between objects are taken.
+    pub distance: DistanceSettings,
     /// Where pictures are taken from.
     pub camera: CameraSettings,
     /// What pictures look like.
@@ -43,6 +45,7 @@ impl Default for Settings {
             time: TimeSettings::default(),
             trail: TrailSettings::default(),
             atlas: AtlasSettings::default(),
+            distance: DistanceSettings::default(),
             camera: CameraSettings::default(),
             picture: PictureSettings::default(),
             objects: vec![ObjectSettings::default()],
@@ -99,6 +102,8 @@ pub struct PhysarumSettings {
     pub gravity_weight: f32,
     /// Trail units taken from a sensor per particle counted at its texel in the last step.
     pub decrowding_weight: f32,
+    /// Trail units added to a sensor per scene radius of signed distance to other objects; positive keeps away.
+    pub distance_weight: f32,
 }
 
 impl Default for PhysarumSettings {
@@ -115,6 +120,7 @@ impl Default for PhysarumSettings {
             favourite_density: 0.0,
             gravity_weight: 0.0,
             decrowding_weight: 0.0,
+            distance_weight: 0.0,
         }
     }
 }
@@ -173,6 +179,19 @@ impl Default for AtlasSettings {
             size: 1024,
             cell_size: 0,
         }
+    }
+}
+
+/// `[distance]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DistanceSettings {
+    /// The farthest that distances between objects are told, in scene radii.
+    pub reach: f32,
+}
+
+impl Default for DistanceSettings {
+    fn default() -> Self {
+        Self { reach: 0.2 }
     }
 }
 

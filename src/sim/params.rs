@@ -1,9 +1,10 @@
 //! From a scene's settings to the numbers that kernels take: scene radii become world lengths, degrees become
 //! cosines and sines. The twins take the same.
 
+use super::distance::{DistancePlanner, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    ExchangeSeamsParams,
+    DistanceBruteParams, ExchangeSeamsParams,
 };
 use super::setup::Setup;
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
@@ -14,8 +15,12 @@ use crate::scene::settings::{Border, Settings};
 pub const TINY_TRAIL: f32 = 1e-20;
 
 /// Everything that one step's kernels take besides buffers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct StepParams {
+    /// Which distances are taken anew; none at first.
+    pub distance_update: DistanceUpdate,
+    /// For `distance_brute`.
+    pub distance_brute: DistanceBruteParams,
     /// For `advance`.
     pub advance: AdvanceParams,
     /// For `diffuse`; in two halves of a step for the second of them.
@@ -48,6 +53,7 @@ impl StepConstants {
                 favourite_density: physarum.favourite_density > 0.0,
                 gravity: physarum.gravity_weight != 0.0,
                 decrowding: physarum.decrowding_weight != 0.0,
+                distance: physarum.distance_weight != 0.0 && settings.objects.len() > 1,
                 border_reflects: physarum.border == Border::Reflect,
             },
             diffuse: DiffuseConstants {
@@ -69,6 +75,13 @@ impl StepParams {
         let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
         let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
         Self {
+            distance_update: DistanceUpdate::default(),
+            distance_brute: DistanceBruteParams {
+                thread_count: 0,
+                job_count: 0,
+                first_vertex_normal: setup.surface.halfedges.len() as u32,
+                reach: settings.distance.reach * radius,
+            },
             advance: AdvanceParams {
                 particle_count: setup.particles.len() as u32,
                 seed: seed_word(settings.seed),
@@ -86,6 +99,7 @@ impl StepParams {
                 favourite_density: physarum.favourite_density,
                 gravity_weight: physarum.gravity_weight / radius,
                 decrowding_weight: physarum.decrowding_weight,
+                distance_weight: physarum.distance_weight / radius,
             },
             diffuse: DiffuseParams {
                 diffusion,
@@ -106,13 +120,26 @@ impl StepParams {
         }
     }
 
+    /// Lets the step take the distances that have changed since the planner was last asked.
+    pub fn update_distances(
+        &mut self,
+        planner: &mut DistancePlanner,
+        settings: &Settings,
+        setup: &Setup,
+    ) {
+        let reach = settings.distance.reach * setup.radius;
+        self.distance_update = planner.update(&setup.distance, &setup.poses, reach);
+        self.distance_brute.thread_count = self.distance_update.thread_count;
+        self.distance_brute.job_count = self.distance_update.jobs.len() as u32;
+    }
+
     /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first
     /// half does nothing else: deposits and decay come with the second, and so do the gutters, which diffusion does not
     /// read.
     #[must_use]
     pub fn first_half(&self) -> Option<Self> {
         self.in_halves.then(|| {
-            let mut half = *self;
+            let mut half = self.clone();
             (half.diffuse.deposit, half.diffuse.decay) = (0.0, 1.0);
             (half.diffuse_seams.deposit, half.diffuse_seams.decay) = (0.0, 1.0);
             half

@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::distance::DistanceSetup;
 use super::params::seed_word;
 use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
@@ -29,6 +30,8 @@ pub struct Setup {
     pub vertices: Vec<Vertex>,
     /// World from object, one an object.
     pub poses: Vec<Pose>,
+    /// What the distances between objects are taken from.
+    pub distance: DistanceSetup,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
 }
@@ -63,6 +66,7 @@ impl Setup {
                 .into_iter()
                 .map(Pose::from)
                 .collect(),
+            distance: DistanceSetup::new(&scene.surface, &atlas, others(settings)),
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
@@ -97,6 +101,14 @@ fn weights(settings: &Settings) -> Vec<f32> {
         return Vec::new();
     }
     weights
+}
+
+/// For each object, the others that its distances are taken to.
+fn others(settings: &Settings) -> Vec<Vec<u32>> {
+    let count = settings.objects.len() as u32;
+    (0..count)
+        .map(|object| (0..count).filter(|&other| other != object).collect())
+        .collect()
 }
 
 /// Where the settings let particles begin; the point is the one nearest to the place named, over all objects.

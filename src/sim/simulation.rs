@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::distance::DistancePlanner;
 use super::memory;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
@@ -24,6 +25,7 @@ pub struct Simulation {
     constants: StepConstants,
     kernels: Kernels,
     state: State,
+    planner: DistancePlanner,
     step: u64,
 }
 
@@ -72,13 +74,15 @@ impl Simulation {
             setup,
             settings: scene.settings.clone(),
             constants,
+            planner: DistancePlanner::default(),
             step: 0,
         })
     }
 
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
-        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        params.update_distances(&mut self.planner, &self.settings, &self.setup);
         step::record(rec, &self.kernels, &mut self.state, &params);
         self.step += 1;
     }
@@ -89,7 +93,9 @@ impl Simulation {
     /// # Panics
     /// When there is no such kernel.
     pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
-        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        // All distances, whatever has changed: that is what can be measured alone.
+        params.update_distances(&mut DistancePlanner::default(), &self.settings, &self.setup);
         let (_, record) = step::KERNELS[kernel];
         record(rec, &self.kernels, &self.state, &params);
     }
@@ -190,6 +196,7 @@ impl Simulation {
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
+        self.planner.forget();
         self.step = snapshot.step;
         Ok(())
     }

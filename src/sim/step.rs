@@ -1,16 +1,22 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
-use super::kernels::{AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, ExchangeSeamsArgs};
+use super::kernels::{
+    AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, DistanceBruteArgs, ExchangeSeamsArgs,
+};
 use super::params::StepParams;
 use super::state::{Kernels, State};
-use crate::gpu::{Access::Kernel, Recorder, Threads};
+use crate::gpu::{
+    Access::{Copy, Kernel},
+    Recorder, Threads,
+};
 
 /// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
 /// alone.
 pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
 
 /// The kernels of a step, in order, by name.
-pub const KERNELS: [(&str, Record); 4] = [
+pub const KERNELS: [(&str, Record); 5] = [
+    ("distance_brute", distance_brute),
     ("advance", advance),
     ("diffuse", diffuse),
     ("diffuse_seams", diffuse_seams),
@@ -20,6 +26,7 @@ pub const KERNELS: [(&str, Record); 4] = [
 /// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
 /// written and not yet made visible.
 pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
+    distance_brute(rec, k, s, params);
     advance(rec, k, s, params);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
@@ -31,6 +38,46 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
+}
+
+/// Where nothing has moved there are no jobs, and nothing is recorded.
+fn distance_brute(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let update = &params.distance_update;
+    if update.jobs.is_empty() {
+        return;
+    }
+    rec.update_long(&s.distance_jobs, &update.jobs);
+    rec.update_long(&s.distance_pairs, &update.pairs);
+    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.dispatch(
+        &k.distance_brute,
+        Threads(update.thread_count),
+        DistanceBruteArgs {
+            jobs: &s.distance_jobs,
+            pairs: &s.distance_pairs,
+            samples: &s.samples,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            corners: &s.corners,
+            distances: &s.distances,
+            nearest: &s.nearest,
+        },
+        params.distance_brute,
+    );
+    // Gutter texels are filled from those that were written; the next update writes other jobs.
+    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
+    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.dispatch(
+        &k.exchange_seams,
+        Threads(params.exchange_seams.seam_count),
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &s.distances,
+        },
+        params.exchange_seams,
+    );
+    // What follows reads distances.
+    rec.barrier(Kernel, Kernel, &[&s.distances]);
 }
 
 fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -49,6 +96,7 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             corners: &s.corners,
             vertices: &s.vertices,
             poses: &s.poses,
+            distances: &s.distances,
         },
         params.advance,
     );

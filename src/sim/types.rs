@@ -201,6 +201,52 @@ impl From<Affine3A> for Pose {
     }
 }
 
+/// The surface point under the centre of a texel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SurfaceSample {
+    /// In the space of its object, scaled.
+    pub position: Vec3,
+    /// The texel, which is owned.
+    pub texel: u32,
+}
+
+/// Another object, as it stands to the one whose distances are taken.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ObjectPair {
+    /// Takes places to the other object's space: the row of its X.
+    pub x: Vec4,
+    /// The row of its Y.
+    pub y: Vec4,
+    /// The row of its Z.
+    pub z: Vec4,
+    /// The other object's first face.
+    pub first_face: u32,
+    /// How many it has.
+    pub face_count: u32,
+    /// The root of its tree.
+    pub first_node: u32,
+    /// 1 if it has an inside, 0 if it has an open border.
+    pub is_closed: u32,
+}
+
+/// One object whose distances are taken anew.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct DistanceJob {
+    /// The number of its first invocation.
+    pub first_thread: u32,
+    /// Its first sample.
+    pub first_sample: u32,
+    /// How many it has.
+    pub sample_count: u32,
+    /// Its first pair.
+    pub first_pair: u32,
+    /// How many other objects may be within reach.
+    pub pair_count: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

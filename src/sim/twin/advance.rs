@@ -25,6 +25,8 @@ pub struct AdvanceInputs<'a> {
     pub vertices: &'a [Vertex],
     /// World from object.
     pub poses: &'a [Pose],
+    /// Signed distance to other objects, with filled gutters.
+    pub distances: &'a [f32],
 }
 
 /// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
@@ -183,6 +185,9 @@ fn sense(
     if constants.decrowding {
         value -= params.decrowding_weight
             * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
+    }
+    if constants.distance {
+        value += params.distance_weight * trail_at(inputs.distances, position, params.pitch);
     }
     value
 }

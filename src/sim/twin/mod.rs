@@ -5,8 +5,11 @@
 mod advance;
 mod diffuse;
 mod diffuse_seams;
+pub mod distance;
+mod distance_brute;
 pub mod exact;
 mod exchange_seams;
+pub mod nearest;
 pub mod ring;
 pub mod trail;
 pub mod transfer;
@@ -16,13 +19,17 @@ mod walk_queries;
 pub use advance::{AdvanceInputs, advance};
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
+pub use distance::DistanceInputs;
+pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
 pub use walk_queries::walk_queries;
 
+use super::distance::DistancePlanner;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::types::{Motion, Particle};
+use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
 /// The simulation by twins: the same state and the same step as [`super::Simulation`], on the host.
@@ -37,6 +44,9 @@ pub struct Simulation {
     next_trail: Vec<f32>,
     deposits: Vec<u32>,
     previous_deposits: Vec<u32>,
+    distances: Vec<f32>,
+    nearest: Vec<u32>,
+    planner: DistancePlanner,
     step: u64,
 }
 
@@ -54,6 +64,9 @@ impl Simulation {
             next_trail: vec![0.0; texels],
             deposits: vec![0; texels],
             previous_deposits: vec![0; texels],
+            distances: vec![0.0; texels],
+            nearest: vec![NONE; texels],
+            planner: DistancePlanner::default(),
             step: 0,
         }
     }
@@ -61,7 +74,9 @@ impl Simulation {
     /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
     pub fn step(&mut self) -> Vec<f32> {
         let constants = StepConstants::new(&self.settings);
-        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        params.update_distances(&mut self.planner, &self.settings, &self.setup);
+        self.distance(&params);
         let gaps = advance(
             &constants.advance,
             &params.advance,
@@ -74,6 +89,7 @@ impl Simulation {
                 corners: &self.setup.corners,
                 vertices: &self.setup.vertices,
                 poses: &self.setup.poses,
+                distances: &self.distances,
             },
             &mut self.particles,
             &mut self.motions,
@@ -89,6 +105,27 @@ impl Simulation {
         std::mem::swap(&mut self.deposits, &mut self.previous_deposits);
         self.step += 1;
         gaps
+    }
+
+    fn distance(&mut self, params: &StepParams) {
+        if params.distance_update.jobs.is_empty() {
+            return;
+        }
+        let distance = &self.setup.distance;
+        distance_brute(
+            &params.distance_brute,
+            &DistanceInputs {
+                jobs: &params.distance_update.jobs,
+                pairs: &params.distance_update.pairs,
+                samples: &distance.samples,
+                faces: &distance.trees.faces,
+                pseudonormals: &distance.trees.pseudonormals,
+                corners: &self.setup.corners,
+            },
+            &mut self.distances,
+            &mut self.nearest,
+        );
+        exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
 
     fn diffuse(&mut self, constants: &StepConstants, params: &StepParams) {
@@ -120,6 +157,13 @@ impl Simulation {
         &self.setup
     }
 
+    /// One a texel, as the last step read them: signed distance, and the nearest triangle or
+    /// [`NONE`]. Of two or more objects.
+    #[must_use]
+    pub fn distances(&self) -> (&[f32], &[u32]) {
+        (&self.distances, &self.nearest)
+    }
+
     /// The state after the last step.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
@@ -139,6 +183,7 @@ impl Simulation {
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
         self.deposits.fill(0);
+        self.planner.forget();
         self.step = snapshot.step;
     }
 }
