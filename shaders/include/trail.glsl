@@ -4,16 +4,7 @@
 #ifndef MYXO_TRAIL
 #define MYXO_TRAIL
 
-// Atlas position, in texels, of a point on the surface.
-vec2 atlas_position(AtlasMap map, float u, float v) {
-    precise vec2 position = (map.origin + u * map.du) + v * map.dv;
-    return position;
-}
-
-// The texel that holds a point.
-uint texel_at(vec2 position, uint pitch) {
-    return uint(position.y) * pitch + uint(position.x);
-}
+#include "atlas.glsl"
 
 // Bilinear over the four texels around. Gutter texels are filled, so no triangle needs its neighbours' texels.
 float trail_at(vec2 position, uint pitch) {

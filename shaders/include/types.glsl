@@ -13,6 +13,18 @@ struct HalfEdge { uint twin; float cos; float sin; uint fine; };
 struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };
 struct Vertex { vec3 position; uint object; };
 struct Pose { vec4 x; vec4 y; vec4 z; };
+struct Window { uint start; uint count; };
+struct Transfer {
+    vec3 position; uint particle;
+    vec3 heading; uint source;
+    vec3 normal; uint target;
+    uint triangle; uint pad0; uint pad1; uint pad2;
+};
+struct Flow {
+    uint wanted; uint passing; uint leaving; uint carried;
+    uint stayers; uint outside; uint mismatches;
+    uint most_wanted; uint refused; uint selected; uint arrived; uint pad0;
+};
 struct SurfaceSample { vec3 position; uint texel; };
 struct ObjectPair { vec4 x; vec4 y; vec4 z; uint first_face; uint face_count; uint first_node; uint is_closed; };
 struct DistanceJob { uint first_thread; uint first_sample; uint sample_count; uint first_pair; uint pair_count; };

@@ -31,8 +31,105 @@ pub struct Motion {
     pub heading_h: f32,
     /// World length that the last walk ran out of edge-crossing attempts for; walked first in the next step.
     pub pending: f32,
-    /// Bits for transfers (in flight, advanced); 0 without them.
+    /// For transfers, 0 without them: bit 0 is set while the particle is in flight, the bits above it are the number of
+    /// the step in which it advanced last, counted from 1.
     pub flags: u32,
+}
+
+impl Motion {
+    /// The flag of particles that have left their object and have not arrived yet.
+    pub const IN_FLIGHT: u32 = 1;
+
+    /// Has the particle left its object?
+    #[must_use]
+    pub fn in_flight(&self) -> bool {
+        self.flags & Self::IN_FLIGHT != 0
+    }
+}
+
+/// The slots of the particle buffer that hold one object's particles: `count` of them from `start` on, in a ring.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Window {
+    /// The first slot.
+    pub start: u32,
+    /// How many slots.
+    pub count: u32,
+}
+
+impl Window {
+    /// The slot of particle `i` of a window that begins at `start`, in a ring of `ring` slots.
+    #[must_use]
+    pub fn slot(start: u32, i: u32, ring: u32) -> u32 {
+        let slot = start + i;
+        if slot >= ring { slot - ring } else { slot }
+    }
+
+    /// How far a slot lies behind `start` in a ring of `ring` slots: the inverse of [`Window::slot`].
+    #[must_use]
+    pub fn offset(start: u32, slot: u32, ring: u32) -> u32 {
+        if slot >= start {
+            slot - start
+        } else {
+            slot + (ring - start)
+        }
+    }
+}
+
+/// A particle's passage from one object to another.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Transfer {
+    /// Where it is, in world space.
+    pub position: Vec3,
+    /// The particle's slot.
+    pub particle: u32,
+    /// Unit vector in world space.
+    pub heading: Vec3,
+    /// The object that it comes from.
+    pub source: u32,
+    /// Unit normal of the plane that the heading lies in, world space.
+    pub normal: Vec3,
+    /// The object that it goes to.
+    pub target: u32,
+    /// The triangle of the target that it goes to.
+    pub triangle: u32,
+    /// Unused.
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+    /// Unused.
+    pub pad2: u32,
+}
+
+/// What the lists of transfers hold in the present object's turn, and what was counted so far.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Flow {
+    /// Entries wanted in this turn's lists; beyond their capacity nothing was written.
+    pub wanted: u32,
+    /// The first of them: transfers that came with the last turn and are for another object.
+    pub passing: u32,
+    /// Transfers that leave with this turn, after `move_border`: the entries of the lists.
+    pub leaving: u32,
+    /// How many of `leaving` were passing.
+    pub carried: u32,
+    /// Particles that stay and lie in the area given away.
+    pub stayers: u32,
+    /// Transfers whose particle does not lie there.
+    pub outside: u32,
+    /// Turns in which these two were not equally many; always 0.
+    pub mismatches: u32,
+    /// The most entries that a turn wanted: the capacity that would have done.
+    pub most_wanted: u32,
+    /// Particles that stayed because the lists were full, in all turns so far.
+    pub refused: u32,
+    /// Particles that were selected so far, the refused ones among them.
+    pub selected: u32,
+    /// Particles that have arrived so far.
+    pub arrived: u32,
+    /// Unused.
+    pub pad0: u32,
 }
 
 /// A walk under way: a place, a heading and what remains to be walked. `u` is `weight_b`, `v` is `weight_c`.

@@ -11,7 +11,9 @@ mod distance_brute;
 pub mod exact;
 mod exchange_seams;
 pub mod nearest;
+pub mod ring;
 pub mod trail;
+pub mod transfer;
 pub mod walk;
 mod walk_queries;
 

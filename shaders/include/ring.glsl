@@ -1,0 +1,20 @@
+// ring: slots of windows, which lie one behind the other in a ring. Twin of Window in src/sim/types.rs.
+
+#ifndef MYXO_RING
+#define MYXO_RING
+
+// The flag of particles that have left their object and have not arrived yet.
+const uint IN_FLIGHT = 1u;
+
+// The slot of particle i of a window that begins at `start`, in a ring of `ring` slots.
+uint ring_slot(uint start, uint i, uint ring) {
+    uint slot = start + i;
+    return slot >= ring ? slot - ring : slot;
+}
+
+// How far a slot lies behind `start`: the inverse of ring_slot.
+uint ring_offset(uint start, uint slot, uint ring) {
+    return slot >= start ? slot - start : slot + (ring - start);
+}
+
+#endif

@@ -1,0 +1,48 @@
+// transfer_in: transfers that are for this object land on it; the others are copied on, to the front of the lists.
+// Reads   arriving, triangles, corners, vertices, poses.
+// Writes  particles and motions in place, departing (appended), flow.
+// One invocation a transfer that the last turn left.
+// Overflow: cannot happen; the lists are empty but for these, and held them in the last turn.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+#include "ring.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint object;    // whose turn it is; NONE where all transfers land
+    uint capacity;  // of the lists of transfers
+} params;
+
+layout(std430, set = 0, binding = 0) readonly buffer Arriving { Transfer arriving[]; };
+layout(std430, set = 0, binding = 1) writeonly buffer Departing { Transfer departing[]; };
+layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 3) buffer Particles { Particle particles[]; };
+layout(std430, set = 0, binding = 4) buffer Motions { Motion motions[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
+layout(std430, set = 0, binding = 6) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 7) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430, set = 0, binding = 8) readonly buffer Poses { Pose poses[]; };
+
+#include "transfer.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.capacity || i >= flow[0].leaving) return;
+    Transfer transfer = arriving[i];
+    if (params.object != NONE && params.object != transfer.target) {
+        atomicAdd(flow[0].passing, 1u);
+        departing[atomicAdd(flow[0].wanted, 1u)] = transfer;
+        return;
+    }
+    atomicAdd(flow[0].arrived, 1u);
+    Motion motion = motions[transfer.particle];
+    Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));
+    particles[transfer.particle] =
+        Particle(transfer.triangle, landing.u, landing.v, particles[transfer.particle].id);
+    motions[transfer.particle] =
+        Motion(landing.heading_p, landing.heading_h, motion.pending, motion.flags & ~IN_FLIGHT);
+}

@@ -1,0 +1,128 @@
+//! Twins of the kernels that keep the ring of windows in order, on the host. A window holds one object's particles;
+//! particles in flight lie in front of the first window that they have yet to pass.
+//!
+//! **Invariant:** the windows lie one behind the other in the ring and share all its slots.
+//!
+//! **Invariant:** after an object's turn, particles in flight are the first of the next object's window, one for each
+//! transfer, and no others are in flight.
+
+use crate::gpu::DispatchGroups;
+use crate::sim::kernels::{
+    DefragmentScanParams, DefragmentSequentialParams, DefragmentSwapParams, MoveBorderConstants,
+    MoveBorderParams,
+};
+use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
+
+/// Twin of `shaders/move_border.comp`: ends an object's turn.
+pub fn move_border(
+    constants: &MoveBorderConstants,
+    params: &MoveBorderParams,
+    flow: &mut Flow,
+    windows: &mut [Window],
+    groups: &mut [DispatchGroups],
+) {
+    let now = flow;
+    let leaving = now.wanted.min(params.capacity);
+    now.leaving = leaving;
+    now.carried = now.passing;
+    now.selected = now.selected.wrapping_add(now.wanted - now.passing);
+    now.refused = now.refused.wrapping_add(now.wanted - leaving);
+    now.most_wanted = now.most_wanted.max(now.wanted);
+    now.mismatches += u32::from(now.stayers != now.outside);
+    now.wanted = 0;
+    now.passing = 0;
+    now.stayers = 0;
+    now.outside = 0;
+    groups[0] = dispatch_groups(leaving, params.transfer_group);
+    if constants.windows {
+        let object = params.object as usize;
+        let next = (object + 1) % params.object_count as usize;
+        windows[object].count -= leaving;
+        let ring = params.particle_count;
+        let window = &mut windows[next];
+        window.start = Window::slot(window.start, ring - leaving, ring);
+        window.count += leaving;
+        groups[1] = dispatch_groups(window.count, params.particle_group);
+    }
+}
+
+/// Twin of `dispatch_groups` in `shaders/include/index.glsl`.
+#[must_use]
+pub fn dispatch_groups(count: u32, group_size: u32) -> DispatchGroups {
+    let groups = count.div_ceil(group_size);
+    let rows = groups.div_ceil(65_535);
+    let x = if rows == 0 { 0 } else { groups.div_ceil(rows) };
+    DispatchGroups { x, y: rows, z: 1 }
+}
+
+/// Twin of `shaders/defragment_scan.comp`: lists what lies in the wrong place. The kernel may append in another order.
+pub fn defragment_scan(
+    params: &DefragmentScanParams,
+    departing: &[Transfer],
+    motions: &[Motion],
+    windows: &[Window],
+    flow: &mut Flow,
+    particle_indices: &mut [u32],
+    transfer_indices: &mut [u32],
+) {
+    let start = windows[params.next_object as usize].start;
+    for i in 0..flow.leaving {
+        let slot = Window::slot(start, i, params.particle_count);
+        if !motions[slot as usize].in_flight() {
+            particle_indices[flow.stayers as usize] = slot;
+            flow.stayers += 1;
+        }
+        let particle = departing[i as usize].particle;
+        if Window::offset(start, particle, params.particle_count) >= flow.leaving {
+            transfer_indices[flow.outside as usize] = i;
+            flow.outside += 1;
+        }
+    }
+}
+
+/// Twin of `shaders/defragment_swap.comp`: exchanges what the scan has listed, pair by pair.
+pub fn defragment_swap(
+    params: &DefragmentSwapParams,
+    flow: &Flow,
+    particle_indices: &[u32],
+    transfer_indices: &[u32],
+    departing: &mut [Transfer],
+    particles: &mut [Particle],
+    motions: &mut [Motion],
+) {
+    let pairs = flow.stayers.min(flow.outside).min(params.capacity) as usize;
+    for (&inside, &transfer) in particle_indices.iter().zip(transfer_indices).take(pairs) {
+        let outside = std::mem::replace(&mut departing[transfer as usize].particle, inside);
+        particles.swap(inside as usize, outside as usize);
+        motions.swap(inside as usize, outside as usize);
+    }
+}
+
+/// Twin of `shaders/defragment_sequential.comp`: the same by one pass.
+pub fn defragment_sequential(
+    params: &DefragmentSequentialParams,
+    flow: &Flow,
+    windows: &[Window],
+    departing: &mut [Transfer],
+    particles: &mut [Particle],
+    motions: &mut [Motion],
+) {
+    let ring = params.particle_count;
+    let start = windows[params.next_object as usize].start;
+    let mut next = 0;
+    for transfer in &mut departing[..flow.leaving as usize] {
+        let outside = transfer.particle;
+        if Window::offset(start, outside, ring) < flow.leaving {
+            continue;
+        }
+        let mut inside = Window::slot(start, next, ring);
+        while next + 1 < flow.leaving && motions[inside as usize].in_flight() {
+            next += 1;
+            inside = Window::slot(start, next, ring);
+        }
+        next += 1;
+        transfer.particle = inside;
+        particles.swap(inside as usize, outside as usize);
+        motions.swap(inside as usize, outside as usize);
+    }
+}

@@ -1,0 +1,252 @@
+//! Twins of `shaders/include/transfer.glsl` and of the kernels that use it: how a particle leaves one object in world
+//! space and lands on another.
+
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+
+use super::trail::atlas_position;
+use crate::mesh::surface::{AtlasMap, NONE, Triangle};
+use crate::sim::kernels::{TransferInParams, TransferOutParams};
+use crate::sim::types::{Flow, Motion, Particle, Pose, Transfer, Vertex};
+
+/// The surface and where its objects stand.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// Tangent-frame shapes.
+    pub triangles: &'a [Triangle],
+    /// Three vertex indices a triangle.
+    pub corners: &'a [u32],
+    /// Object-space vertices.
+    pub vertices: &'a [Vertex],
+    /// World from object.
+    pub poses: &'a [Pose],
+}
+
+/// Where a particle is and where it is going, in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// The place.
+    pub position: Vec3,
+    /// Unit vector.
+    pub heading: Vec3,
+    /// Unit normal of the plane that the heading lies in.
+    pub normal: Vec3,
+}
+
+/// A triangle's corner A, the axes of its tangent frame and its unit normal, object space.
+struct Frame {
+    origin: Vec3,
+    p: Vec3,
+    h: Vec3,
+    normal: Vec3,
+}
+
+fn turned_to_world(pose: &Pose, direction: Vec3) -> Vec3 {
+    Vec3::new(
+        pose.x.xyz().dot(direction),
+        pose.y.xyz().dot(direction),
+        pose.z.xyz().dot(direction),
+    )
+}
+
+fn turned_to_object(pose: &Pose, direction: Vec3) -> Vec3 {
+    let [x, y, z] = [pose.x, pose.y, pose.z].map(Vec4::xyz);
+    direction.x * x + direction.y * y + direction.z * z
+}
+
+fn translation_of(pose: &Pose) -> Vec3 {
+    Vec3::new(pose.x.w, pose.y.w, pose.z.w)
+}
+
+/// The heading, turned about the line in which the two planes meet by the angle between their normals (Rodrigues).
+#[must_use]
+pub fn folded(heading: Vec3, from: Vec3, to: Vec3) -> Vec3 {
+    let axis = from.cross(to);
+    let cosine = from.dot(to);
+    if cosine < -0.99999 {
+        return heading;
+    }
+    cosine * heading + axis.cross(heading) + (axis.dot(heading) / (1.0 + cosine)) * axis
+}
+
+/// The weights of B and C at the point of a triangle that is nearest to `(x, y)` of its tangent frame.
+#[must_use]
+pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
+    let &Triangle { ab, cp, ch, .. } = shape;
+    let v = y / ch;
+    let u = (x - v * cp) / ab;
+    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
+        return [u, v];
+    }
+    let on_ab = (x / ab).clamp(0.0, 1.0);
+    let bc_x = cp - ab;
+    let on_bc = (((x - ab) * bc_x + y * ch) / (bc_x * bc_x + ch * ch)).clamp(0.0, 1.0);
+    let on_ac = ((x * cp + y * ch) / (cp * cp + ch * ch)).clamp(0.0, 1.0);
+    let ab_square = Vec2::new(x - on_ab * ab, y).length_squared();
+    let bc_square = Vec2::new(x - ab - on_bc * bc_x, y - on_bc * ch).length_squared();
+    let ac_square = Vec2::new(x - on_ac * cp, y - on_ac * ch).length_squared();
+    if ab_square <= bc_square && ab_square <= ac_square {
+        [on_ab, 0.0]
+    } else if bc_square <= ac_square {
+        [1.0 - on_bc, on_bc]
+    } else {
+        [0.0, on_ac]
+    }
+}
+
+impl Ground<'_> {
+    fn pose(&self, triangle: u32) -> &Pose {
+        &self.poses[self.triangles[triangle as usize].object as usize]
+    }
+
+    fn frame(&self, triangle: u32) -> Frame {
+        let [a, b, c] = [0, 1, 2].map(|corner| {
+            self.vertices[self.corners[(3 * triangle + corner) as usize] as usize].position
+        });
+        let p = (b - a).normalize();
+        let normal = (b - a).cross(c - a).normalize();
+        Frame {
+            origin: a,
+            p,
+            h: normal.cross(p),
+            normal,
+        }
+    }
+
+    /// A particle's place and heading in world space.
+    #[must_use]
+    pub fn flight(&self, particle: &Particle, motion: &Motion) -> Flight {
+        let shape = &self.triangles[particle.triangle as usize];
+        let pose = self.pose(particle.triangle);
+        let frame = self.frame(particle.triangle);
+        let along = particle.u * shape.ab + particle.v * shape.cp;
+        let across = particle.v * shape.ch;
+        let position = frame.origin + along * frame.p + across * frame.h;
+        let heading = motion.heading_p * frame.p + motion.heading_h * frame.h;
+        Flight {
+            position: turned_to_world(pose, position) + translation_of(pose),
+            heading: turned_to_world(pose, heading),
+            normal: turned_to_world(pose, frame.normal),
+        }
+    }
+
+    /// Where it lands on a triangle: `u` and `v`, and the heading.
+    #[must_use]
+    pub fn landing(&self, triangle: u32, flight: &Flight) -> ([f32; 2], [f32; 2]) {
+        let shape = &self.triangles[triangle as usize];
+        let pose = self.pose(triangle);
+        let frame = self.frame(triangle);
+        let place = turned_to_object(pose, flight.position - translation_of(pose)) - frame.origin;
+        let weights = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
+        let from = turned_to_object(pose, flight.normal);
+        let heading = folded(turned_to_object(pose, flight.heading), from, frame.normal);
+        let heading = Vec2::new(heading.dot(frame.p), heading.dot(frame.h)).normalize();
+        let u = weights[0].clamp(0.0, 1.0);
+        ([u, weights[1].clamp(0.0, 1.0 - u)], heading.to_array())
+    }
+
+    /// Lets the particle of a transfer land.
+    pub fn land(&self, transfer: &Transfer, particle: &mut Particle, motion: &mut Motion) {
+        let flight = Flight {
+            position: transfer.position,
+            heading: transfer.heading,
+            normal: transfer.normal,
+        };
+        let ([u, v], [heading_p, heading_h]) = self.landing(transfer.triangle, &flight);
+        *particle = Particle {
+            triangle: transfer.triangle,
+            u,
+            v,
+            id: particle.id,
+        };
+        *motion = Motion {
+            heading_p,
+            heading_h,
+            pending: motion.pending,
+            flags: motion.flags & !Motion::IN_FLIGHT,
+        };
+    }
+}
+
+/// Twin of `shaders/transfer_in.comp`. The kernel may append in another order.
+pub fn transfer_in(
+    params: &TransferInParams,
+    ground: &Ground,
+    arriving: &[Transfer],
+    departing: &mut [Transfer],
+    flow: &mut Flow,
+    particles: &mut [Particle],
+    motions: &mut [Motion],
+) {
+    for transfer in &arriving[..flow.leaving.min(params.capacity) as usize] {
+        if params.object != NONE && params.object != transfer.target {
+            flow.passing += 1;
+            departing[flow.wanted as usize] = *transfer;
+            flow.wanted += 1;
+            continue;
+        }
+        flow.arrived = flow.arrived.wrapping_add(1);
+        let slot = transfer.particle as usize;
+        ground.land(transfer, &mut particles[slot], &mut motions[slot]);
+    }
+}
+
+/// Twin of `shaders/transfer_out.comp`.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
+pub fn transfer_out(
+    params: &TransferOutParams,
+    ground: &Ground,
+    flow: &Flow,
+    particle_indices: &[u32],
+    particles: &[Particle],
+    motions: &[Motion],
+    nearest: &[u32],
+    atlas_maps: &[AtlasMap],
+    departing: &mut [Transfer],
+    flux: &mut [u32],
+) {
+    for i in flow.carried..flow.leaving.min(params.capacity) {
+        let slot = particle_indices[i as usize];
+        let particle = &particles[slot as usize];
+        let source = ground.triangles[particle.triangle as usize].object;
+        let map = &atlas_maps[particle.triangle as usize];
+        let near = nearest_triangle(
+            nearest,
+            atlas_position(map, particle.u, particle.v),
+            params.pitch,
+        );
+        let triangle = if near == NONE { particle.triangle } else { near };
+        let target = ground.triangles[triangle as usize].object;
+        let flight = ground.flight(particle, &motions[slot as usize]);
+        departing[i as usize] = Transfer {
+            position: flight.position,
+            particle: slot,
+            heading: flight.heading,
+            source,
+            normal: flight.normal,
+            target,
+            triangle,
+            ..Transfer::default()
+        };
+        flux[(source * params.object_count + target) as usize] += 1;
+    }
+}
+
+/// What the texel with the largest weight of the four around says, of those that know a triangle.
+fn nearest_triangle(nearest: &[u32], position: [f32; 2], pitch: u32) -> u32 {
+    let corner = position.map(|x| x - 0.5);
+    let low = corner.map(f32::floor);
+    let f = [corner[0] - low[0], corner[1] - low[1]];
+    let rest = f.map(|x| 1.0 - x);
+    let texel = low[1] as u32 * pitch + low[0] as u32;
+    let (mut found, mut most) = (NONE, -1.0);
+    for k in 0..4 {
+        let (right, below) = (k & 1 != 0, k & 2 != 0);
+        let place = texel + u32::from(right) + if below { pitch } else { 0 };
+        let near = nearest[place as usize];
+        let weight = if right { f[0] } else { rest[0] } * if below { f[1] } else { rest[1] };
+        if near != NONE && weight > most {
+            (found, most) = (near, weight);
+        }
+    }
+    found
+}
