@@ -1,15 +1,16 @@
-// advance: one step of every particle: walk what is pending, sense, turn, walk, deposit.
+// advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
 // Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances.
-// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows.
-// One invocation a particle.
+// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded).
+// One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
-// Overflow: cannot happen; a texel counts at most every particle once.
+// Overflow: a texel counts at most every particle once. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
 #include "rng.glsl"
+#include "ring.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -20,6 +21,12 @@ layout(constant_id = 2) const bool GRAVITY = false;
 layout(constant_id = 3) const bool DECROWDING = false;
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
 layout(constant_id = 5) const bool DISTANCE = false;
+// Selects for transfer those that go into another object.
+layout(constant_id = 6) const bool SELECTS = false;
+// Objects have turns, one after the other in a step.
+layout(constant_id = 7) const bool TURNS = false;
+// Turns are over the windows of a ring; else over all particles.
+layout(constant_id = 8) const bool WINDOWS = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -38,6 +45,9 @@ layout(push_constant) uniform Params {
     float gravity_weight;     // trail units a world length of height
     float decrowding_weight;  // trail units a particle
     float distance_weight;    // trail units a world length of signed distance
+    uint object;              // whose turn it is, where there are turns
+    uint transfer_capacity;   // of particle_indices
+    float transfer_threshold; // world length of signed distance below which a place is covered
 } params;
 
 layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
@@ -52,6 +62,9 @@ layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
 layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
 layout(std430, set = 0, binding = 11) readonly buffer Distances { float distances[]; };
+layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]; };
+layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
@@ -112,8 +125,21 @@ vec2 rotated(vec2 heading, float c, float s) {
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
+    if (WINDOWS) {
+        Window window = windows[params.object];
+        if (i >= window.count) return;
+        i = ring_slot(window.start, i, params.particle_count);
+    }
     Particle particle = particles[i];
     Motion motion = motions[i];
+    uint flags = motion.flags;
+    if (TURNS) {
+        uint stamp = (params.time_step + 1u) << 1u;
+        bool of_another = texelFetch(triangles, int(particle.triangle)).w != params.object;
+        if (WINDOWS) of_another = false;
+        if (of_another || flags == stamp || (flags & IN_FLIGHT) != 0u) return;
+        flags = stamp;
+    }
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
     Walker w = walker_at(particle.triangle, particle.u, particle.v, heading, motion.pending);
@@ -148,6 +174,18 @@ void main() {
     vec2 uv = walker_uv(w);
     heading = walker_heading(w);
     particles[i] = Particle(w.triangle, uv.x, uv.y, particle.id);
-    motions[i] = Motion(heading.x, heading.y, min(pending, params.speed), motion.flags);
-    atomicAdd(deposits[texel_at(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch)], 1u);
+    vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    atomicAdd(deposits[texel_at(position, params.pitch)], 1u);
+    if (SELECTS) {
+        vec2 previous = atlas_position(atlas_maps[particle.triangle], particle.u, particle.v);
+        float now = distance_at(position, params.pitch);
+        if (now < params.transfer_threshold && now < distance_at(previous, params.pitch)) {
+            uint place = atomicAdd(flow[0].wanted, 1u);
+            if (place < params.transfer_capacity) {
+                particle_indices[place] = i;
+                flags |= IN_FLIGHT;
+            }
+        }
+    }
+    motions[i] = Motion(heading.x, heading.y, min(pending, params.speed), flags);
 }

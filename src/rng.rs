@@ -9,6 +9,8 @@ pub enum Purpose {
     Start = 0,
     /// Noise added to the three sensors.
     SensorNoise = 1,
+    /// The place and heading of a particle that begins anew.
+    Respawn = 2,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

@@ -565,7 +565,7 @@ fn settings_reach_the_kernels() {
         s.physarum.gravity_weight = 4.0;
     });
     let setup = Setup::new(&scene).unwrap();
-    let params = StepParams::new(&scene.settings, &setup, 9).advance;
+    let params = StepParams::new(&scene.settings, &setup, 9, 1).turn.advance;
     assert_eq!(
         (params.speed, params.sensor_offset, params.gravity_weight),
         (0.5, 1.0, 2.0)

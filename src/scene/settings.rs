@@ -24,6 +24,8 @@ pub struct Settings {
     pub trail: TrailSettings,
     /// The texture that holds every triangle.
     pub atlas: AtlasSettings,
+    /// How particles change objects.
+    pub transfer: TransferSettings,
     /// How distances between objects are taken.
     pub distance: DistanceSettings,
     /// Where pictures are taken from.
@@ -45,6 +47,7 @@ impl Default for Settings {
             time: TimeSettings::default(),
             trail: TrailSettings::default(),
             atlas: AtlasSettings::default(),
+            transfer: TransferSettings::default(),
             distance: DistanceSettings::default(),
             camera: CameraSettings::default(),
             picture: PictureSettings::default(),
@@ -178,6 +181,39 @@ impl Default for AtlasSettings {
             method: AtlasMethod::Charts,
             size: 1024,
             cell_size: 0,
+        }
+    }
+}
+
+/// `[transfer]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TransferSettings {
+    /// What becomes of particles that go into another object.
+    pub strategy: Strategy,
+    /// Places with a smaller signed distance to other objects are covered, in scene radii.
+    pub threshold: f32,
+    /// How many particles may be under way from one object to another at once.
+    pub buffer_size: u32,
+}
+
+impl Default for TransferSettings {
+    fn default() -> Self {
+        Self {
+            strategy: Strategy::Parallel,
+            threshold: 0.0,
+            buffer_size: 65_536,
+        }
+    }
+}
+
+impl Settings {
+    /// The strategy of transfer that takes effect: with a single object there is nothing to change to.
+    #[must_use]
+    pub fn strategy(&self) -> Strategy {
+        if self.objects.len() > 1 {
+            self.transfer.strategy
+        } else {
+            Strategy::None
         }
     }
 }
@@ -332,6 +368,39 @@ choice! {
         Point = "point",
         /// On a circle round a point, heading inwards.
         Ring = "ring",
+    }
+}
+
+choice! {
+    /// What becomes of particles that go into another object, and how the particle buffer is kept in order.
+    Strategy {
+        /// They walk on.
+        None = "none",
+        /// They begin anew on their own object.
+        Respawn = "respawn",
+        /// They change objects in place; every object's kernels run over all particles.
+        Scattered = "scattered",
+        /// They change objects; each object has a window of the buffer, kept in order by a single invocation.
+        Sequential = "sequential",
+        /// The same, kept in order by many invocations.
+        #[default]
+        Parallel = "parallel",
+        /// They change objects at once; all objects' particles advance together.
+        Direct = "direct",
+    }
+}
+
+impl Strategy {
+    /// Do objects have turns, one after the other in a step?
+    #[must_use]
+    pub fn has_turns(self) -> bool {
+        matches!(self, Self::Scattered | Self::Sequential | Self::Parallel)
+    }
+
+    /// Do objects have windows of the particle buffer?
+    #[must_use]
+    pub fn has_windows(self) -> bool {
+        matches!(self, Self::Sequential | Self::Parallel)
     }
 }
 

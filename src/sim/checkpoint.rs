@@ -1,7 +1,8 @@
 //! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
-//! then particles, motions, trail and deposits as they lie in memory, then the CRC-32 of all that precedes it (u32).
+//! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux as they lie in
+//! memory, then the CRC-32 of all that precedes it (u32).
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::transfers::TransferState;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::file::Reader;
@@ -20,13 +22,16 @@ use crate::scene::settings::Settings;
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
     step: u64,
     particles: u64,
     texels: u64,
+    windows: u64,
+    in_flight: u64,
+    flux: u64,
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
@@ -129,11 +134,15 @@ impl Checkpoint {
             motions,
             trail,
             deposits,
+            transfers,
         } = &self.snapshot;
         let header = serde_json::to_vec(&Header {
             step: *step,
             particles: particles.len() as u64,
             texels: trail.len() as u64,
+            windows: transfers.windows.len() as u64,
+            in_flight: transfers.in_flight.len() as u64,
+            flux: transfers.flux.len() as u64,
             scene: self.scene.clone(),
             layout: self.layout,
         })?;
@@ -149,6 +158,10 @@ impl Checkpoint {
         out.put(bytemuck::cast_slice(motions))?;
         out.put(bytemuck::cast_slice(trail))?;
         out.put(bytemuck::cast_slice(deposits))?;
+        out.put(bytemuck::cast_slice(&transfers.windows))?;
+        out.put(bytemuck::cast_slice(&transfers.in_flight))?;
+        out.put(bytemuck::bytes_of(&transfers.flow))?;
+        out.put(bytemuck::cast_slice(&transfers.flux))?;
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
         out.inner.flush()
@@ -210,6 +223,12 @@ impl Checkpoint {
                 motions: array(&mut rest, header.particles).ok_or_else(cut_short)?,
                 trail: array(&mut rest, header.texels).ok_or_else(cut_short)?,
                 deposits: array(&mut rest, header.texels).ok_or_else(cut_short)?,
+                transfers: TransferState {
+                    windows: array(&mut rest, header.windows).ok_or_else(cut_short)?,
+                    in_flight: array(&mut rest, header.in_flight).ok_or_else(cut_short)?,
+                    flow: array(&mut rest, 1).ok_or_else(cut_short)?[0],
+                    flux: array(&mut rest, header.flux).ok_or_else(cut_short)?,
+                },
             },
         };
         if rest.len() != crc.len() {
@@ -254,7 +273,7 @@ fn array<T: Pod>(rest: &mut &[u8], length: u64) -> Option<Vec<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::types::{Motion, Particle};
+    use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
     fn checkpoint() -> Checkpoint {
         Checkpoint {
@@ -281,6 +300,21 @@ mod tests {
                 ],
                 trail: (0..55).map(|i| i as f32 * 0.1).collect(),
                 deposits: (0..55).collect(),
+                transfers: TransferState {
+                    windows: vec![Window { start: 3, count: 5 }; 2],
+                    in_flight: vec![
+                        Transfer {
+                            particle: 9,
+                            ..Transfer::default()
+                        };
+                        3
+                    ],
+                    flow: Flow {
+                        selected: 8,
+                        ..Flow::default()
+                    },
+                    flux: vec![0, 7, 6, 0],
+                },
             },
         }
     }

@@ -9,6 +9,7 @@ mod setup;
 mod simulation;
 mod snapshot;
 mod state;
+mod turns;
 
 pub mod checkpoint;
 pub mod diffusion;
@@ -17,6 +18,7 @@ pub mod kernels;
 pub mod memory;
 pub mod queries;
 pub mod start;
+pub mod transfers;
 pub mod twin;
 pub mod types;
 
@@ -25,3 +27,4 @@ pub use setup::{Setup, atlas_options};
 pub use simulation::Simulation;
 pub use snapshot::{Census, Snapshot};
 pub use state::{Kernels, PingPong, State};
+pub use turns::Turn;

@@ -4,11 +4,12 @@
 use super::distance::{DistancePlanner, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteParams, DistanceParams, ExchangeSeamsParams,
+    DistanceBruteParams, DistanceParams, ExchangeSeamsParams, MoveBorderConstants,
 };
 use super::setup::Setup;
+use super::turns::{Turn, border_constants};
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
-use crate::scene::settings::{Border, DistanceMethod, Settings};
+use crate::scene::settings::{Border, DistanceMethod, Settings, Strategy};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
 /// slower with, and nobody can see them.
@@ -25,8 +26,8 @@ pub struct StepParams {
     pub distance: DistanceParams,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteParams,
-    /// For `advance`.
-    pub advance: AdvanceParams,
+    /// The objects' turns, or one for all of them.
+    pub turn: Turn,
     /// For `diffuse`; in two halves of a step for the second of them.
     pub diffuse: DiffuseParams,
     /// For `diffuse_seams`, likewise.
@@ -42,6 +43,8 @@ pub struct StepParams {
 pub struct StepConstants {
     /// For `advance`.
     pub advance: AdvanceConstants,
+    /// For `move_border`.
+    pub move_border: MoveBorderConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
 }
@@ -59,7 +62,11 @@ impl StepConstants {
                 decrowding: physarum.decrowding_weight != 0.0,
                 distance: physarum.distance_weight != 0.0 && settings.objects.len() > 1,
                 border_reflects: physarum.border == Border::Reflect,
+                selects: settings.strategy() != Strategy::None,
+                turns: settings.strategy().has_turns(),
+                windows: settings.strategy().has_windows(),
             },
+            move_border: border_constants(settings),
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -68,9 +75,9 @@ impl StepConstants {
 }
 
 impl StepParams {
-    /// The parameters of step number `step`, counted from 0.
+    /// The parameters of step number `step`, counted from 0, with lists for `capacity` transfers.
     #[must_use]
-    pub fn new(settings: &Settings, setup: &Setup, step: u64) -> Self {
+    pub fn new(settings: &Settings, setup: &Setup, step: u64, capacity: u32) -> Self {
         let physarum = &settings.physarum;
         let atlas = &setup.atlas;
         let radius = setup.radius;
@@ -79,6 +86,26 @@ impl StepParams {
         let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
         let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
         let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+        let advance = AdvanceParams {
+            particle_count: setup.particles.len() as u32,
+            seed: seed_word(settings.seed),
+            // Streams repeat after 2^32 steps: over two years at 60 steps a second.
+            time_step: step as u32,
+            attempts: physarum.edge_crossing_attempts,
+            pitch: atlas.pitch,
+            speed: physarum.speed * radius,
+            sensor_offset: physarum.sensor_offset * radius,
+            sensor_cos,
+            sensor_sin,
+            rotation_cos,
+            rotation_sin,
+            sensor_noise: physarum.sensor_noise,
+            favourite_density: physarum.favourite_density,
+            gravity_weight: physarum.gravity_weight / radius,
+            decrowding_weight: physarum.decrowding_weight,
+            distance_weight: physarum.distance_weight / radius,
+            ..AdvanceParams::default()
+        };
         Self {
             distance_update: DistanceUpdate::default(),
             distance_method: settings.distance.method,
@@ -94,25 +121,7 @@ impl StepParams {
                 first_vertex_normal,
                 reach: settings.distance.reach * radius,
             },
-            advance: AdvanceParams {
-                particle_count: setup.particles.len() as u32,
-                seed: seed_word(settings.seed),
-                // Streams repeat after 2^32 steps: over two years at 60 steps a second.
-                time_step: step as u32,
-                attempts: physarum.edge_crossing_attempts,
-                pitch: atlas.pitch,
-                speed: physarum.speed * radius,
-                sensor_offset: physarum.sensor_offset * radius,
-                sensor_cos,
-                sensor_sin,
-                rotation_cos,
-                rotation_sin,
-                sensor_noise: physarum.sensor_noise,
-                favourite_density: physarum.favourite_density,
-                gravity_weight: physarum.gravity_weight / radius,
-                decrowding_weight: physarum.decrowding_weight,
-                distance_weight: physarum.distance_weight / radius,
-            },
+            turn: Turn::new(settings, setup, advance, capacity),
             diffuse: DiffuseParams {
                 diffusion,
                 deposit: physarum.deposit,

@@ -9,6 +9,7 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
 use super::step;
+use super::transfers::{Transfers, arranged};
 use super::types::Pose;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, Recorder};
@@ -69,7 +70,7 @@ impl Simulation {
         let constants = StepConstants::new(&scene.settings);
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,
-            state: State::new(ctx, &setup)?,
+            state: State::new(ctx, &scene.settings, &setup)?,
             ctx: ctx.clone(),
             setup,
             settings: scene.settings.clone(),
@@ -79,9 +80,14 @@ impl Simulation {
         })
     }
 
+    fn params(&self) -> StepParams {
+        let capacity = self.state.transfers.capacity();
+        StepParams::new(&self.settings, &self.setup, self.step, capacity)
+    }
+
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
-        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = self.params();
         params.update_distances(&mut self.planner, &self.settings, &self.setup);
         step::record(rec, &self.kernels, &mut self.state, &params);
         self.step += 1;
@@ -93,7 +99,7 @@ impl Simulation {
     /// # Panics
     /// When there is no such kernel.
     pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
-        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = self.params();
         // All distances, whatever has changed: that is what can be measured alone.
         params.update_distances(&mut DistancePlanner::default(), &self.settings, &self.setup);
         let (_, record) = step::KERNELS[kernel];
@@ -126,6 +132,12 @@ impl Simulation {
         if poses != self.setup.poses {
             self.ctx.upload(&self.state.poses, &poses)?;
             self.setup.poses = poses;
+        }
+        let rearranges = settings.strategy() != self.settings.strategy()
+            || settings.transfer.buffer_size != self.settings.transfer.buffer_size;
+        if rearranges && settings.objects.len() > 1 {
+            let snapshot = self.snapshot()?;
+            self.upload_particles(&snapshot, settings)?;
         }
         let constants = StepConstants::new(settings);
         if constants != self.constants {
@@ -172,6 +184,11 @@ impl Simulation {
             trail: self.ctx.download(&self.state.trail.front)?,
             // The counts of the last step are at the back, for decrowding.
             deposits: self.ctx.download(&self.state.deposits.back)?,
+            transfers: self.state.transfers.download(
+                &self.ctx,
+                self.settings.strategy(),
+                self.setup.poses.len(),
+            )?,
         })
     }
 
@@ -189,15 +206,24 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        self.ctx
-            .upload(&self.state.particles, &snapshot.particles)?;
-        self.ctx.upload(&self.state.motions, &snapshot.motions)?;
+        self.upload_particles(snapshot, &self.settings.clone())?;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.planner.forget();
         self.step = snapshot.step;
+        Ok(())
+    }
+}
+
+impl Simulation {
+    /// Uploads particles, and what is in flight, in the order that the settings' strategy needs.
+    fn upload_particles(&mut self, snapshot: &Snapshot, settings: &Settings) -> Result<()> {
+        let state = arranged(snapshot, &self.setup, settings.strategy());
+        self.ctx.upload(&self.state.particles, &state.particles)?;
+        self.ctx.upload(&self.state.motions, &state.motions)?;
+        self.state.transfers = Transfers::new(&self.ctx, settings, &self.setup, &state.transfers)?;
         Ok(())
     }
 }

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::setup::Setup;
-use super::types::{Motion, Particle};
+use super::transfers::TransferState;
+use super::types::{Motion, Particle, Transfer};
 
 /// The state after some step.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,8 @@ pub struct Snapshot {
     pub trail: Vec<f32>,
     /// The last step's deposits, one a texel.
     pub deposits: Vec<u32>,
+    /// Particles under way between objects, and the objects' windows.
+    pub transfers: TransferState,
 }
 
 /// How the ids of a population differ from one of each.
@@ -30,6 +33,20 @@ pub struct Census {
 }
 
 impl Snapshot {
+    /// The state before the first step.
+    #[must_use]
+    pub fn start(setup: &Setup) -> Self {
+        let texels = setup.atlas.density.len();
+        Self {
+            step: 0,
+            particles: setup.particles.clone(),
+            motions: setup.motions.clone(),
+            trail: vec![0.0; texels],
+            deposits: vec![0; texels],
+            transfers: TransferState::default(),
+        }
+    }
+
     /// A hash of everything that particles carry and of the trail's bits. The order of particles does not enter, so
     /// two runs that put them in different slots compare equal.
     #[must_use]
@@ -50,8 +67,18 @@ impl Snapshot {
             .par_iter()
             .enumerate()
             .map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
+        let in_flight = self.transfers.in_flight.par_iter().map(|transfer| {
+            let id = self.particles[transfer.particle as usize].id;
+            // Of where the particle lies only who it is.
+            let particle = Transfer {
+                particle: id,
+                ..*transfer
+            };
+            hash_words(&bytemuck::cast::<_, [u32; 16]>(particle))
+        });
         particles
             .chain(trail)
+            .chain(in_flight)
             .reduce(|| 0, u64::wrapping_add)
             .wrapping_add(self.step)
     }
@@ -120,6 +147,8 @@ impl Snapshot {
                 return Err(format!("particle {id} has {} pending", motion.pending));
             }
         }
+        self.transfers
+            .validate(&self.particles, &self.motions, setup)?;
         // On texels that nobody owns and that are no gutter, deposits would be lost.
         let in_gutters = setup.atlas.seams.iter();
         let mut deposited: u64 = in_gutters
@@ -181,6 +210,7 @@ mod tests {
             motions,
             trail: vec![0.5, 0.25, 0.0, 1.0],
             deposits: vec![0; 4],
+            transfers: TransferState::default(),
         }
     }
 
@@ -205,6 +235,22 @@ mod tests {
         let mut changed = state.clone();
         changed.particles[5].u = f32::from_bits(changed.particles[5].u.to_bits() + 1);
         assert_ne!(changed.hash(), state.hash(), "the last bit counts");
+
+        let flight = Transfer {
+            particle: 3,
+            target: 1,
+            ..Transfer::default()
+        };
+        let mut flying = state.clone();
+        flying.transfers.in_flight.push(flight);
+        assert_ne!(flying.hash(), state.hash(), "flights count");
+        let mut moved = flying.clone();
+        moved.particles.swap(3, 90);
+        moved.motions.swap(3, 90);
+        moved.transfers.in_flight[0].particle = 90;
+        assert_eq!(moved.hash(), flying.hash(), "wherever the particle lies");
+        moved.transfers.in_flight[0].target = 2;
+        assert_ne!(moved.hash(), flying.hash());
     }
 
     /// However the work is shared out, the sum is the same.

@@ -2,14 +2,20 @@
 
 use std::sync::Arc;
 
-use super::kernels::{Advance, Diffuse, DiffuseSeams, Distance, DistanceBrute, ExchangeSeams};
+use super::kernels::{
+    Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
+    DistanceBrute, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
+};
 use super::params::StepConstants;
 use super::setup::Setup;
+use super::snapshot::Snapshot;
+use super::transfers::{Transfers, arranged};
 use super::types::{
     AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Pose, Seam, SurfaceSample, Vertex,
 };
 use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
+use crate::scene::settings::Settings;
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
@@ -19,6 +25,20 @@ pub struct Kernels {
     pub distance_brute: Pipeline<DistanceBrute>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
+    /// Lets transfers land.
+    pub transfer_in: Pipeline<TransferIn>,
+    /// Ends an object's turn.
+    pub move_border: Pipeline<MoveBorder>,
+    /// Lets particles leave.
+    pub transfer_out: Pipeline<TransferOut>,
+    /// Lists particles in wrong windows.
+    pub defragment_scan: Pipeline<DefragmentScan>,
+    /// Exchanges them.
+    pub defragment_swap: Pipeline<DefragmentSwap>,
+    /// The same by one invocation.
+    pub defragment_sequential: Pipeline<DefragmentSequential>,
+    /// Lets particles begin anew.
+    pub respawn: Pipeline<Respawn>,
     /// Spreads and decays the trail.
     pub diffuse: Pipeline<Diffuse>,
     /// The same for texels beside seams.
@@ -34,6 +54,13 @@ impl Kernels {
             distance: Pipeline::new(ctx, &())?,
             distance_brute: Pipeline::new(ctx, &())?,
             advance: Pipeline::new(ctx, &constants.advance)?,
+            transfer_in: Pipeline::new(ctx, &())?,
+            move_border: Pipeline::new(ctx, &constants.move_border)?,
+            transfer_out: Pipeline::new(ctx, &())?,
+            defragment_scan: Pipeline::new(ctx, &())?,
+            defragment_swap: Pipeline::new(ctx, &())?,
+            defragment_sequential: Pipeline::new(ctx, &())?,
+            respawn: Pipeline::new(ctx, &())?,
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
             diffuse_seams: Pipeline::new(ctx, &())?,
             exchange_seams: Pipeline::new(ctx, &())?,
@@ -94,6 +121,8 @@ pub struct State {
     pub particles: Buffer<Particle>,
     /// One a particle: where it is going.
     pub motions: Buffer<Motion>,
+    /// Particles under way between objects, and the objects' windows.
+    pub transfers: Transfers,
     /// One a texel. The front has filled gutters.
     pub trail: PingPong<f32>,
     /// One a texel. Front: counted in this step, zero before it; back: last step's counts.
@@ -143,15 +172,17 @@ pub struct State {
 
 impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
-    pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
+    pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
+        let start = arranged(&Snapshot::start(setup), setup, settings.strategy());
         let texels = setup.atlas.density.len();
         let objects = setup.poses.len();
         let field = if objects > 1 { texels } else { 1 };
         let exchange = setup.atlas.exchange.by_length();
         let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
         Ok(Self {
-            particles: Buffer::from_slice(ctx, "particles", &setup.particles)?,
-            motions: Buffer::from_slice(ctx, "motions", &setup.motions)?,
+            particles: Buffer::from_slice(ctx, "particles", &start.particles)?,
+            motions: Buffer::from_slice(ctx, "motions", &start.motions)?,
+            transfers: Transfers::new(ctx, settings, setup, &start.transfers)?,
             trail: PingPong::new(ctx, "trail", texels)?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
             density_views: Views::new(&density)?,

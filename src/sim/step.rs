@@ -1,15 +1,22 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
 use super::kernels::{
-    AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, ExchangeSeamsArgs,
+    AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
+    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, ExchangeSeamsArgs, MoveBorderArgs,
+    RespawnArgs, TransferInArgs, TransferOutArgs,
 };
 use super::params::StepParams;
 use super::state::{Kernels, State};
+use super::turns::Turn;
 use crate::gpu::{
-    Access::{Copy, Kernel},
+    Access::{Copy, Indirect, Kernel},
     Recorder, Threads,
 };
-use crate::scene::settings::DistanceMethod;
+use crate::scene::settings::{DistanceMethod, Strategy};
+
+/// Which groups an indirect dispatch takes: one invocation a transfer, or one a particle of the window.
+const TRANSFERS: usize = 0;
+const WINDOW: usize = 1;
 
 /// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
 /// alone.
@@ -28,7 +35,7 @@ pub const KERNELS: [(&str, Record); 5] = [
 /// written and not yet made visible.
 pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
     distance(rec, k, s, params);
-    advance(rec, k, s, params);
+    walk_and_change_objects(rec, k, s, &params.turn);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
         diffuse_seams(rec, k, s, &first_half);
@@ -99,33 +106,285 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     rec.barrier(Kernel, Kernel, &[&s.distances]);
 }
 
+/// Every particle advances once. Those that go into another object change to it, as the strategy says.
+fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: &Turn) {
+    match all.strategy {
+        Strategy::None => advance_turn(rec, k, s, all),
+        Strategy::Respawn => {
+            advance_turn(rec, k, s, all);
+            move_border(rec, k, s, all);
+            respawn(rec, k, s, all);
+        }
+        Strategy::Direct => {
+            advance_turn(rec, k, s, all);
+            move_border(rec, k, s, all);
+            transfer_out(rec, k, s, all);
+            s.transfers.swap();
+            transfer_in(rec, k, s, all);
+        }
+        Strategy::Scattered | Strategy::Sequential | Strategy::Parallel => {
+            for turn in (0..all.count).map(|object| all.of(object)) {
+                transfer_in(rec, k, s, &turn);
+                advance_turn(rec, k, s, &turn);
+                move_border(rec, k, s, &turn);
+                transfer_out(rec, k, s, &turn);
+                match turn.strategy {
+                    Strategy::Sequential => defragment_sequential(rec, k, s, &turn),
+                    Strategy::Parallel => {
+                        defragment_scan(rec, k, s, &turn);
+                        defragment_swap(rec, k, s, &turn);
+                    }
+                    _ => {}
+                }
+                s.transfers.swap();
+            }
+        }
+    }
+}
+
+/// Alone it is the first turn, or the only one.
 fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    rec.dispatch(
-        &k.advance,
-        Threads(params.advance.particle_count),
-        AdvanceArgs {
-            particles: &s.particles,
-            motions: &s.motions,
-            triangles: &s.triangles,
-            halfedges: &s.halfedges,
-            atlas_maps: &s.atlas_maps,
-            trail: &s.trail.front,
-            previous_deposits: &s.deposits.back,
-            deposits: &s.deposits.front,
-            corners: &s.corners,
-            vertices: &s.vertices,
-            poses: &s.poses,
-            distances: &s.distances,
-        },
-        params.advance,
-    );
-    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on.
+    advance_turn(rec, k, s, &params.turn);
+}
+
+fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    let args = AdvanceArgs {
+        particles: &s.particles,
+        motions: &s.motions,
+        triangles: &s.triangles,
+        halfedges: &s.halfedges,
+        atlas_maps: &s.atlas_maps,
+        trail: &s.trail.front,
+        previous_deposits: &s.deposits.back,
+        deposits: &s.deposits.front,
+        corners: &s.corners,
+        vertices: &s.vertices,
+        poses: &s.poses,
+        distances: &s.distances,
+        windows: &s.transfers.windows,
+        flow: &s.transfers.flow,
+        particle_indices: &s.transfers.particle_indices,
+    };
+    if turn.strategy.has_windows() {
+        let groups = &s.transfers.groups;
+        rec.dispatch_indirect(&k.advance, groups, WINDOW, args, turn.advance);
+    } else {
+        let threads = Threads(turn.advance.particle_count);
+        rec.dispatch(&k.advance, threads, args, turn.advance);
+    }
+    // diffuse takes up what advance has deposited and clears what it has read; the next turn or step moves particles
+    // on; those that were selected leave.
     rec.barrier(
         Kernel,
         Kernel,
         &[
             &s.deposits.front,
             &s.deposits.back,
+            &s.particles,
+            &s.motions,
+            &s.transfers.flow,
+            &s.transfers.particle_indices,
+        ],
+    );
+}
+
+fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    rec.dispatch_indirect(
+        &k.transfer_in,
+        &s.transfers.groups,
+        TRANSFERS,
+        TransferInArgs {
+            arriving: &s.transfers.arriving,
+            departing: &s.transfers.departing,
+            flow: &s.transfers.flow,
+            particles: &s.particles,
+            motions: &s.motions,
+            triangles: &s.triangles,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses,
+        },
+        turn.transfer_in,
+    );
+    // Those that have arrived advance, if they have not yet; those that go on are followed by others.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.particles,
+            &s.motions,
+            &s.transfers.flow,
+            &s.transfers.arriving,
+            &s.transfers.departing,
+        ],
+    );
+}
+
+fn move_border(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    // The dispatches of the turn before have their groups, and advance has its window.
+    rec.barrier(Indirect, Kernel, &[&s.transfers.groups]);
+    rec.barrier(Kernel, Kernel, &[&s.transfers.windows]);
+    rec.dispatch(
+        &k.move_border,
+        Threads(1),
+        MoveBorderArgs {
+            flow: &s.transfers.flow,
+            windows: &s.transfers.windows,
+            groups: &s.transfers.groups,
+        },
+        turn.move_border,
+    );
+    // How many leave, where the next window begins, and how many invocations that takes.
+    rec.barrier(Kernel, Kernel, &[&s.transfers.flow, &s.transfers.windows]);
+    rec.barrier(Kernel, Indirect, &[&s.transfers.groups]);
+}
+
+fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    rec.dispatch_indirect(
+        &k.transfer_out,
+        &s.transfers.groups,
+        TRANSFERS,
+        TransferOutArgs {
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            particles: &s.particles,
+            motions: &s.motions,
+            nearest: &s.nearest,
+            atlas_maps: &s.atlas_maps,
+            departing: &s.transfers.departing,
+            flux: &s.transfers.flux,
+            triangles: &s.triangles,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses,
+        },
+        turn.transfer_out,
+    );
+    // They are put in order, or arrive; the list of the selected is used again; the next step's poses and distances come.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.transfers.departing,
+            &s.transfers.flow,
+            &s.transfers.flux,
+            &s.transfers.particle_indices,
+            &s.particles,
+            &s.motions,
+            &s.nearest,
+            &s.distances,
+        ],
+    );
+}
+
+fn defragment_scan(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    rec.dispatch_indirect(
+        &k.defragment_scan,
+        &s.transfers.groups,
+        TRANSFERS,
+        DefragmentScanArgs {
+            departing: &s.transfers.departing,
+            motions: &s.motions,
+            windows: &s.transfers.windows,
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            transfer_indices: &s.transfers.transfer_indices,
+        },
+        turn.defragment_scan,
+    );
+    // What was listed is exchanged.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.transfers.flow,
+            &s.transfers.particle_indices,
+            &s.transfers.transfer_indices,
+            &s.transfers.departing,
+            &s.motions,
+        ],
+    );
+}
+
+fn defragment_swap(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    rec.dispatch_indirect(
+        &k.defragment_swap,
+        &s.transfers.groups,
+        TRANSFERS,
+        DefragmentSwapArgs {
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            transfer_indices: &s.transfers.transfer_indices,
+            departing: &s.transfers.departing,
+            particles: &s.particles,
+            motions: &s.motions,
+        },
+        turn.defragment_swap,
+    );
+    // The next turn's transfers arrive, and its lists begin anew.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.transfers.flow,
+            &s.transfers.particle_indices,
+            &s.transfers.transfer_indices,
+            &s.transfers.departing,
+            &s.particles,
+            &s.motions,
+        ],
+    );
+}
+
+fn defragment_sequential(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    rec.dispatch(
+        &k.defragment_sequential,
+        Threads(1),
+        DefragmentSequentialArgs {
+            flow: &s.transfers.flow,
+            windows: &s.transfers.windows,
+            departing: &s.transfers.departing,
+            particles: &s.particles,
+            motions: &s.motions,
+        },
+        turn.defragment_sequential,
+    );
+    // The next turn's transfers arrive.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.transfers.flow,
+            &s.transfers.departing,
+            &s.particles,
+            &s.motions,
+        ],
+    );
+}
+
+fn respawn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    rec.dispatch_indirect(
+        &k.respawn,
+        &s.transfers.groups,
+        TRANSFERS,
+        RespawnArgs {
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            particles: &s.particles,
+            motions: &s.motions,
+            triangles: &s.triangles,
+            area_shares: &s.transfers.area_shares,
+            object_triangles: &s.transfers.object_triangles,
+        },
+        turn.respawn,
+    );
+    // The next step moves them on, and lists others.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.transfers.flow,
+            &s.transfers.particle_indices,
             &s.particles,
             &s.motions,
         ],

@@ -2,7 +2,7 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DistanceMethod, ObjectSettings, Show, Start,
+    AtlasMethod, Border, ColorMap, DistanceMethod, ObjectSettings, Show, Start, Strategy,
 };
 
 macro_rules! real {
@@ -281,6 +281,30 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How the nearest triangle of another object is found: in a tree of boxes, or by looking at every one, which is slow and a check on the other.",
         effect: Effect::Live,
         kind: word!(distance.method: DistanceMethod),
+    },
+    Parameter {
+        key: "transfer.strategy",
+        name: "Transfer strategy",
+        unit: "",
+        help: "What becomes of particles that go into another object. none: they walk on. respawn: they begin anew on their own object. The others let them change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: all objects' particles advance together, and change at once. scattered, sequential and parallel give the same bits.",
+        effect: Effect::Live,
+        kind: word!(transfer.strategy: Strategy),
+    },
+    Parameter {
+        key: "transfer.threshold",
+        name: "Transfer threshold",
+        unit: "scene radii",
+        help: "Places whose signed distance to other objects is smaller are covered: particles that go into covered places change objects. At most the distance reach.",
+        effect: Effect::Live,
+        kind: real!(transfer.threshold, (-100.0, 100.0), (-0.05, 0.05), Linear),
+    },
+    Parameter {
+        key: "transfer.buffer_size",
+        name: "Transfer buffer size",
+        unit: "particles",
+        help: "How many particles may be under way between objects at once. Those that find it full stay on their object, and are counted. A smaller size than are under way takes effect when they have arrived.",
+        effect: Effect::Live,
+        kind: whole!(transfer.buffer_size: u32, (1.0, 2_097_152.0), (1_024.0, 1_048_576.0), Logarithmic),
     },
     Parameter {
         key: "distance.reach",

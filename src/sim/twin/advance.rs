@@ -5,7 +5,7 @@ use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
-use crate::sim::types::{Motion, Particle, Pose, Vertex, Walker};
+use crate::sim::types::{Flow, Motion, Particle, Pose, Vertex, Walker, Window};
 
 /// What `advance` reads.
 pub struct AdvanceInputs<'a> {
@@ -29,20 +29,50 @@ pub struct AdvanceInputs<'a> {
     pub distances: &'a [f32],
 }
 
-/// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
+/// Where `advance` finds the particles of a turn, and lists those that it selects.
+pub struct Turn<'a> {
+    /// One an object, where there are windows.
+    pub windows: &'a [Window],
+    /// Counts what was selected.
+    pub flow: &'a mut Flow,
+    /// The selected ones.
+    pub particle_indices: &'a mut [u32],
+}
+
+/// Advances every particle of a turn by one step. Returns for each the smallest gap between two sensors that decided its turn:
 /// where it is tiny, another device's rounding may turn the particle another way.
 pub fn advance(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
+    turn: Turn,
     particles: &mut [Particle],
     motions: &mut [Motion],
     deposits: &mut [u32],
 ) -> Vec<f32> {
     let mut gaps = Vec::with_capacity(particles.len());
-    for i in 0..params.particle_count as usize {
+    for i in 0..params.particle_count {
+        let mut i = i;
+        if constants.windows {
+            let window = turn.windows[params.object as usize];
+            if i >= window.count {
+                break;
+            }
+            i = Window::slot(window.start, i, params.particle_count);
+        }
+        let i = i as usize;
         let particle = particles[i];
         let motion = motions[i];
+        let mut flags = motion.flags;
+        if constants.turns {
+            let stamp = params.time_step.wrapping_add(1) << 1;
+            let object = inputs.triangles[particle.triangle as usize].object;
+            let of_another = !constants.windows && object != params.object;
+            if of_another || flags == stamp || motion.in_flight() {
+                continue;
+            }
+            flags = stamp;
+        }
 
         let mut heading = [motion.heading_p, motion.heading_h];
         let mut w = Walker::at(
@@ -140,16 +170,27 @@ pub fn advance(
             v,
             id: particle.id,
         };
+        let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+        deposits[texel_at(position, params.pitch) as usize] += 1;
+        if constants.selects {
+            let map = &inputs.atlas_maps[particle.triangle as usize];
+            let previous = atlas_position(map, particle.u, particle.v);
+            let now = trail_at(inputs.distances, position, params.pitch);
+            let before = trail_at(inputs.distances, previous, params.pitch);
+            if now < params.transfer_threshold && now < before {
+                if turn.flow.wanted < params.transfer_capacity {
+                    turn.particle_indices[turn.flow.wanted as usize] = i as u32;
+                    flags |= Motion::IN_FLIGHT;
+                }
+                turn.flow.wanted += 1;
+            }
+        }
         motions[i] = Motion {
             heading_p: heading[0],
             heading_h: heading[1],
             pending: pending.min(params.speed),
-            flags: motion.flags,
+            flags,
         };
-        deposits[texel_at(
-            atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v),
-            params.pitch,
-        ) as usize] += 1;
     }
     gaps
 }

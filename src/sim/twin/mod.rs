@@ -11,33 +11,40 @@ mod distance_brute;
 pub mod exact;
 mod exchange_seams;
 pub mod nearest;
+mod respawn;
 pub mod ring;
 pub mod trail;
 pub mod transfer;
+mod turns;
 pub mod walk;
 mod walk_queries;
 
-pub use advance::{AdvanceInputs, advance};
+pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance};
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
+pub use respawn::respawn;
 pub use walk_queries::walk_queries;
+
+use turns::TwinTransfers;
 
 use super::distance::{DistancePlanner, DistanceSetup};
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::transfers::arranged;
+use super::turns::Turn;
 use super::types::{Motion, Particle};
 use crate::mesh::surface::NONE;
-use crate::scene::settings::{DistanceMethod, Settings};
+use crate::scene::settings::{DistanceMethod, Settings, Strategy};
 
 /// The simulation by twins: the same state and the same step as [`super::Simulation`], on the host.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     setup: Setup,
-    /// May be changed between steps.
+    /// May be changed between steps; a change of the strategy takes [`Simulation::restore`] to take effect.
     pub settings: Settings,
     particles: Vec<Particle>,
     motions: Vec<Motion>,
@@ -48,6 +55,7 @@ pub struct Simulation {
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
+    transfers: TwinTransfers,
     step: u64,
 }
 
@@ -56,9 +64,11 @@ impl Simulation {
     #[must_use]
     pub fn new(setup: Setup, settings: Settings) -> Self {
         let texels = setup.atlas.density.len();
+        let start = arranged(&Snapshot::start(&setup), &setup, settings.strategy());
         Self {
-            particles: setup.particles.clone(),
-            motions: setup.motions.clone(),
+            transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
+            particles: start.particles,
+            motions: start.motions,
             setup,
             settings,
             trail: vec![0.0; texels],
@@ -75,27 +85,11 @@ impl Simulation {
     /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
     pub fn step(&mut self) -> Vec<f32> {
         let constants = StepConstants::new(&self.settings);
-        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        let capacity = self.transfers.capacity();
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step, capacity);
         params.update_distances(&mut self.planner, &self.settings, &self.setup);
         self.distance(&params);
-        let gaps = advance(
-            &constants.advance,
-            &params.advance,
-            &AdvanceInputs {
-                triangles: &self.setup.surface.triangles,
-                halfedges: &self.setup.surface.halfedges,
-                atlas_maps: &self.setup.atlas.maps,
-                trail: &self.trail,
-                previous_deposits: &self.previous_deposits,
-                corners: &self.setup.corners,
-                vertices: &self.setup.vertices,
-                poses: &self.setup.poses,
-                distances: &self.distances,
-            },
-            &mut self.particles,
-            &mut self.motions,
-            &mut self.deposits,
-        );
+        let gaps = self.walk_and_change_objects(&constants, &params.turn);
         if let Some(first_half) = params.first_half() {
             self.diffuse(&constants, &first_half);
             std::mem::swap(&mut self.trail, &mut self.next_trail);
@@ -106,6 +100,42 @@ impl Simulation {
         std::mem::swap(&mut self.deposits, &mut self.previous_deposits);
         self.step += 1;
         gaps
+    }
+
+    fn walk_and_change_objects(&mut self, constants: &StepConstants, all: &Turn) -> Vec<f32> {
+        match all.strategy {
+            Strategy::None => self.advance(constants, all),
+            Strategy::Respawn => {
+                let gaps = self.advance(constants, all);
+                self.move_border(constants, all);
+                self.respawn(all);
+                gaps
+            }
+            Strategy::Direct => {
+                let gaps = self.advance(constants, all);
+                self.move_border(constants, all);
+                self.transfer_out(all);
+                self.transfers.swap();
+                self.transfer_in(all);
+                gaps
+            }
+            Strategy::Scattered | Strategy::Sequential | Strategy::Parallel => {
+                let mut gaps = Vec::new();
+                for turn in (0..all.count).map(|object| all.of(object)) {
+                    self.transfer_in(&turn);
+                    gaps.extend(self.advance(constants, &turn));
+                    self.move_border(constants, &turn);
+                    self.transfer_out(&turn);
+                    match turn.strategy {
+                        Strategy::Sequential => self.defragment_sequential(&turn),
+                        Strategy::Parallel => self.defragment(&turn),
+                        _ => {}
+                    }
+                    self.transfers.swap();
+                }
+                gaps
+            }
+        }
     }
 
     fn distance(&mut self, params: &StepParams) {
@@ -177,13 +207,16 @@ impl Simulation {
             motions: self.motions.clone(),
             trail: self.trail.clone(),
             deposits: self.previous_deposits.clone(),
+            transfers: self.transfers.state(self.settings.strategy()),
         }
     }
 
     /// Goes on from a snapshot of the same scene.
     pub fn restore(&mut self, snapshot: &Snapshot) {
-        self.particles.clone_from(&snapshot.particles);
-        self.motions.clone_from(&snapshot.motions);
+        let state = arranged(snapshot, &self.setup, self.settings.strategy());
+        self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
+        self.particles = state.particles;
+        self.motions = state.motions;
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
         self.deposits.fill(0);

@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use super::trail::atlas_position;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
+use crate::sim::Setup;
 use crate::sim::kernels::{TransferInParams, TransferOutParams};
 use crate::sim::types::{Flow, Motion, Particle, Pose, Transfer, Vertex};
 
@@ -90,6 +91,19 @@ pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
         [1.0 - on_bc, on_bc]
     } else {
         [0.0, on_ac]
+    }
+}
+
+impl<'a> Ground<'a> {
+    /// Of a scene.
+    #[must_use]
+    pub fn of(setup: &'a Setup) -> Self {
+        Self {
+            triangles: &setup.surface.triangles,
+            corners: &setup.corners,
+            vertices: &setup.vertices,
+            poses: &setup.poses,
+        }
     }
 }
 
@@ -214,7 +228,11 @@ pub fn transfer_out(
             atlas_position(map, particle.u, particle.v),
             params.pitch,
         );
-        let triangle = if near == NONE { particle.triangle } else { near };
+        let triangle = if near == NONE {
+            particle.triangle
+        } else {
+            near
+        };
         let target = ground.triangles[triangle as usize].object;
         let flight = ground.flight(particle, &motions[slot as usize]);
         departing[i as usize] = Transfer {

@@ -1,0 +1,57 @@
+// respawn: particles that were selected begin anew on their own object, anywhere by area, heading anywhere.
+// Reads   flow, particle_indices, triangles, area_shares, object_triangles.
+// Writes  particles and motions in place.
+// One invocation an entry of the list.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+#include "rng.glsl"
+#include "ring.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint capacity;
+    uint seed;
+    uint time_step;
+} params;
+
+layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
+layout(std430, set = 0, binding = 2) buffer Particles { Particle particles[]; };
+layout(std430, set = 0, binding = 3) buffer Motions { Motion motions[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer triangles;
+// One a triangle: the share of its object's area that it and those before it have, in units of 2^-32.
+layout(std430, set = 0, binding = 5) readonly buffer AreaShares { uint area_shares[]; };
+// One an object: its first triangle, and the one behind its last.
+layout(std430, set = 0, binding = 6) readonly buffer ObjectTriangles { uvec2 object_triangles[]; };
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.capacity || i >= flow[0].leaving) return;
+    atomicAdd(flow[0].arrived, 1u);
+    uint slot = particle_indices[i];
+    Particle particle = particles[slot];
+    uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_RESPAWN);
+    uvec2 range = object_triangles[texelFetch(triangles, int(particle.triangle)).w];
+    // The first triangle whose share ends behind the word; the last one's share ends at the end.
+    uint low = range.x;
+    uint high = range.y - 1u;
+    while (low < high) {
+        uint middle = (low + high) / 2u;
+        if (area_shares[middle] > words.x) {
+            high = middle;
+        } else {
+            low = middle + 1u;
+        }
+    }
+    float u = unit_float(words.y);
+    float v = unit_float(words.z);
+    bool beyond = u + v > 1.0;
+    float angle = 6.28318530718 * unit_float(words.w);
+    particles[slot] = Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id);
+    motions[slot] = Motion(cos(angle), sin(angle), 0.0, motions[slot].flags & ~IN_FLIGHT);
+}

@@ -1,0 +1,389 @@
+//! Particles under way between objects, and the windows that objects have of the particle buffer: on the host, as
+//! snapshots hold them, and on the device.
+
+use std::sync::Arc;
+
+use glam::UVec2;
+
+use super::setup::Setup;
+use super::snapshot::Snapshot;
+use super::turns::Turn;
+use super::twin::ring::dispatch_groups;
+use super::twin::transfer::Ground;
+use super::types::{Flow, Motion, Particle, Transfer, Window};
+use crate::gpu::{Buffer, Context, DispatchGroups, GpuError};
+use crate::mesh::surface::Surface;
+use crate::scene::settings::{Settings, Strategy};
+
+/// What a snapshot holds of transfers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TransferState {
+    /// One an object, where the strategy has windows; else none.
+    pub windows: Vec<Window>,
+    /// Particles that have left their object and not arrived.
+    pub in_flight: Vec<Transfer>,
+    /// What was counted.
+    pub flow: Flow,
+    /// How many particles have left each object (rows) for each; empty with a single object.
+    pub flux: Vec<u32>,
+}
+
+impl TransferState {
+    /// Checks what must hold after every step: windows share all slots, in the order of objects; every particle lies in
+    /// its object's window, or is in flight, has a transfer and lies in front of the first window.
+    ///
+    /// # Errors
+    /// Names the first thing that breaks a rule, and the rule.
+    pub fn validate(
+        &self,
+        particles: &[Particle],
+        motions: &[Motion],
+        setup: &Setup,
+    ) -> Result<(), String> {
+        let Flow {
+            mismatches,
+            stayers,
+            outside,
+            ..
+        } = self.flow;
+        if mismatches > 0 || stayers != outside {
+            return Err(format!(
+                "{stayers} particles to be exchanged with {outside}, and {mismatches} such mismatches before"
+            ));
+        }
+        let objects = setup.poses.len() as u32;
+        let mut flying = vec![false; particles.len()];
+        for transfer in &self.in_flight {
+            let Transfer {
+                particle,
+                target,
+                triangle,
+                ..
+            } = *transfer;
+            let fits = (particle as usize) < particles.len()
+                && (triangle as usize) < setup.surface.triangles.len()
+                && setup.surface.triangles[triangle as usize].object == target;
+            if !fits {
+                return Err(format!(
+                    "a transfer of slot {particle} to triangle {triangle} of object {target}"
+                ));
+            }
+            if std::mem::replace(&mut flying[particle as usize], true) {
+                return Err(format!("two transfers of slot {particle}"));
+            }
+        }
+        if let Some(slot) = (0..particles.len()).find(|&s| motions[s].in_flight() != flying[s]) {
+            return Err(format!(
+                "particle {} is {}in flight and {} transfer",
+                particles[slot].id,
+                if flying[slot] { "not " } else { "" },
+                if flying[slot] { "has a" } else { "has no" },
+            ));
+        }
+        if self.windows.is_empty() {
+            return Ok(());
+        }
+        self.validate_windows(particles, &flying, setup, objects)
+    }
+
+    fn validate_windows(
+        &self,
+        particles: &[Particle],
+        flying: &[bool],
+        setup: &Setup,
+        objects: u32,
+    ) -> Result<(), String> {
+        let ring = particles.len() as u32;
+        if self.windows.len() != objects as usize {
+            return Err(format!(
+                "{} windows for {objects} objects",
+                self.windows.len()
+            ));
+        }
+        let mut start = self.windows[0].start;
+        let mut all = 0;
+        for (object, window) in self.windows.iter().enumerate() {
+            if window.start != start || start >= ring || window.count > ring - all {
+                return Err(format!(
+                    "the window of object {object} has {} slots from {} on, and the one before it ends at {start}",
+                    window.count, window.start
+                ));
+            }
+            all += window.count;
+            for i in 0..window.count {
+                let slot = Window::slot(window.start, i, ring) as usize;
+                let Particle { triangle, id, .. } = particles[slot];
+                let its_object = setup.surface.triangles[triangle as usize].object as usize;
+                if flying[slot] {
+                    if object > 0 || i as usize >= self.in_flight.len() {
+                        return Err(format!(
+                            "particle {id} is in flight and lies at {i} in the window of object {object}"
+                        ));
+                    }
+                } else if its_object != object {
+                    return Err(format!(
+                        "particle {id} of object {its_object} lies in the window of object {object}"
+                    ));
+                }
+            }
+            start = Window::slot(window.start, window.count, ring);
+        }
+        if all != ring {
+            return Err(format!("the windows have {all} slots of {ring}"));
+        }
+        Ok(())
+    }
+}
+
+/// How many particles the lists hold: as many as are asked for, and at least those in flight; never more than there are.
+#[must_use]
+pub fn capacity(settings: &Settings, setup: &Setup, in_flight: usize) -> u32 {
+    if settings.strategy() == Strategy::None {
+        return 1;
+    }
+    let particles = setup.particles.len() as u32;
+    settings
+        .transfer
+        .buffer_size
+        .min(particles)
+        .max(in_flight as u32)
+        .max(1)
+}
+
+/// Puts a state in the order that a strategy needs: with windows, each object's particles together; without turns,
+/// nobody in flight. A state that is in order stays as it is.
+#[must_use]
+pub fn arranged(snapshot: &Snapshot, setup: &Setup, strategy: Strategy) -> Snapshot {
+    let mut state = snapshot.clone();
+    let objects = setup.poses.len();
+    if objects > 1 {
+        state.transfers.flux.resize(objects * objects, 0);
+    }
+    if !strategy.has_turns() {
+        land_all(&mut state, setup);
+        if !snapshot.transfers.windows.is_empty() || !snapshot.transfers.in_flight.is_empty() {
+            state.motions.iter_mut().for_each(|motion| motion.flags = 0);
+        }
+    }
+    if !strategy.has_windows() {
+        state.transfers.windows.clear();
+    } else if state.transfers.windows.len() != objects {
+        into_windows(&mut state, setup);
+    }
+    state
+}
+
+/// Everybody in flight arrives.
+fn land_all(state: &mut Snapshot, setup: &Setup) {
+    let ground = Ground::of(setup);
+    for transfer in std::mem::take(&mut state.transfers.in_flight) {
+        let slot = transfer.particle as usize;
+        ground.land(
+            &transfer,
+            &mut state.particles[slot],
+            &mut state.motions[slot],
+        );
+        state.transfers.flow.arrived = state.transfers.flow.arrived.wrapping_add(1);
+    }
+    state.transfers.flow.leaving = 0;
+    state.transfers.flow.carried = 0;
+}
+
+/// Sorts particles by object; those in flight lie in front of the first window, where the next step expects them.
+fn into_windows(state: &mut Snapshot, setup: &Setup) {
+    let objects = setup.poses.len();
+    let place = |slot: usize| {
+        if state.motions[slot].in_flight() {
+            0
+        } else {
+            let triangle = state.particles[slot].triangle;
+            1 + setup.surface.triangles[triangle as usize].object as usize
+        }
+    };
+    let mut counts = vec![0; objects + 1];
+    (0..state.particles.len()).for_each(|slot| counts[place(slot)] += 1);
+    let mut order: Vec<usize> = (0..state.particles.len()).collect();
+    order.sort_by_key(|&slot| place(slot));
+    let mut slot_of = vec![0; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        slot_of[old] = new as u32;
+    }
+    let particles: Vec<Particle> = order.iter().map(|&slot| state.particles[slot]).collect();
+    let motions: Vec<Motion> = order.iter().map(|&slot| state.motions[slot]).collect();
+    (state.particles, state.motions) = (particles, motions);
+    for transfer in &mut state.transfers.in_flight {
+        transfer.particle = slot_of[transfer.particle as usize];
+    }
+    let mut start = 0;
+    state.transfers.windows.clear();
+    for object in 0..objects {
+        let count = counts[object + 1] + if object == 0 { counts[0] } else { 0 };
+        state.transfers.windows.push(Window { start, count });
+        start += count;
+    }
+    let ring = order.len() as u32;
+    for window in &mut state.transfers.windows {
+        // The window behind the last slot begins at the first one.
+        window.start = if window.start == ring {
+            0
+        } else {
+            window.start
+        };
+    }
+}
+
+/// For each triangle, the share of its object's area that it and those before it have, in units of 2^-32; the last ends
+/// at the end.
+#[must_use]
+pub fn area_shares(surface: &Surface) -> Vec<u32> {
+    let mut shares = Vec::with_capacity(surface.triangles.len());
+    for object in &surface.objects {
+        let (first, end) = object.triangles;
+        let triangles = &surface.triangles[first as usize..end as usize];
+        let area = |sum: &mut f64, ab: f32, ch: f32| {
+            *sum += f64::from(ab) * f64::from(ch);
+            Some(*sum)
+        };
+        let sums: Vec<f64> = triangles
+            .iter()
+            .scan(0.0, |sum, shape| area(sum, shape.ab, shape.ch))
+            .collect();
+        let whole = sums.last().copied().unwrap_or(1.0);
+        let units = f64::from(u32::MAX) + 1.0;
+        shares.extend(sums.iter().map(|sum| (sum / whole * units) as u32));
+    }
+    shares
+}
+
+/// First triangle of each object, and the one behind its last.
+#[must_use]
+pub fn object_triangles(surface: &Surface) -> Vec<UVec2> {
+    let ranges = surface.objects.iter().map(|object| object.triangles);
+    ranges.map(|(first, end)| UVec2::new(first, end)).collect()
+}
+
+/// The device's buffers for transfers; of length 1 where nobody changes objects.
+pub struct Transfers {
+    /// One an object: its particles' slots, where there are windows.
+    pub windows: Buffer<Window>,
+    /// One: what the lists hold, and what was counted.
+    pub flow: Buffer<Flow>,
+    /// Groups of the kernels that work on transfers, then those of `advance` over the next window.
+    pub groups: Buffer<DispatchGroups>,
+    /// Slots of particles that were selected; used again for those in the wrong place.
+    pub particle_indices: Buffer<u32>,
+    /// Transfers whose particle is in the wrong place.
+    pub transfer_indices: Buffer<u32>,
+    /// Transfers that the last turn left.
+    pub arriving: Buffer<Transfer>,
+    /// Those that leave in this turn.
+    pub departing: Buffer<Transfer>,
+    /// Particles that left each object (rows) for each, so far.
+    pub flux: Buffer<u32>,
+    /// One a triangle, see [`area_shares`].
+    pub area_shares: Buffer<u32>,
+    /// One an object, see [`object_triangles`].
+    pub object_triangles: Buffer<UVec2>,
+    capacity: u32,
+}
+
+impl Transfers {
+    /// Takes the memory and uploads what is in flight. The state is [`arranged`] for the settings' strategy.
+    pub fn new(
+        ctx: &Arc<Context>,
+        settings: &Settings,
+        setup: &Setup,
+        state: &TransferState,
+    ) -> Result<Self, GpuError> {
+        let TransferState {
+            windows,
+            in_flight,
+            flow,
+            flux,
+        } = state;
+        let capacity = capacity(settings, setup, in_flight.len());
+        let lists = capacity as usize;
+        // Buffers have at least one element.
+        let or_one = |windows: &[Window]| match windows {
+            [] => vec![Window::default()],
+            windows => windows.to_vec(),
+        };
+        let windows = or_one(windows);
+        let groups = [
+            dispatch_groups(in_flight.len() as u32, Turn::TRANSFER_GROUP),
+            dispatch_groups(windows[0].count, Turn::PARTICLE_GROUP),
+        ];
+        let flow = Flow {
+            leaving: in_flight.len() as u32,
+            ..*flow
+        };
+        let arriving = Buffer::zeroed(ctx, "transfers.arriving", lists)?;
+        ctx.upload(&arriving, in_flight)?;
+        let flux: &[u32] = if flux.is_empty() { &[0] } else { flux };
+        let respawns = settings.strategy() == Strategy::Respawn;
+        let (shares, ranges) = if respawns {
+            (
+                area_shares(&setup.surface),
+                object_triangles(&setup.surface),
+            )
+        } else {
+            (vec![0], vec![UVec2::ZERO])
+        };
+        Ok(Self {
+            windows: Buffer::from_slice(ctx, "windows", &windows)?,
+            flow: Buffer::from_slice(ctx, "flow", &[flow])?,
+            groups: Buffer::from_slice(ctx, "transfers.groups", &groups)?,
+            particle_indices: Buffer::zeroed(ctx, "particle_indices", lists)?,
+            transfer_indices: Buffer::zeroed(ctx, "transfer_indices", lists)?,
+            arriving,
+            departing: Buffer::zeroed(ctx, "transfers.departing", lists)?,
+            flux: Buffer::from_slice(ctx, "flux", flux)?,
+            area_shares: Buffer::from_slice(ctx, "area_shares", &shares)?,
+            object_triangles: Buffer::from_slice(ctx, "object_triangles", &ranges)?,
+            capacity,
+        })
+    }
+
+    /// How many transfers the lists hold.
+    #[must_use]
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
+    /// What leaves in one turn arrives in the next.
+    pub fn swap(&mut self) {
+        std::mem::swap(&mut self.arriving, &mut self.departing);
+    }
+
+    /// Copies everything to the host. Waits for all that was submitted.
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn download(
+        &self,
+        ctx: &Context,
+        strategy: Strategy,
+        objects: usize,
+    ) -> Result<TransferState, GpuError> {
+        if objects < 2 {
+            return Ok(TransferState::default());
+        }
+        let flow = ctx.download(&self.flow)?[0];
+        // Without turns everybody has landed.
+        let in_flight = if strategy.has_turns() {
+            flow.leaving as usize
+        } else {
+            0
+        };
+        Ok(TransferState {
+            windows: if strategy.has_windows() {
+                ctx.download(&self.windows)?
+            } else {
+                Vec::new()
+            },
+            in_flight: ctx.download_range(&self.arriving, 0..in_flight)?,
+            flow,
+            flux: ctx.download(&self.flux)?,
+        })
+    }
+}

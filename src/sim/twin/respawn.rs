@@ -1,0 +1,45 @@
+//! Twin of `shaders/respawn.comp`.
+
+use crate::mesh::surface::Triangle;
+use crate::rng::{Purpose, random, unit};
+use crate::sim::kernels::RespawnParams;
+use crate::sim::types::{Flow, Motion, Particle};
+
+/// Lets particles that were selected begin anew on their own object.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
+pub fn respawn(
+    params: &RespawnParams,
+    flow: &mut Flow,
+    particle_indices: &[u32],
+    particles: &mut [Particle],
+    motions: &mut [Motion],
+    triangles: &[Triangle],
+    area_shares: &[u32],
+    object_triangles: &[glam::UVec2],
+) {
+    for &slot in &particle_indices[..flow.leaving.min(params.capacity) as usize] {
+        flow.arrived = flow.arrived.wrapping_add(1);
+        let particle = &mut particles[slot as usize];
+        let words = random(params.seed, particle.id, params.time_step, Purpose::Respawn);
+        let object = triangles[particle.triangle as usize].object;
+        let range = object_triangles[object as usize];
+        let last = range.y - 1;
+        let shares = &area_shares[range.x as usize..last as usize];
+        let (u, v) = (unit(words[1]), unit(words[2]));
+        let beyond = u + v > 1.0;
+        *particle = Particle {
+            triangle: range.x + shares.partition_point(|&share| share <= words[0]) as u32,
+            u: if beyond { 1.0 - u } else { u },
+            v: if beyond { 1.0 - v } else { v },
+            id: particle.id,
+        };
+        let (heading_h, heading_p) = (std::f32::consts::TAU * unit(words[3])).sin_cos();
+        let motion = &mut motions[slot as usize];
+        *motion = Motion {
+            heading_p,
+            heading_h,
+            pending: 0.0,
+            flags: motion.flags & !Motion::IN_FLIGHT,
+        };
+    }
+}
