@@ -119,7 +119,8 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         },
         params.advance,
     );
-    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on.
+    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on, and
+    // takes distances anew.
     rec.barrier(
         Kernel,
         Kernel,
@@ -128,6 +129,7 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             &s.deposits.back,
             &s.particles,
             &s.motions,
+            &s.distances,
         ],
     );
 }
