@@ -17,6 +17,7 @@ pub mod kernels;
 pub mod memory;
 pub mod queries;
 pub mod start;
+pub mod tree_queries;
 pub mod twin;
 pub mod types;
 

@@ -11,7 +11,9 @@ mod distance_brute;
 pub mod exact;
 mod exchange_seams;
 pub mod nearest;
+pub mod sign;
 pub mod trail;
+mod tree_queries;
 pub mod walk;
 mod walk_queries;
 
@@ -21,6 +23,7 @@ pub use diffuse_seams::diffuse_seams;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
+pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
 use super::distance::{DistancePlanner, DistanceSetup};
@@ -74,8 +77,8 @@ impl Simulation {
     pub fn step(&mut self) -> Vec<f32> {
         let constants = StepConstants::new(&self.settings);
         let mut params = StepParams::new(&self.settings, &self.setup, self.step);
-        params.update_distances(&mut self.planner, &self.settings, &self.setup);
-        self.distance(&params);
+        params.update_distances(&mut self.planner, &self.settings, &self.setup, self.step);
+        self.distance(&constants, &params);
         let gaps = advance(
             &constants.advance,
             &params.advance,
@@ -106,7 +109,7 @@ impl Simulation {
         gaps
     }
 
-    fn distance(&mut self, params: &StepParams) {
+    fn distance(&mut self, constants: &StepConstants, params: &StepParams) {
         if params.distance_update.jobs.is_empty() {
             return;
         }
@@ -119,13 +122,24 @@ impl Simulation {
             pseudonormals: &trees.pseudonormals,
             corners: &self.setup.corners,
             nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
         };
         let (distances, nearest) = (&mut self.distances, &mut self.nearest);
         match self.settings.distance.method {
-            DistanceMethod::Bvh => distance(&params.distance, &inputs, distances, nearest),
-            DistanceMethod::Brute => {
-                distance_brute(&params.distance_brute, &inputs, distances, nearest);
-            }
+            DistanceMethod::Bvh => distance(
+                &constants.distance,
+                &params.distance,
+                &inputs,
+                distances,
+                nearest,
+            ),
+            DistanceMethod::Brute => distance_brute(
+                &constants.distance_brute,
+                &params.distance_brute,
+                &inputs,
+                distances,
+                nearest,
+            ),
         }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
