@@ -1,6 +1,5 @@
-// nearest: the point of a triangle that is nearest to a place, and on which side of the surface the place lies. Twin of
-// src/sim/twin/nearest.rs.
-// The includer declares first: `faces` and `pseudonormals`, texel buffers of three words and one; and `corners` (uint[]).
+// nearest: the point of a triangle that is nearest to a place. Twin of src/sim/twin/nearest.rs.
+// The includer declares `faces` first, a texel buffer of three words.
 
 #ifndef MYXO_NEAREST
 #define MYXO_NEAREST
@@ -89,26 +88,6 @@ bool is_nearer(float square, uint triangle, float best_square, uint best_triangl
 vec4 nearest_on_face(uint slot, vec3 place) {
     precise vec3 way = place - face_word(slot, 0u);
     return nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
-}
-
-// Is a place outside, by the pseudonormal of the feature that is nearest to it?
-// The way from a corner of the feature does as well as that from the nearest point, and is rounded less.
-bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_vertex_normal) {
-    vec3 ab = face_word(slot, 1u);
-    vec3 ac = face_word(slot, 2u);
-    uint triangle = triangle_of(slot);
-    precise vec3 way = place - face_word(slot, 0u);
-    bool from_b = feature == FEATURE_EDGE + 1u || feature == FEATURE_CORNER + 1u;
-    bool from_c = feature == FEATURE_CORNER + 2u;
-    way = from_b ? way - ab : from_c ? way - ac : way;
-    vec3 normal = cross_of(ab, ac);
-    if (feature >= FEATURE_CORNER) {
-        uint vertex = corners[3u * triangle + (feature - FEATURE_CORNER)];
-        normal = uintBitsToFloat(texelFetch(pseudonormals, int(first_vertex_normal + vertex)).xyz);
-    } else if (feature >= FEATURE_EDGE) {
-        normal = uintBitsToFloat(texelFetch(pseudonormals, int(3u * triangle + (feature - FEATURE_EDGE))).xyz);
-    }
-    return dot_of(way, normal) >= 0.0;
 }
 
 #endif

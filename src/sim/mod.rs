@@ -19,6 +19,7 @@ pub mod memory;
 pub mod queries;
 pub mod start;
 pub mod transfers;
+pub mod tree_queries;
 pub mod twin;
 pub mod types;
 

@@ -1,10 +1,11 @@
 //! From a scene's settings to the numbers that kernels take: scene radii become world lengths, degrees become
 //! cosines and sines. The twins take the same.
 
-use super::distance::{DistancePlanner, DistanceUpdate};
+use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteParams, DistanceParams, ExchangeSeamsParams, MoveBorderConstants,
+    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
+    ExchangeSeamsParams, MoveBorderConstants,
 };
 use super::setup::Setup;
 use super::turns::{Turn, border_constants};
@@ -47,6 +48,10 @@ pub struct StepConstants {
     pub move_border: MoveBorderConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
+    /// For `distance`.
+    pub distance: DistanceConstants,
+    /// For `distance_brute`.
+    pub distance_brute: DistanceBruteConstants,
 }
 
 impl StepConstants {
@@ -54,6 +59,7 @@ impl StepConstants {
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
         let physarum = &settings.physarum;
+        let sign_rule = settings.distance.sign as u32;
         Self {
             advance: AdvanceConstants {
                 sensor_noise: physarum.sensor_noise > 0.0,
@@ -67,6 +73,8 @@ impl StepConstants {
                 windows: settings.strategy().has_windows(),
             },
             move_border: border_constants(settings),
+            distance: DistanceConstants { sign_rule },
+            distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -147,9 +155,15 @@ impl StepParams {
         planner: &mut DistancePlanner,
         settings: &Settings,
         setup: &Setup,
+        step: u64,
     ) {
-        let reach = settings.distance.reach * setup.radius;
-        self.distance_update = planner.update(&setup.distance, &setup.poses, reach);
+        let rules = DistanceRules {
+            reach: settings.distance.reach * setup.radius,
+            method: settings.distance.method,
+            sign: settings.distance.sign,
+        };
+        let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
+        self.distance_update = planner.update(&setup.distance, &setup.poses, rules, is_due);
         let thread_count = self.distance_update.thread_count;
         let job_count = self.distance_update.jobs.len() as u32;
         self.distance.thread_count = thread_count;

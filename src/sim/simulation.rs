@@ -88,7 +88,7 @@ impl Simulation {
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
         let mut params = self.params();
-        params.update_distances(&mut self.planner, &self.settings, &self.setup);
+        params.update_distances(&mut self.planner, &self.settings, &self.setup, self.step);
         step::record(rec, &self.kernels, &mut self.state, &params);
         self.step += 1;
     }
@@ -101,7 +101,12 @@ impl Simulation {
     pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
         let mut params = self.params();
         // All distances, whatever has changed: that is what can be measured alone.
-        params.update_distances(&mut DistancePlanner::default(), &self.settings, &self.setup);
+        params.update_distances(
+            &mut DistancePlanner::default(),
+            &self.settings,
+            &self.setup,
+            self.step,
+        );
         let (_, record) = step::KERNELS[kernel];
         record(rec, &self.kernels, &self.state, &params);
     }
@@ -239,6 +244,8 @@ fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
             Some(format!("object.{i}.mesh"))
         } else if old.scale != new.scale {
             Some(format!("object.{i}.scale"))
+        } else if old.distance_to != new.distance_to {
+            Some(format!("object.{i}.distance_to"))
         } else {
             (old.texel_weight != new.texel_weight).then(|| format!("object.{i}.texel_weight"))
         }

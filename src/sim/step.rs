@@ -71,6 +71,7 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
                 distances: &s.distances,
                 nearest: &s.nearest,
                 nodes: &s.nodes,
+                dipoles: &s.dipoles,
             },
             params.distance,
         ),
@@ -86,6 +87,8 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
                 corners: &s.corners,
                 distances: &s.distances,
                 nearest: &s.nearest,
+                nodes: &s.nodes,
+                dipoles: &s.dipoles,
             },
             params.distance_brute,
         ),
@@ -173,7 +176,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         rec.dispatch(&k.advance, threads, args, turn.advance);
     }
     // diffuse takes up what advance has deposited and clears what it has read; the next turn or step moves particles
-    // on; those that were selected leave.
+    // on, and takes distances anew; those that were selected leave.
     rec.barrier(
         Kernel,
         Kernel,
@@ -182,6 +185,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             &s.deposits.back,
             &s.particles,
             &s.motions,
+            &s.distances,
             &s.transfers.flow,
             &s.transfers.particle_indices,
         ],

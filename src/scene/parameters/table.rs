@@ -2,7 +2,7 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DistanceMethod, ObjectSettings, Show, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DistanceMethod, ObjectSettings, Show, SignRule, Start, Strategy,
 };
 
 macro_rules! real {
@@ -283,6 +283,30 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: word!(distance.method: DistanceMethod),
     },
     Parameter {
+        key: "distance.sign",
+        name: "Distance sign",
+        unit: "",
+        help: "How it is told whether a place is inside of an object. pseudonormal: by the normal of the nearest face, edge or vertex. winding: by the winding number, also right where a mesh has holes, and slower. facing: outside if any of equally near faces looks towards the place, which is wrong in creases.",
+        effect: Effect::Live,
+        kind: word!(distance.sign: SignRule),
+    },
+    Parameter {
+        key: "distance.interval",
+        name: "Distance interval",
+        unit: "steps",
+        help: "Distances are taken at most every so many steps, and only where objects have moved.",
+        effect: Effect::Live,
+        kind: whole!(distance.interval: u32, (1.0, 1_000.0), (1.0, 60.0), Linear),
+    },
+    Parameter {
+        key: "distance.reach",
+        name: "Distance reach",
+        unit: "scene radii",
+        help: "The farthest that distances between objects are told. More takes more time.",
+        effect: Effect::Live,
+        kind: real!(distance.reach, (0.0, 100.0), (0.01, 1.0), Logarithmic),
+    },
+    Parameter {
         key: "transfer.strategy",
         name: "Transfer strategy",
         unit: "",
@@ -305,14 +329,6 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How many particles may be under way between objects at once. Those that find it full stay on their object, and are counted. A smaller size than are under way takes effect when they have arrived.",
         effect: Effect::Live,
         kind: whole!(transfer.buffer_size: u32, (1.0, 2_097_152.0), (1_024.0, 1_048_576.0), Logarithmic),
-    },
-    Parameter {
-        key: "distance.reach",
-        name: "Distance reach",
-        unit: "scene radii",
-        help: "The farthest that distances between objects are told. More takes more time.",
-        effect: Effect::Live,
-        kind: real!(distance.reach, (0.0, 100.0), (0.01, 1.0), Logarithmic),
     },
     Parameter {
         key: "camera.azimuth",

@@ -13,8 +13,10 @@ mod exchange_seams;
 pub mod nearest;
 mod respawn;
 pub mod ring;
+pub mod sign;
 pub mod trail;
 pub mod transfer;
+mod tree_queries;
 mod turns;
 pub mod walk;
 mod walk_queries;
@@ -26,6 +28,7 @@ pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
 pub use respawn::respawn;
+pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
 use turns::TwinTransfers;
@@ -87,8 +90,8 @@ impl Simulation {
         let constants = StepConstants::new(&self.settings);
         let capacity = self.transfers.capacity();
         let mut params = StepParams::new(&self.settings, &self.setup, self.step, capacity);
-        params.update_distances(&mut self.planner, &self.settings, &self.setup);
-        self.distance(&params);
+        params.update_distances(&mut self.planner, &self.settings, &self.setup, self.step);
+        self.distance(&constants, &params);
         let gaps = self.walk_and_change_objects(&constants, &params.turn);
         if let Some(first_half) = params.first_half() {
             self.diffuse(&constants, &first_half);
@@ -138,7 +141,7 @@ impl Simulation {
         }
     }
 
-    fn distance(&mut self, params: &StepParams) {
+    fn distance(&mut self, constants: &StepConstants, params: &StepParams) {
         if params.distance_update.jobs.is_empty() {
             return;
         }
@@ -151,13 +154,24 @@ impl Simulation {
             pseudonormals: &trees.pseudonormals,
             corners: &self.setup.corners,
             nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
         };
         let (distances, nearest) = (&mut self.distances, &mut self.nearest);
         match self.settings.distance.method {
-            DistanceMethod::Bvh => distance(&params.distance, &inputs, distances, nearest),
-            DistanceMethod::Brute => {
-                distance_brute(&params.distance_brute, &inputs, distances, nearest);
-            }
+            DistanceMethod::Bvh => distance(
+                &constants.distance,
+                &params.distance,
+                &inputs,
+                distances,
+                nearest,
+            ),
+            DistanceMethod::Brute => distance_brute(
+                &constants.distance_brute,
+                &params.distance_brute,
+                &inputs,
+                distances,
+                nearest,
+            ),
         }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }

@@ -1,7 +1,6 @@
-//! Twin of `shaders/include/nearest.glsl`: the point of a triangle that is nearest to a place, and on which side of the
-//! surface the place lies.
+//! Twin of `shaders/include/nearest.glsl`: the point of a triangle that is nearest to a place.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use crate::mesh::trees::Face;
 
@@ -23,19 +22,6 @@ pub struct NearestPoint {
     pub square: f32,
     /// What it lies on.
     pub feature: u32,
-}
-
-/// What tells the sides of a surface.
-#[derive(Clone, Copy)]
-pub struct Sides<'a> {
-    /// Every triangle.
-    pub faces: &'a [Face],
-    /// Of half-edges, then of vertices.
-    pub pseudonormals: &'a [Vec4],
-    /// Three vertex indices a triangle.
-    pub corners: &'a [u32],
-    /// Where those of vertices begin.
-    pub first_vertex_normal: u32,
 }
 
 fn square_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> f32 {
@@ -117,25 +103,4 @@ pub fn is_nearer(square: f32, triangle: u32, best_square: f32, best_triangle: u3
 #[must_use]
 pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
     nearest_in_face(place - face.a, face.ab, face.ac)
-}
-
-/// Is a place outside, by the pseudonormal of the feature that is nearest to it?
-#[must_use]
-pub fn outside_by_pseudonormal(sides: &Sides, slot: u32, place: Vec3, feature: u32) -> bool {
-    let face = &sides.faces[slot as usize];
-    let mut way = place - face.a;
-    if feature == FEATURE_EDGE + 1 || feature == FEATURE_CORNER + 1 {
-        way -= face.ab;
-    } else if feature == FEATURE_CORNER + 2 {
-        way -= face.ac;
-    }
-    let normal = if feature >= FEATURE_CORNER {
-        let vertex = sides.corners[(3 * face.triangle + feature - FEATURE_CORNER) as usize];
-        sides.pseudonormals[(sides.first_vertex_normal + vertex) as usize].truncate()
-    } else if feature >= FEATURE_EDGE {
-        sides.pseudonormals[(3 * face.triangle + feature - FEATURE_EDGE) as usize].truncate()
-    } else {
-        face.ab.cross(face.ac)
-    };
-    way.dot(normal) >= 0.0
 }
