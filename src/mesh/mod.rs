@@ -38,6 +38,7 @@ mod weld;
 use glam::{Vec2, Vec3};
 
 pub use error::{MeshError, MeshProblem};
+pub use gltf::RigidTrack;
 pub use report::MeshReport;
 use walk::SurfacePoint;
 

@@ -10,6 +10,7 @@ use std::path::Path;
 use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 
+use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use crate::error::{Error, Result};
@@ -20,7 +21,7 @@ use crate::scene::settings::Settings;
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -30,6 +31,7 @@ struct Header {
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
+    movement: SavedMovement,
 }
 
 /// A checkpoint as it lies in a file.
@@ -125,6 +127,7 @@ impl Checkpoint {
     fn write_to(&self, file: &mut WholeFile) -> std::io::Result<()> {
         let Snapshot {
             step,
+            movement,
             particles,
             motions,
             trail,
@@ -136,6 +139,7 @@ impl Checkpoint {
             texels: trail.len() as u64,
             scene: self.scene.clone(),
             layout: self.layout,
+            movement: movement.clone(),
         })?;
         let mut out = Checked {
             inner: BufWriter::new(file),
@@ -206,6 +210,7 @@ impl Checkpoint {
             layout: header.layout,
             snapshot: Snapshot {
                 step: header.step,
+                movement: header.movement,
                 particles: array(&mut rest, header.particles).ok_or_else(cut_short)?,
                 motions: array(&mut rest, header.particles).ok_or_else(cut_short)?,
                 trail: array(&mut rest, header.texels).ok_or_else(cut_short)?,
@@ -262,6 +267,7 @@ mod tests {
             layout: 7,
             snapshot: Snapshot {
                 step: 41,
+                movement: SavedMovement::default(),
                 particles: (0..33)
                     .map(|id| Particle {
                         triangle: id,

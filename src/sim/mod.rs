@@ -14,6 +14,7 @@ pub mod checkpoint;
 pub mod diffusion;
 pub mod kernels;
 pub mod memory;
+pub mod movement;
 pub mod queries;
 pub mod start;
 pub mod twin;

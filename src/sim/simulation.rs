@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::{Affine3A, DAffine3};
+
 use super::memory;
+use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
@@ -14,7 +17,7 @@ use crate::gpu::{Context, DeviceInfo, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
-use crate::scene::settings::{ObjectSettings, Settings};
+use crate::scene::settings::Settings;
 
 /// A scene that grows, step by step.
 pub struct Simulation {
@@ -24,6 +27,9 @@ pub struct Simulation {
     constants: StepConstants,
     kernels: Kernels,
     state: State,
+    movement: Movement,
+    /// What the commands recorded so far leave in `state.poses`.
+    poses: Vec<Pose>,
     step: u64,
 }
 
@@ -69,6 +75,8 @@ impl Simulation {
             kernels: Kernels::new(ctx, &constants)?,
             state: State::new(ctx, &setup)?,
             ctx: ctx.clone(),
+            movement: Movement::new(&scene.settings),
+            poses: setup.poses.clone(),
             setup,
             settings: scene.settings.clone(),
             constants,
@@ -79,8 +87,69 @@ impl Simulation {
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
         let params = StepParams::new(&self.settings, &self.setup, self.step);
-        step::record(rec, &self.kernels, &mut self.state, &params);
+        let moved = self.moved_at(self.step);
+        step::record(
+            rec,
+            &self.kernels,
+            &mut self.state,
+            &params,
+            moved.as_deref(),
+        );
         self.step += 1;
+    }
+
+    /// Records nothing but the poses that the last step had, or those set since from outside: for pictures between
+    /// steps.
+    pub fn record_poses(&mut self, rec: &mut Recorder) {
+        if let Some(poses) = self.moved_at(self.last_step()) {
+            step::pose(rec, &self.state, &poses);
+        }
+    }
+
+    /// The poses at a step, if they are others than those recorded last.
+    fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
+        let objects = &self.settings.objects;
+        let poses = self.movement.poses(objects, &self.setup.tracks, step);
+        if poses == self.poses {
+            return None;
+        }
+        self.poses.clone_from(&poses);
+        Some(poses)
+    }
+
+    /// The step whose poses are shown: the last that was recorded, or the first.
+    fn last_step(&self) -> u64 {
+        self.step.saturating_sub(1)
+    }
+
+    /// Sets where an object is from the next step on, whatever the scene says about it; `None` gives it back to the
+    /// scene. The pose takes scaled object coordinates to world coordinates. Does not wait for the device.
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid.
+    pub fn set_pose(&mut self, object: usize, world_from_object: Option<DAffine3>) -> Result<()> {
+        self.movement.set_pose(object, world_from_object)
+    }
+
+    /// Where each object was in the last step, and is in pictures.
+    #[must_use]
+    pub fn world_from_object(&self) -> Vec<Affine3A> {
+        let objects = &self.settings.objects;
+        let tracks = &self.setup.tracks;
+        self.movement
+            .world_from_object(objects, tracks, self.last_step())
+    }
+
+    /// The same, as pictures take it; changes only when something has moved.
+    #[must_use]
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Seconds of the objects' motion in the last step.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.movement.time_at(self.last_step())
     }
 
     /// Records number `kernel` of [`step::KERNELS`] and nothing else of the next step, to measure it. The state is
@@ -112,21 +181,22 @@ impl Simulation {
                 "{key} cannot change while the simulation runs: restart it"
             )));
         }
-        let poses = settings
-            .objects
-            .iter()
-            .map(ObjectSettings::world_from_object);
-        let poses: Vec<Pose> = poses.map(Pose::from).collect();
-        if poses != self.setup.poses {
-            self.ctx.upload(&self.state.poses, &poses)?;
-            self.setup.poses = poses;
-        }
         let constants = StepConstants::new(settings);
         if constants != self.constants {
             self.kernels = Kernels::new(&self.ctx, &constants)?;
             self.constants = constants;
         }
         self.settings = settings.clone();
+        // The last step's pose stays where it was; the next step comes by the new rate.
+        self.movement.set_dt(settings.time.dt, self.last_step());
+        self.upload_poses()
+    }
+
+    /// Brings the objects to where the last step's time has them, at once.
+    fn upload_poses(&mut self) -> Result<()> {
+        if let Some(poses) = self.moved_at(self.last_step()) {
+            self.ctx.upload(&self.state.poses, &poses)?;
+        }
         Ok(())
     }
 
@@ -161,6 +231,7 @@ impl Simulation {
     pub fn snapshot(&self) -> Result<Snapshot> {
         Ok(Snapshot {
             step: self.step,
+            movement: self.movement.save(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -183,6 +254,14 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
+        let movement = snapshot.movement.restore();
+        let objects = snapshot.movement.object_count();
+        if movement.is_none() || objects != self.settings.objects.len() {
+            return Err(Error::Invalid(format!(
+                "the checkpoint has the poses of {objects} objects, or they are damaged; the scene has {}",
+                self.settings.objects.len()
+            )));
+        }
         self.ctx
             .upload(&self.state.particles, &snapshot.particles)?;
         self.ctx.upload(&self.state.motions, &snapshot.motions)?;
@@ -191,7 +270,11 @@ impl Simulation {
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.step = snapshot.step;
-        Ok(())
+        if let Some(movement) = movement {
+            self.movement = movement;
+            self.movement.set_dt(self.settings.time.dt, self.step);
+        }
+        self.upload_poses()
     }
 }
 
@@ -206,6 +289,8 @@ fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
             Some(format!("object.{i}.mesh"))
         } else if old.scale != new.scale {
             Some(format!("object.{i}.scale"))
+        } else if old.motion.model != new.motion.model {
+            Some(format!("object.{i}.motion.model"))
         } else {
             (old.texel_weight != new.texel_weight).then(|| format!("object.{i}.texel_weight"))
         }

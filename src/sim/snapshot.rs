@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::types::{Motion, Particle};
 
@@ -10,6 +11,8 @@ use super::types::{Motion, Particle};
 pub struct Snapshot {
     /// Steps done.
     pub step: u64,
+    /// The objects' time, and their poses from outside.
+    pub movement: SavedMovement,
     /// Where particles are.
     pub particles: Vec<Particle>,
     /// Where they are going.
@@ -177,6 +180,7 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
+            movement: SavedMovement::default(),
             particles,
             motions,
             trail: vec![0.5, 0.25, 0.0, 1.0],

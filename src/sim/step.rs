@@ -3,7 +3,14 @@
 use super::kernels::{AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, ExchangeSeamsArgs};
 use super::params::StepParams;
 use super::state::{Kernels, State};
-use crate::gpu::{Access::Kernel, Recorder, Threads};
+use super::types::Pose;
+use crate::gpu::{
+    Access::{Copy, Kernel},
+    Recorder, Threads,
+};
+
+/// As many as fit an update.
+const POSES_AN_UPDATE: usize = 65_536 / size_of::<Pose>();
 
 /// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
 /// alone.
@@ -17,9 +24,18 @@ pub const KERNELS: [(&str, Record); 4] = [
     ("exchange_seams", exchange_seams),
 ];
 
-/// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
+/// Records one step, after which the objects are where `moved` says, if they have moved. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
 /// written and not yet made visible.
-pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
+pub fn record(
+    rec: &mut Recorder,
+    k: &Kernels,
+    s: &mut State,
+    params: &StepParams,
+    moved: Option<&[Pose]>,
+) {
+    if let Some(poses) = moved {
+        pose(rec, s, poses);
+    }
     advance(rec, k, s, params);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
@@ -31,6 +47,19 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
+}
+
+/// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.
+pub fn pose(rec: &mut Recorder, s: &State, poses: &[Pose]) {
+    // Kernels and pictures before this one have read the old ones; a picture's own barriers end in `Kernel`.
+    rec.barrier(Kernel, Copy, &[&s.poses]);
+    for (i, part) in poses.chunks(POSES_AN_UPDATE).enumerate() {
+        if i > 0 {
+            rec.barrier(Copy, Copy, &[&s.poses]);
+        }
+        rec.update(&s.poses, i * POSES_AN_UPDATE, part);
+    }
+    rec.barrier(Copy, Kernel, &[&s.poses]);
 }
 
 fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {

@@ -17,6 +17,7 @@ pub use diffuse_seams::diffuse_seams;
 pub use exchange_seams::exchange_seams;
 pub use walk_queries::walk_queries;
 
+use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
@@ -35,6 +36,7 @@ pub struct Simulation {
     next_trail: Vec<f32>,
     deposits: Vec<u32>,
     previous_deposits: Vec<u32>,
+    movement: Movement,
     step: u64,
 }
 
@@ -47,6 +49,7 @@ impl Simulation {
             particles: setup.particles.clone(),
             motions: setup.motions.clone(),
             setup,
+            movement: Movement::new(&settings),
             settings,
             trail: vec![0.0; texels],
             next_trail: vec![0.0; texels],
@@ -60,6 +63,10 @@ impl Simulation {
     pub fn step(&mut self) -> Vec<f32> {
         let constants = StepConstants::new(&self.settings);
         let params = StepParams::new(&self.settings, &self.setup, self.step);
+        self.movement
+            .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
+        let objects = &self.settings.objects;
+        let poses = self.movement.poses(objects, &self.setup.tracks, self.step);
         let gaps = advance(
             &constants.advance,
             &params.advance,
@@ -71,7 +78,7 @@ impl Simulation {
                 previous_deposits: &self.previous_deposits,
                 corners: &self.setup.corners,
                 vertices: &self.setup.vertices,
-                poses: &self.setup.poses,
+                poses: &poses,
             },
             &mut self.particles,
             &mut self.motions,
@@ -118,11 +125,24 @@ impl Simulation {
         &self.setup
     }
 
+    /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid.
+    pub fn set_pose(
+        &mut self,
+        object: usize,
+        world_from_object: Option<glam::DAffine3>,
+    ) -> crate::Result<()> {
+        self.movement.set_pose(object, world_from_object)
+    }
+
     /// The state after the last step.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             step: self.step,
+            movement: self.movement.save(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
             trail: self.trail.clone(),
@@ -131,7 +151,12 @@ impl Simulation {
     }
 
     /// Goes on from a snapshot of the same scene.
+    ///
+    /// # Panics
+    /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
+        let movement = snapshot.movement.restore();
+        self.movement = movement.expect("the poses are sound");
         self.particles.clone_from(&snapshot.particles);
         self.motions.clone_from(&snapshot.motions);
         self.trail.clone_from(&snapshot.trail);
