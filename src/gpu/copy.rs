@@ -91,6 +91,26 @@ impl Recorder {
         });
     }
 
+    /// Writes all of `data` to the start of a buffer, as [`update`](Self::update) does, in as many parts as it takes.
+    ///
+    /// # Panics
+    /// If they do not fit the buffer; if a barrier is missing.
+    pub fn update_long<T: Pod>(&mut self, buffer: &Buffer<T>, data: &[T]) {
+        let most = 65_536 / size_of::<T>();
+        let bytes = size_of_val(data);
+        assert!(
+            bytes <= buffer.size_in_bytes() as usize,
+            "`{}` is too short",
+            buffer.name()
+        );
+        for (i, part) in data.chunks(most).enumerate() {
+            if i > 0 {
+                self.barrier(Access::Copy, Access::Copy, &[buffer]);
+            }
+            self.update(buffer, i * most, part);
+        }
+    }
+
     /// Writes a few elements, which travel in the command buffer, from the element `start` on.
     ///
     /// # Panics

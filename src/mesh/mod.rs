@@ -32,6 +32,7 @@ mod soup;
 #[doc(hidden)]
 pub mod suite;
 pub mod surface;
+pub mod trees;
 pub mod walk;
 mod weld;
 

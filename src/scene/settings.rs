@@ -26,6 +26,8 @@ pub struct Settings {
     pub trail: TrailSettings,
     /// The texture that holds every triangle.
     pub atlas: AtlasSettings,
+    /// How distances between objects are taken.
+    pub distance: DistanceSettings,
     /// Where pictures are taken from.
     pub camera: CameraSettings,
     /// What pictures look like.
@@ -45,6 +47,7 @@ impl Default for Settings {
             time: TimeSettings::default(),
             trail: TrailSettings::default(),
             atlas: AtlasSettings::default(),
+            distance: DistanceSettings::default(),
             camera: CameraSettings::default(),
             picture: PictureSettings::default(),
             objects: vec![ObjectSettings::default()],
@@ -101,6 +104,8 @@ pub struct PhysarumSettings {
     pub gravity_weight: f32,
     /// Trail units taken from a sensor per particle counted at its texel in the last step.
     pub decrowding_weight: f32,
+    /// Trail units added to a sensor per scene radius of signed distance to other objects; positive keeps away.
+    pub distance_weight: f32,
 }
 
 impl Default for PhysarumSettings {
@@ -117,6 +122,7 @@ impl Default for PhysarumSettings {
             favourite_density: 0.0,
             gravity_weight: 0.0,
             decrowding_weight: 0.0,
+            distance_weight: 0.0,
         }
     }
 }
@@ -178,6 +184,19 @@ impl Default for AtlasSettings {
             size: 1024,
             cell_size: 0,
         }
+    }
+}
+
+/// `[distance]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DistanceSettings {
+    /// The farthest that distances between objects are told, in scene radii.
+    pub reach: f32,
+}
+
+impl Default for DistanceSettings {
+    fn default() -> Self {
+        Self { reach: 0.2 }
     }
 }
 
@@ -314,6 +333,9 @@ pub struct OwnPhysarum {
     /// As [`PhysarumSettings::decrowding_weight`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decrowding_weight: Option<f32>,
+    /// As [`PhysarumSettings::distance_weight`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_weight: Option<f32>,
 }
 
 impl OwnPhysarum {
@@ -336,6 +358,7 @@ impl OwnPhysarum {
             (&mut own.favourite_density, self.favourite_density),
             (&mut own.gravity_weight, self.gravity_weight),
             (&mut own.decrowding_weight, self.decrowding_weight),
+            (&mut own.distance_weight, self.distance_weight),
         ] {
             *own = value.unwrap_or(*own);
         }

@@ -12,6 +12,7 @@ mod state;
 
 pub mod checkpoint;
 pub mod diffusion;
+pub mod distance;
 pub mod kernels;
 pub mod memory;
 pub mod movement;

@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::distance::DistanceSetup;
 use super::params::seed_word;
 use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
@@ -32,6 +33,8 @@ pub struct Setup {
     pub poses: Vec<Pose>,
     /// The animations that objects follow, one an object.
     pub tracks: Vec<Option<RigidTrack>>,
+    /// What the distances between objects are taken from.
+    pub distance: DistanceSetup,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
 }
@@ -67,6 +70,7 @@ impl Setup {
                 .map(Pose::from)
                 .collect(),
             tracks: scene.tracks.clone(),
+            distance: DistanceSetup::new(&scene.surface, &atlas, others(settings)),
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
@@ -101,6 +105,14 @@ fn weights(settings: &Settings) -> Vec<f32> {
         return Vec::new();
     }
     weights
+}
+
+/// For each object, the others that its distances are taken to.
+fn others(settings: &Settings) -> Vec<Vec<u32>> {
+    let count = settings.objects.len() as u32;
+    (0..count)
+        .map(|object| (0..count).filter(|&other| other != object).collect())
+        .collect()
 }
 
 /// Where the settings let particles begin; the point is the one nearest to the place named, over all objects.

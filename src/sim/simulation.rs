@@ -4,14 +4,15 @@ use std::sync::Arc;
 
 use glam::{Affine3A, DAffine3};
 
+use super::distance::DistancePlanner;
 use super::memory;
 use super::movement::Movement;
-use super::params::{StepConstants, StepParams};
+use super::params::{StepConstants, StepParams, physarums};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
-use super::step;
-use super::types::Pose;
+use super::step::{self, Changes};
+use super::types::{Physarum, Pose};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, Recorder};
 use crate::mesh::atlas::Control;
@@ -30,6 +31,9 @@ pub struct Simulation {
     movement: Movement,
     /// What the commands recorded so far leave in `state.poses`.
     poses: Vec<Pose>,
+    /// Likewise in `state.physarums`.
+    physarums: Vec<Physarum>,
+    planner: DistancePlanner,
     step: u64,
 }
 
@@ -77,33 +81,48 @@ impl Simulation {
             ctx: ctx.clone(),
             movement: Movement::new(&scene.settings),
             poses: setup.poses.clone(),
+            physarums: Vec::new(),
             setup,
             settings: scene.settings.clone(),
             constants,
+            planner: DistancePlanner::default(),
             step: 0,
         })
     }
 
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
-        let params = StepParams::new(&self.settings, &self.setup, self.step);
-        let moved = self.moved_at(self.step);
-        step::record(
-            rec,
-            &self.kernels,
-            &mut self.state,
-            &params,
-            moved.as_deref(),
-        );
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        let changes = Changes {
+            poses: self.moved_at(self.step),
+            physarums: self.changed_physarums(),
+        };
+        params.update_distances(&mut self.planner, &self.settings, &self.setup, &self.poses);
+        step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
     }
 
     /// Records nothing but the poses that the last step had, or those set since from outside: for pictures between
     /// steps.
     pub fn record_poses(&mut self, rec: &mut Recorder) {
-        if let Some(poses) = self.moved_at(self.last_step()) {
-            step::pose(rec, &self.state, &poses);
+        let changes = Changes {
+            poses: self.moved_at(self.last_step()),
+            physarums: None,
+        };
+        step::pose(rec, &self.state, &changes);
+    }
+
+    /// What particles do on each object, if some have values of their own and they are others than those recorded last.
+    fn changed_physarums(&mut self) -> Option<Vec<Physarum>> {
+        if !self.constants.advance.own_physarum {
+            return None;
         }
+        let physarums = physarums(&self.settings, self.setup.radius);
+        if physarums == self.physarums {
+            return None;
+        }
+        self.physarums.clone_from(&physarums);
+        Some(physarums)
     }
 
     /// The poses at a step, if they are others than those recorded last.
@@ -158,7 +177,14 @@ impl Simulation {
     /// # Panics
     /// When there is no such kernel.
     pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
-        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
+        // All distances, whatever has changed: that is what can be measured alone.
+        params.update_distances(
+            &mut DistancePlanner::default(),
+            &self.settings,
+            &self.setup,
+            &self.poses,
+        );
         let (_, record) = step::KERNELS[kernel];
         record(rec, &self.kernels, &self.state, &params);
     }
@@ -269,6 +295,7 @@ impl Simulation {
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
+        self.planner.forget();
         self.step = snapshot.step;
         if let Some(movement) = movement {
             self.movement = movement;

@@ -2,14 +2,20 @@
 
 use std::sync::Arc;
 
-use super::kernels::{Advance, Diffuse, DiffuseSeams, ExchangeSeams};
+use super::kernels::{Advance, Diffuse, DiffuseSeams, DistanceBrute, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
-use super::types::{AtlasMap, Motion, Particle, Pose, Seam, Vertex};
+use super::types::{
+    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, Seam, SurfaceSample,
+    Vertex,
+};
 use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
+use crate::mesh::surface::NONE;
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
+    /// Takes distances between objects.
+    pub distance_brute: Pipeline<DistanceBrute>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
     /// Spreads and decays the trail.
@@ -24,6 +30,7 @@ impl Kernels {
     /// Compiles the kernels of a step.
     pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
         Ok(Self {
+            distance_brute: Pipeline::new(ctx, &())?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
             diffuse_seams: Pipeline::new(ctx, &())?,
@@ -113,12 +120,31 @@ pub struct State {
     pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
+    /// One an object: what particles do there.
+    pub physarums: Buffer<Physarum>,
+    /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
+    /// Like all that follows of length 1 where there is one object.
+    pub distances: Buffer<f32>,
+    /// One a texel, of owned ones: the triangle of another object that is nearest, `NONE` beyond reach.
+    pub nearest: Buffer<u32>,
+    /// One an owned texel, object by object: the surface point under its centre.
+    pub samples: Buffer<SurfaceSample>,
+    /// One a triangle: its corners, object by object.
+    pub faces: Texels<u32>,
+    /// One a half-edge, then one a vertex.
+    pub pseudonormals: Texels<u32>,
+    /// The objects whose distances are being taken.
+    pub distance_jobs: Buffer<DistanceJob>,
+    /// Which others they have within reach.
+    pub distance_pairs: Buffer<ObjectPair>,
 }
 
 impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
         let texels = setup.atlas.density.len();
+        let objects = setup.poses.len();
+        let field = if objects > 1 { texels } else { 1 };
         let exchange = setup.atlas.exchange.by_length();
         let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
         Ok(Self {
@@ -150,6 +176,20 @@ impl State {
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+            physarums: Buffer::zeroed(ctx, "physarums", objects)?,
+            distances: Buffer::zeroed(ctx, "distances", field)?,
+            nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
+            samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
+            faces: Texels::new(
+                &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
+                4,
+            )?,
+            pseudonormals: Texels::new(
+                &Buffer::from_slice(ctx, "pseudonormals", &setup.distance.trees.pseudonormals)?,
+                4,
+            )?,
+            distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
+            distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
         })
     }
 }

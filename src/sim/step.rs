@@ -1,41 +1,49 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
-use super::kernels::{AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, ExchangeSeamsArgs};
+use super::kernels::{
+    AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, DistanceBruteArgs, ExchangeSeamsArgs,
+};
 use super::params::StepParams;
 use super::state::{Kernels, State};
-use super::types::Pose;
+use super::types::{Physarum, Pose};
 use crate::gpu::{
     Access::{Copy, Kernel},
     Recorder, Threads,
 };
-
-/// As many as fit an update.
-const POSES_AN_UPDATE: usize = 65_536 / size_of::<Pose>();
 
 /// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
 /// alone.
 pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
 
 /// The kernels of a step, in order, by name.
-pub const KERNELS: [(&str, Record); 4] = [
+pub const KERNELS: [(&str, Record); 5] = [
+    ("distance_brute", distance_brute),
     ("advance", advance),
     ("diffuse", diffuse),
     ("diffuse_seams", diffuse_seams),
     ("exchange_seams", exchange_seams),
 ];
 
-/// Records one step, after which the objects are where `moved` says, if they have moved. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
-/// written and not yet made visible.
+/// What the host has found to be others than in the step before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// World from object, one an object.
+    pub poses: Option<Vec<Pose>>,
+    /// What particles do, one an object.
+    pub physarums: Option<Vec<Physarum>>,
+}
+
+/// Records one step, after which the objects are where `changes` say. Each barrier names what
+/// it separates; the recorder refuses a dispatch that reads what was written and not yet made visible.
 pub fn record(
     rec: &mut Recorder,
     k: &Kernels,
     s: &mut State,
     params: &StepParams,
-    moved: Option<&[Pose]>,
+    changes: &Changes,
 ) {
-    if let Some(poses) = moved {
-        pose(rec, s, poses);
-    }
+    pose(rec, s, changes);
+    distance_brute(rec, k, s, params);
     advance(rec, k, s, params);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
@@ -50,16 +58,59 @@ pub fn record(
 }
 
 /// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.
-pub fn pose(rec: &mut Recorder, s: &State, poses: &[Pose]) {
+/// What particles do on each object comes the same way.
+pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
     // Kernels and pictures before this one have read the old ones; a picture's own barriers end in `Kernel`.
-    rec.barrier(Kernel, Copy, &[&s.poses]);
-    for (i, part) in poses.chunks(POSES_AN_UPDATE).enumerate() {
-        if i > 0 {
-            rec.barrier(Copy, Copy, &[&s.poses]);
-        }
-        rec.update(&s.poses, i * POSES_AN_UPDATE, part);
+    if let Some(poses) = &changes.poses {
+        rec.barrier(Kernel, Copy, &[&s.poses]);
+        rec.update_long(&s.poses, poses);
+        rec.barrier(Copy, Kernel, &[&s.poses]);
     }
-    rec.barrier(Copy, Kernel, &[&s.poses]);
+    if let Some(physarums) = &changes.physarums {
+        rec.barrier(Kernel, Copy, &[&s.physarums]);
+        rec.update_long(&s.physarums, physarums);
+        rec.barrier(Copy, Kernel, &[&s.physarums]);
+    }
+}
+
+/// Where nothing has moved there are no jobs, and nothing is recorded.
+fn distance_brute(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let update = &params.distance_update;
+    if update.jobs.is_empty() {
+        return;
+    }
+    rec.update_long(&s.distance_jobs, &update.jobs);
+    rec.update_long(&s.distance_pairs, &update.pairs);
+    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.dispatch(
+        &k.distance_brute,
+        Threads(update.thread_count),
+        DistanceBruteArgs {
+            jobs: &s.distance_jobs,
+            pairs: &s.distance_pairs,
+            samples: &s.samples,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            corners: &s.corners,
+            distances: &s.distances,
+            nearest: &s.nearest,
+        },
+        params.distance_brute,
+    );
+    // Gutter texels are filled from those that were written; the next update writes other jobs.
+    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
+    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.dispatch(
+        &k.exchange_seams,
+        Threads(params.exchange_seams.seam_count),
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &s.distances,
+        },
+        params.exchange_seams,
+    );
+    // What follows reads distances.
+    rec.barrier(Kernel, Kernel, &[&s.distances]);
 }
 
 fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -78,6 +129,8 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             corners: &s.corners,
             vertices: &s.vertices,
             poses: &s.poses,
+            physarums: &s.physarums,
+            distances: &s.distances,
         },
         params.advance,
     );

@@ -93,6 +93,36 @@ pub struct Pose {
     pub z: Vec4,
 }
 
+/// What particles do on one object; as the parameters of `advance` with the same names.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Physarum {
+    /// World length of a step.
+    pub speed: f32,
+    /// World length from the particle to each sensor.
+    pub sensor_offset: f32,
+    /// Of the angle between middle and side sensors.
+    pub sensor_cos: f32,
+    /// Likewise.
+    pub sensor_sin: f32,
+    /// Of the angle of one turn.
+    pub rotation_cos: f32,
+    /// Likewise.
+    pub rotation_sin: f32,
+    /// Standard deviation, trail units.
+    pub sensor_noise: f32,
+    /// Trail units; 0 for none.
+    pub favourite_density: f32,
+    /// Trail units a world length of height.
+    pub gravity_weight: f32,
+    /// Trail units a particle.
+    pub decrowding_weight: f32,
+    /// Trail units a world length of signed distance.
+    pub distance_weight: f32,
+    /// Nothing.
+    pub pad0: f32,
+}
+
 impl From<Affine3A> for Pose {
     fn from(world_from_object: Affine3A) -> Self {
         let rows = glam::Mat4::from(world_from_object).transpose();
@@ -102,6 +132,52 @@ impl From<Affine3A> for Pose {
             z: rows.z_axis,
         }
     }
+}
+
+/// The surface point under the centre of a texel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SurfaceSample {
+    /// In the space of its object, scaled.
+    pub position: Vec3,
+    /// The texel, which is owned.
+    pub texel: u32,
+}
+
+/// Another object, as it stands to the one whose distances are taken.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ObjectPair {
+    /// Takes places to the other object's space: the row of its X.
+    pub x: Vec4,
+    /// The row of its Y.
+    pub y: Vec4,
+    /// The row of its Z.
+    pub z: Vec4,
+    /// The other object's first face.
+    pub first_face: u32,
+    /// How many it has.
+    pub face_count: u32,
+    /// The root of its tree.
+    pub first_node: u32,
+    /// 1 if it has an inside, 0 if it has an open border.
+    pub is_closed: u32,
+}
+
+/// One object whose distances are taken anew.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct DistanceJob {
+    /// The number of its first invocation.
+    pub first_thread: u32,
+    /// Its first sample.
+    pub first_sample: u32,
+    /// How many it has.
+    pub sample_count: u32,
+    /// Its first pair.
+    pub first_pair: u32,
+    /// How many other objects may be within reach.
+    pub pair_count: u32,
 }
 
 #[cfg(test)]

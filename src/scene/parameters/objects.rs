@@ -214,4 +214,12 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         effect: Effect::Live,
         kind: own!(decrowding_weight, (-1e6, 1e6), (0.0, 20.0), Logarithmic),
     },
+    Parameter {
+        key: "physarum.distance_weight",
+        name: "Distance weight",
+        unit: "trail units per scene radius",
+        help: "For particles on this object, over the scene's physarum.distance_weight.",
+        effect: Effect::Live,
+        kind: own!(distance_weight, (-1e6, 1e6), (-100.0, 100.0), Linear),
+    },
 ];

@@ -162,6 +162,19 @@ pub static PARAMETERS: &[Parameter] = &[
         ),
     },
     Parameter {
+        key: "physarum.distance_weight",
+        name: "Distance weight",
+        unit: "trail units per scene radius",
+        help: "Added to a sensor for the signed distance to other objects. Positive values keep away from them, negative ones seek them, 0 is off.",
+        effect: Effect::Live,
+        kind: real!(
+            physarum.distance_weight,
+            (-1e6, 1e6),
+            (-100.0, 100.0),
+            Linear
+        ),
+    },
+    Parameter {
         key: "time.dt",
         name: "Time step",
         unit: "seconds",
@@ -224,6 +237,14 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "For the method grid: side of the cell that two triangles share. 0 for as large as fits.",
         effect: Effect::Restart,
         kind: whole!(atlas.cell_size: u32, (0.0, 32_768.0), (0.0, 128.0), Linear),
+    },
+    Parameter {
+        key: "distance.reach",
+        name: "Distance reach",
+        unit: "scene radii",
+        help: "The farthest that distances between objects are told. More takes more time.",
+        effect: Effect::Live,
+        kind: real!(distance.reach, (0.0, 100.0), (0.01, 1.0), Logarithmic),
     },
     Parameter {
         key: "camera.azimuth",

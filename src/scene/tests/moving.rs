@@ -203,7 +203,10 @@ fn motion_that_makes_no_sense_is_refused() {
             "object.0.motion.swing_period = 0 is out of range",
         ),
         ("motion = { repeat = \"lop\" }", "did you mean loop?"),
-        ("motion = 5", "object.0.motion: a table of keys is expected, not 5"),
+        (
+            "motion = 5",
+            "object.0.motion: a table of keys is expected, not 5",
+        ),
         ("motion = { keyframes = 5 }", "a list of keyframes such as"),
         (
             "motion = { keyframes = [5] }",

@@ -5,8 +5,11 @@
 mod advance;
 mod diffuse;
 mod diffuse_seams;
+pub mod distance;
+mod distance_brute;
 pub mod exact;
 mod exchange_seams;
+pub mod nearest;
 pub mod trail;
 pub mod walk;
 mod walk_queries;
@@ -14,14 +17,18 @@ mod walk_queries;
 pub use advance::{AdvanceInputs, advance};
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
+pub use distance::DistanceInputs;
+pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
 pub use walk_queries::walk_queries;
 
+use super::distance::DistancePlanner;
 use super::movement::Movement;
-use super::params::{StepConstants, StepParams};
+use super::params::{StepConstants, StepParams, physarums};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::types::{Motion, Particle};
+use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
 /// The simulation by twins: the same state and the same step as [`super::Simulation`], on the host.
@@ -37,6 +44,9 @@ pub struct Simulation {
     deposits: Vec<u32>,
     previous_deposits: Vec<u32>,
     movement: Movement,
+    distances: Vec<f32>,
+    nearest: Vec<u32>,
+    planner: DistancePlanner,
     step: u64,
 }
 
@@ -55,6 +65,9 @@ impl Simulation {
             next_trail: vec![0.0; texels],
             deposits: vec![0; texels],
             previous_deposits: vec![0; texels],
+            distances: vec![0.0; texels],
+            nearest: vec![NONE; texels],
+            planner: DistancePlanner::default(),
             step: 0,
         }
     }
@@ -62,11 +75,13 @@ impl Simulation {
     /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
     pub fn step(&mut self) -> Vec<f32> {
         let constants = StepConstants::new(&self.settings);
-        let params = StepParams::new(&self.settings, &self.setup, self.step);
+        let mut params = StepParams::new(&self.settings, &self.setup, self.step);
         self.movement
             .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
         let objects = &self.settings.objects;
         let poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        params.update_distances(&mut self.planner, &self.settings, &self.setup, &poses);
+        self.distance(&params);
         let gaps = advance(
             &constants.advance,
             &params.advance,
@@ -79,6 +94,8 @@ impl Simulation {
                 corners: &self.setup.corners,
                 vertices: &self.setup.vertices,
                 poses: &poses,
+                physarums: &physarums(&self.settings, self.setup.radius),
+                distances: &self.distances,
             },
             &mut self.particles,
             &mut self.motions,
@@ -94,6 +111,27 @@ impl Simulation {
         std::mem::swap(&mut self.deposits, &mut self.previous_deposits);
         self.step += 1;
         gaps
+    }
+
+    fn distance(&mut self, params: &StepParams) {
+        if params.distance_update.jobs.is_empty() {
+            return;
+        }
+        let distance = &self.setup.distance;
+        distance_brute(
+            &params.distance_brute,
+            &DistanceInputs {
+                jobs: &params.distance_update.jobs,
+                pairs: &params.distance_update.pairs,
+                samples: &distance.samples,
+                faces: &distance.trees.faces,
+                pseudonormals: &distance.trees.pseudonormals,
+                corners: &self.setup.corners,
+            },
+            &mut self.distances,
+            &mut self.nearest,
+        );
+        exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
 
     fn diffuse(&mut self, constants: &StepConstants, params: &StepParams) {
@@ -123,6 +161,13 @@ impl Simulation {
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// One a texel, as the last step read them: signed distance, and the nearest triangle or
+    /// [`NONE`]. Of two or more objects.
+    #[must_use]
+    pub fn distances(&self) -> (&[f32], &[u32]) {
+        (&self.distances, &self.nearest)
     }
 
     /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].
@@ -162,6 +207,7 @@ impl Simulation {
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
         self.deposits.fill(0);
+        self.planner.forget();
         self.step = snapshot.step;
     }
 }

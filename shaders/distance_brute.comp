@@ -1,0 +1,66 @@
+// distance_brute: signed distance to other objects by looking at every triangle of theirs; the reference for `distance`.
+// Reads   jobs, pairs, samples, faces, pseudonormals, corners.
+// Writes  owned texels of distances and nearest, of the objects that have a job.
+// One invocation a sample of a job; jobs begin at multiples of the group size.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint thread_count;
+    uint job_count;
+    uint first_vertex_normal;  // behind those of the half-edges
+    float reach;               // world length; distances are clamped to it
+} params;
+
+layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Samples { SurfaceSample samples[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer faces;
+layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
+layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
+
+#include "nearest.glsl"
+#include "distance.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.thread_count) return;
+    DistanceJob job = jobs[job_of(i, params.job_count)];
+    if (i - job.first_thread >= job.sample_count) return;
+    SurfaceSample here = samples[job.first_sample + (i - job.first_thread)];
+
+    float least = params.reach;
+    uint triangle = NONE;
+    for (uint p = job.first_pair; p < job.first_pair + job.pair_count; p++) {
+        ObjectPair pair = pairs[p];
+        vec3 place = place_in_other(pair, here.position);
+        float square = 3.4e38;
+        uint slot = pair.first_face;
+        for (uint k = 0u; k < pair.face_count; k++) {
+            float candidate = nearest_on_face(pair.first_face + k, place).z;
+            slot = candidate < square ? pair.first_face + k : slot;
+            square = min(square, candidate);
+        }
+        uint feature = uint(nearest_on_face(slot, place).w);
+        bool outside = outside_by_pseudonormal(slot, place, feature, params.first_vertex_normal);
+        float distance = sqrt(square);
+        bool within = distance < params.reach;
+        // Deep inside a closed object counts as deep inside; far over an open sheet there is no side.
+        float clamped = within ? distance : params.reach;
+        float signed_distance = outside || !(within || pair.is_closed == 1u) ? clamped : -clamped;
+        if (signed_distance < least) {
+            least = signed_distance;
+            triangle = within ? floatBitsToUint(face_word(slot, 0u).w) : NONE;
+        }
+    }
+    distances[here.texel] = least;
+    nearest[here.texel] = triangle;
+}

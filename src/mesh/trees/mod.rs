@@ -1,0 +1,107 @@
+//! What is needed to find the nearest triangle of an object, and on which side of it a place lies: the triangles by
+//! their corners, and the pseudonormals of their edges and vertices. All in object space, so that rigid motion costs
+//! nothing.
+
+mod pseudonormals;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+
+use super::surface::{NONE, Surface};
+
+/// A triangle by one corner and the ways from it to the other two.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Face {
+    /// Corner A, object space.
+    pub a: Vec3,
+    /// Global triangle id.
+    pub triangle: u32,
+    /// B - A.
+    pub ab: Vec3,
+    /// Nothing.
+    pub pad0: u32,
+    /// C - A.
+    pub ac: Vec3,
+    /// Nothing.
+    pub pad1: u32,
+}
+
+/// One object's part of the pooled arrays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tree {
+    /// Its first face.
+    pub first_face: u32,
+    /// How many it has.
+    pub face_count: u32,
+    /// Its first node, the root.
+    pub first_node: u32,
+    /// Lowest corner of the box round it, object space.
+    pub low: Vec3,
+    /// Highest corner of that box.
+    pub high: Vec3,
+    /// Has it no open border? Then it has an inside.
+    pub is_closed: bool,
+}
+
+/// All objects of a surface, pooled.
+#[derive(Clone, Debug)]
+pub struct Trees {
+    /// Every triangle, object by object.
+    pub faces: Vec<Face>,
+    /// Angle-weighted pseudonormals (Baerentzen and Aanaes 2005), object space: one for each half-edge, then one for
+    /// each vertex.
+    pub pseudonormals: Vec<Vec4>,
+    /// One for each object.
+    pub objects: Vec<Tree>,
+}
+
+impl Trees {
+    /// Of every object of a surface.
+    #[must_use]
+    pub fn build(surface: &Surface) -> Self {
+        let faces = (0..surface.corners.len() as u32)
+            .map(|triangle| face(surface, triangle))
+            .collect();
+        let objects = surface.objects.iter().map(|range| {
+            let (first, end) = range.triangles;
+            let (low, high) = bounds(surface, range.vertices);
+            let halfedges = &surface.halfedges[3 * first as usize..3 * end as usize];
+            Tree {
+                first_face: first,
+                face_count: end - first,
+                first_node: 0,
+                low,
+                high,
+                is_closed: halfedges.iter().all(|halfedge| halfedge.twin != NONE),
+            }
+        });
+        Self {
+            faces,
+            pseudonormals: pseudonormals::pseudonormals(surface),
+            objects: objects.collect(),
+        }
+    }
+}
+
+fn face(surface: &Surface, triangle: u32) -> Face {
+    let corners = surface.corners[triangle as usize];
+    let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize]);
+    Face {
+        a,
+        triangle,
+        // Each difference of two floats is rounded once.
+        ab: b - a,
+        pad0: 0,
+        ac: c - a,
+        pad1: 0,
+    }
+}
+
+fn bounds(surface: &Surface, vertices: (u32, u32)) -> (Vec3, Vec3) {
+    let positions = &surface.positions[vertices.0 as usize..vertices.1 as usize];
+    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    positions
+        .iter()
+        .fold(empty, |(low, high), &p| (low.min(p), high.max(p)))
+}

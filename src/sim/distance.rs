@@ -1,0 +1,215 @@
+//! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
+//! another since the last time, and only where their boxes come within reach.
+
+use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::types::{DistanceJob, ObjectPair, Pose, SurfaceSample};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::Surface;
+use crate::mesh::trees::{Tree, Trees};
+
+/// Invocations of a group of the kernels; a job begins with one.
+const GROUP: u32 = 64;
+
+/// What the distance between objects is taken from, on the host; empty for a single object.
+#[derive(Clone, Debug)]
+pub struct DistanceSetup {
+    /// The surface points under owned texels, object by object.
+    pub samples: Vec<SurfaceSample>,
+    /// First sample of each object, and one past the last.
+    pub ranges: Vec<(u32, u32)>,
+    /// What nearest triangles are found by.
+    pub trees: Trees,
+    /// For each object, which others count for it.
+    pub others: Vec<Vec<u32>>,
+}
+
+impl DistanceSetup {
+    /// Of all objects of a surface; `others` says which count for which.
+    #[must_use]
+    pub fn new(surface: &Surface, atlas: &Atlas, others: Vec<Vec<u32>>) -> Self {
+        let mut samples = Vec::new();
+        let mut ranges = Vec::new();
+        if surface.objects.len() > 1 {
+            let texels = owned_texels(surface, atlas);
+            for object in 0..surface.objects.len() as u32 {
+                let first = samples.len() as u32;
+                samples.extend(
+                    texels
+                        .iter()
+                        .filter(|(_, o, _)| *o == object)
+                        .map(|(_, _, sample)| *sample),
+                );
+                ranges.push((first, samples.len() as u32));
+            }
+        }
+        Self {
+            samples,
+            ranges,
+            trees: Trees::build(surface),
+            others,
+        }
+    }
+
+    /// Is there any distance to take?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ranges.is_empty()
+    }
+}
+
+/// Owned texels in tiles of 8 x 8, so that invocations side by side look at places side by side; with their objects.
+fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<(u64, u32, SurfaceSample)> {
+    let mut texels: Vec<_> = (0..atlas.texel_count() as u32)
+        .into_par_iter()
+        .filter_map(|texel| {
+            let (triangle, u, v) = atlas.surface_point_of(texel)?;
+            let corners = surface.corners[triangle as usize];
+            let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
+            let position = a + f64::from(u) * (b - a) + f64::from(v) * (c - a);
+            let object = surface.triangles[triangle as usize].object;
+            let sample = SurfaceSample {
+                position: position.as_vec3(),
+                texel,
+            };
+            Some((tile_order(texel, atlas.pitch), object, sample))
+        })
+        .collect();
+    texels.par_sort_unstable_by_key(|(order, object, _)| (*object, *order));
+    texels
+}
+
+/// A number by which texels are sorted into tiles of 8 x 8, and those into pieces of 4 x 2, which is what eight
+/// neighbouring invocations get.
+fn tile_order(texel: u32, pitch: u32) -> u64 {
+    let (x, y) = (texel % pitch, texel / pitch);
+    let tile = u64::from(y / 8) << 32 | u64::from(x / 8);
+    let (x, y) = (x % 8, y % 8);
+    let piece = (y / 2) << 4 | (x / 4) << 3 | (y % 2) << 2 | (x % 4);
+    tile << 6 | u64::from(piece)
+}
+
+/// What a step does about distances: nothing where there are no jobs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DistanceUpdate {
+    /// The objects whose distances are taken.
+    pub jobs: Vec<DistanceJob>,
+    /// Which others they have within reach.
+    pub pairs: Vec<ObjectPair>,
+    /// How many invocations that are.
+    pub thread_count: u32,
+}
+
+/// Remembers how objects stood when their distances were last taken.
+#[derive(Clone, Debug, Default)]
+pub struct DistancePlanner {
+    /// For each object: its pairs then. `None` before the first time.
+    last: Vec<Option<Vec<ObjectPair>>>,
+    /// The reach then.
+    reach: f32,
+}
+
+impl DistancePlanner {
+    /// Forgets everything: the next update takes all distances.
+    pub fn forget(&mut self) {
+        self.last.clear();
+    }
+
+    /// What must be taken anew with these poses, and takes it for done. `reach` is a world length.
+    pub fn update(&mut self, setup: &DistanceSetup, poses: &[Pose], reach: f32) -> DistanceUpdate {
+        let mut update = DistanceUpdate::default();
+        if setup.is_empty() {
+            return update;
+        }
+        if self.last.len() != poses.len() || self.reach != reach {
+            self.last = vec![None; poses.len()];
+            self.reach = reach;
+        }
+        let poses: Vec<DAffine3> = poses.iter().map(world_from_object).collect();
+        for (object, last) in self.last.iter_mut().enumerate() {
+            let pairs = pairs_of(setup, &poses, object, reach);
+            if last.as_ref() == Some(&pairs) {
+                continue;
+            }
+            update.add(setup.ranges[object], &pairs);
+            *last = Some(pairs);
+        }
+        update
+    }
+}
+
+impl DistanceUpdate {
+    fn add(&mut self, (first, end): (u32, u32), pairs: &[ObjectPair]) {
+        if first == end {
+            return;
+        }
+        self.jobs.push(DistanceJob {
+            first_thread: self.thread_count,
+            first_sample: first,
+            sample_count: end - first,
+            first_pair: self.pairs.len() as u32,
+            pair_count: pairs.len() as u32,
+        });
+        self.pairs.extend_from_slice(pairs);
+        self.thread_count += (end - first).next_multiple_of(GROUP);
+    }
+}
+
+/// The pairs of an object with those others whose boxes come within reach of its own.
+fn pairs_of(
+    setup: &DistanceSetup,
+    poses: &[DAffine3],
+    object: usize,
+    reach: f32,
+) -> Vec<ObjectPair> {
+    let own = &setup.trees.objects[object];
+    let others = setup.others[object].iter();
+    others
+        .map(|&other| (other as usize, &setup.trees.objects[other as usize]))
+        .filter_map(|(index, other)| {
+            let other_from_object = poses[index].inverse() * poses[object];
+            // What is exactly at reach is clamped; a little more is for rounding.
+            let apart = f64::from(reach) * 1.001;
+            if boxes_are_apart(own, other, &other_from_object, apart) {
+                return None;
+            }
+            let rows = glam::DMat4::from(other_from_object).transpose().as_mat4();
+            Some(ObjectPair {
+                x: rows.x_axis,
+                y: rows.y_axis,
+                z: rows.z_axis,
+                first_face: other.first_face,
+                face_count: other.face_count,
+                first_node: other.first_node,
+                is_closed: u32::from(other.is_closed),
+            })
+        })
+        .collect()
+}
+
+fn world_from_object(pose: &Pose) -> DAffine3 {
+    let rows = [pose.x, pose.y, pose.z].map(|row| row.as_dvec4());
+    let matrix = DMat3::from_cols(rows[0].truncate(), rows[1].truncate(), rows[2].truncate());
+    DAffine3::from_mat3_translation(
+        matrix.transpose(),
+        DVec3::new(rows[0].w, rows[1].w, rows[2].w),
+    )
+}
+
+/// Is some face of either box a plane that keeps the boxes further apart than `reach`? Boxes that only edges keep apart
+/// count as near, which costs time and nothing else.
+fn boxes_are_apart(own: &Tree, other: &Tree, other_from_own: &DAffine3, reach: f64) -> bool {
+    let apart = |from: &Tree, to: &Tree, to_from: &DAffine3| {
+        let centre = 0.5 * (from.low.as_dvec3() + from.high.as_dvec3());
+        let half = from.high.as_dvec3() - centre;
+        let centre = to_from.transform_point3(centre);
+        let matrix = to_from.matrix3;
+        let extent = half.x * matrix.x_axis.abs()
+            + half.y * matrix.y_axis.abs()
+            + half.z * matrix.z_axis.abs();
+        let gap = (centre - extent - to.high.as_dvec3()).max(to.low.as_dvec3() - centre - extent);
+        gap.max_element() > reach
+    };
+    apart(own, other, other_from_own) || apart(other, own, &other_from_own.inverse())
+}
