@@ -20,6 +20,7 @@ pub mod builtin;
 mod edges;
 mod embedded;
 mod error;
+pub mod gear;
 mod gltf;
 mod load;
 mod obj;
