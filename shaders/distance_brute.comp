@@ -27,7 +27,6 @@ layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
 
-#include "nearest.glsl"
 #include "distance.glsl"
 
 void main() {
@@ -43,22 +42,24 @@ void main() {
         ObjectPair pair = pairs[p];
         vec3 place = place_in_other(pair, here.position);
         float square = 3.4e38;
+        uint found = NONE;
         uint slot = pair.first_face;
-        for (uint k = 0u; k < pair.face_count; k++) {
-            float candidate = nearest_on_face(pair.first_face + k, place).z;
-            slot = candidate < square ? pair.first_face + k : slot;
-            square = min(square, candidate);
+        for (uint k = pair.first_face; k < pair.first_face + pair.face_count; k++) {
+            float square_there = nearest_on_face(k, place).z;
+            uint candidate_triangle = triangle_of(k);
+            if (is_nearer(square_there, candidate_triangle, square, found)) {
+                square = square_there;
+                found = candidate_triangle;
+                slot = k;
+            }
         }
-        uint feature = uint(nearest_on_face(slot, place).w);
-        bool outside = outside_by_pseudonormal(slot, place, feature, params.first_vertex_normal);
-        float distance = sqrt(square);
-        bool within = distance < params.reach;
-        // Deep inside a closed object counts as deep inside; far over an open sheet there is no side.
-        float clamped = within ? distance : params.reach;
-        float signed_distance = outside || !(within || pair.is_closed == 1u) ? clamped : -clamped;
-        if (signed_distance < least) {
-            least = signed_distance;
-            triangle = within ? floatBitsToUint(face_word(slot, 0u).w) : NONE;
+        vec4 point = nearest_on_face(slot, place);
+        bool outside = outside_by_pseudonormal(slot, place, uint(point.w), params.first_vertex_normal);
+        float distance = sqrt(point.z);
+        float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
+        if (candidate < least) {
+            least = candidate;
+            triangle = distance < params.reach ? found : NONE;
         }
     }
     distances[here.texel] = least;

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Gpu, gpu};
 use myxo::scene::Scene;
-use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::settings::{DistanceMethod, ObjectSettings, Settings};
 use myxo::sim::{Simulation, twin};
 
 /// A scene of several meshes at places, turned about X, Y and Z.
@@ -87,11 +87,15 @@ fn both(gpu: &Gpu, scene: &Scene) -> (Fields, Fields) {
     (kernel, (distances.to_vec(), nearest.to_vec()))
 }
 
+/// Each against its twin, and one against the other, which must find the very same.
 #[test]
 fn distance_kernels_agree_with_their_twins() {
     let Some(gpu) = gpu() else { return };
-    for (name, scene) in scenes() {
+    for (name, mut scene) in scenes() {
         let (kernel, twin) = both(&gpu, &scene);
+        scene.settings.distance.method = DistanceMethod::Brute;
+        let by_brute = both(&gpu, &scene);
+        assert!(kernel == by_brute.0 && twin == by_brute.1, "{name}");
         let reach = scene.settings.distance.reach * scene.radius;
         let mut within = 0;
         for texel in 0..kernel.0.len() {

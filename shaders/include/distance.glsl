@@ -1,8 +1,10 @@
 // distance: what the kernels `distance` and `distance_brute` share. Twin of src/sim/twin/distance.rs.
-// The includer declares `jobs` (DistanceJob[]) first.
+// The includer declares `jobs` (DistanceJob[]) and what nearest.glsl needs first.
 
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
+
+#include "nearest.glsl"
 
 // A place in the space of a pair's other object.
 vec3 place_in_other(ObjectPair pair, vec3 place) {
@@ -25,6 +27,14 @@ uint job_of(uint thread, uint job_count) {
         }
     }
     return low;
+}
+
+// The signed distance to an object whose nearest face is known, clamped to reach, as it counts against that to others.
+// Deep inside a closed object is deep inside; far over an open sheet there is no side.
+float clamped_distance(float distance, bool outside, bool is_closed, float reach) {
+    bool within = distance < reach;
+    float clamped = within ? distance : reach;
+    return outside || !(within || is_closed) ? clamped : -clamped;
 }
 
 #endif

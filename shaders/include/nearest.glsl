@@ -1,7 +1,6 @@
 // nearest: the point of a triangle that is nearest to a place, and on which side of the surface the place lies. Twin of
 // src/sim/twin/nearest.rs.
-// The includer declares first: `faces` and `pseudonormals`, texel buffers of three words and one; `corners` (uint[]);
-// and `SIGN_RULE`, one of the constants below.
+// The includer declares first: `faces` and `pseudonormals`, texel buffers of three words and one; and `corners` (uint[]).
 
 #ifndef MYXO_NEAREST
 #define MYXO_NEAREST
@@ -72,24 +71,33 @@ vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
     return is_inner ? vec4(inner_u, inner_v, inner_square, float(FEATURE_FACE)) : vec4(u, v, square, float(feature));
 }
 
-vec4 face_word(uint slot, uint k) {
-    return uintBitsToFloat(texelFetch(faces, int(3u * slot + k)));
+vec3 face_word(uint slot, uint k) {
+    return uintBitsToFloat(texelFetch(faces, int(3u * slot + k)).xyz);
+}
+
+uint triangle_of(uint slot) {
+    return texelFetch(faces, int(3u * slot)).w;
+}
+
+// Is a face nearer than the nearest so far? Of equally near ones it is the one with the lowest triangle, so that the
+// order in which they are looked at does not show.
+bool is_nearer(float square, uint triangle, float best_square, uint best_triangle) {
+    return square < best_square || (square == best_square && triangle < best_triangle);
 }
 
 // The nearest point of one face, as nearest_in_face says it.
 vec4 nearest_on_face(uint slot, vec3 place) {
-    precise vec3 way = place - face_word(slot, 0u).xyz;
-    return nearest_in_face(way, face_word(slot, 1u).xyz, face_word(slot, 2u).xyz);
+    precise vec3 way = place - face_word(slot, 0u);
+    return nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
 }
 
 // Is a place outside, by the pseudonormal of the feature that is nearest to it?
 // The way from a corner of the feature does as well as that from the nearest point, and is rounded less.
 bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_vertex_normal) {
-    vec4 first = face_word(slot, 0u);
-    vec3 ab = face_word(slot, 1u).xyz;
-    vec3 ac = face_word(slot, 2u).xyz;
-    uint triangle = floatBitsToUint(first.w);
-    precise vec3 way = place - first.xyz;
+    vec3 ab = face_word(slot, 1u);
+    vec3 ac = face_word(slot, 2u);
+    uint triangle = triangle_of(slot);
+    precise vec3 way = place - face_word(slot, 0u);
     bool from_b = feature == FEATURE_EDGE + 1u || feature == FEATURE_CORNER + 1u;
     bool from_c = feature == FEATURE_CORNER + 2u;
     way = from_b ? way - ab : from_c ? way - ac : way;

@@ -190,13 +190,18 @@ impl Default for AtlasSettings {
 /// `[distance]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DistanceSettings {
+    /// How the nearest triangle is found.
+    pub method: DistanceMethod,
     /// The farthest that distances between objects are told, in scene radii.
     pub reach: f32,
 }
 
 impl Default for DistanceSettings {
     fn default() -> Self {
-        Self { reach: 0.2 }
+        Self {
+            method: DistanceMethod::Bvh,
+            reach: 0.2,
+        }
     }
 }
 
@@ -459,6 +464,17 @@ choice! {
         Linear = "linear",
         /// Coming to rest at each.
         Smooth = "smooth",
+    }
+}
+
+choice! {
+    /// How the nearest triangle of another object is found.
+    DistanceMethod {
+        /// In a tree of boxes.
+        #[default]
+        Bvh = "bvh",
+        /// By looking at every one: slow, and a check on the others.
+        Brute = "brute",
     }
 }
 

@@ -4,12 +4,12 @@
 use super::distance::{DistancePlanner, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteParams, ExchangeSeamsParams,
+    DistanceBruteParams, DistanceParams, ExchangeSeamsParams,
 };
 use super::setup::Setup;
 use super::types::{Physarum, Pose};
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
-use crate::scene::settings::{Border, PhysarumSettings, Settings};
+use crate::scene::settings::{Border, DistanceMethod, PhysarumSettings, Settings};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
 /// slower with, and nobody can see them.
@@ -20,6 +20,10 @@ pub const TINY_TRAIL: f32 = 1e-20;
 pub struct StepParams {
     /// Which distances are taken anew; none at first.
     pub distance_update: DistanceUpdate,
+    /// How they are taken.
+    pub distance_method: DistanceMethod,
+    /// For `distance`.
+    pub distance: DistanceParams,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteParams,
     /// For `advance`.
@@ -76,15 +80,23 @@ impl StepParams {
         let physarum = &settings.physarum;
         let atlas = &setup.atlas;
         let radius = setup.radius;
+        let first_vertex_normal = setup.surface.halfedges.len() as u32;
         let in_halves = settings.trail.diffusion > GREATEST_DIFFUSION;
         let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
         let everywhere = physarum_row(physarum, radius);
         Self {
             distance_update: DistanceUpdate::default(),
+            distance_method: settings.distance.method,
+            distance: DistanceParams {
+                thread_count: 0,
+                job_count: 0,
+                first_vertex_normal,
+                reach: settings.distance.reach * radius,
+            },
             distance_brute: DistanceBruteParams {
                 thread_count: 0,
                 job_count: 0,
-                first_vertex_normal: setup.surface.halfedges.len() as u32,
+                first_vertex_normal,
                 reach: settings.distance.reach * radius,
             },
             advance: AdvanceParams {
@@ -135,8 +147,12 @@ impl StepParams {
     ) {
         let reach = settings.distance.reach * setup.radius;
         self.distance_update = planner.update(&setup.distance, poses, reach);
-        self.distance_brute.thread_count = self.distance_update.thread_count;
-        self.distance_brute.job_count = self.distance_update.jobs.len() as u32;
+        let thread_count = self.distance_update.thread_count;
+        let job_count = self.distance_update.jobs.len() as u32;
+        self.distance.thread_count = thread_count;
+        self.distance.job_count = job_count;
+        self.distance_brute.thread_count = thread_count;
+        self.distance_brute.job_count = job_count;
     }
 
     /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::kernels::{Advance, Diffuse, DiffuseSeams, DistanceBrute, ExchangeSeams};
+use super::kernels::{Advance, Diffuse, DiffuseSeams, Distance, DistanceBrute, ExchangeSeams};
 use super::params::StepConstants;
 use super::setup::Setup;
 use super::types::{
@@ -15,6 +15,8 @@ use crate::mesh::surface::NONE;
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
     /// Takes distances between objects.
+    pub distance: Pipeline<Distance>,
+    /// The same by looking at every triangle.
     pub distance_brute: Pipeline<DistanceBrute>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
@@ -30,6 +32,7 @@ impl Kernels {
     /// Compiles the kernels of a step.
     pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
         Ok(Self {
+            distance: Pipeline::new(ctx, &())?,
             distance_brute: Pipeline::new(ctx, &())?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
@@ -131,6 +134,8 @@ pub struct State {
     pub samples: Buffer<SurfaceSample>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
+    /// Boxes round faces, object by object.
+    pub nodes: Texels<u32>,
     /// One a half-edge, then one a vertex.
     pub pseudonormals: Texels<u32>,
     /// The objects whose distances are being taken.
@@ -182,6 +187,10 @@ impl State {
             samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
+                4,
+            )?,
+            nodes: Texels::new(
+                &Buffer::from_slice(ctx, "nodes", &setup.distance.trees.nodes)?,
                 4,
             )?,
             pseudonormals: Texels::new(

@@ -1,7 +1,7 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
 use super::kernels::{
-    AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, DistanceBruteArgs, ExchangeSeamsArgs,
+    AdvanceArgs, DiffuseArgs, DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, ExchangeSeamsArgs,
 };
 use super::params::StepParams;
 use super::state::{Kernels, State};
@@ -10,6 +10,7 @@ use crate::gpu::{
     Access::{Copy, Kernel},
     Recorder, Threads,
 };
+use crate::scene::settings::DistanceMethod;
 
 /// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
 /// alone.
@@ -17,7 +18,7 @@ pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
 
 /// The kernels of a step, in order, by name.
 pub const KERNELS: [(&str, Record); 5] = [
-    ("distance_brute", distance_brute),
+    ("distance", distance),
     ("advance", advance),
     ("diffuse", diffuse),
     ("diffuse_seams", diffuse_seams),
@@ -43,7 +44,7 @@ pub fn record(
     changes: &Changes,
 ) {
     pose(rec, s, changes);
-    distance_brute(rec, k, s, params);
+    distance(rec, k, s, params);
     advance(rec, k, s, params);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
@@ -74,7 +75,7 @@ pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
 }
 
 /// Where nothing has moved there are no jobs, and nothing is recorded.
-fn distance_brute(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     let update = &params.distance_update;
     if update.jobs.is_empty() {
         return;
@@ -82,21 +83,39 @@ fn distance_brute(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParam
     rec.update_long(&s.distance_jobs, &update.jobs);
     rec.update_long(&s.distance_pairs, &update.pairs);
     rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
-    rec.dispatch(
-        &k.distance_brute,
-        Threads(update.thread_count),
-        DistanceBruteArgs {
-            jobs: &s.distance_jobs,
-            pairs: &s.distance_pairs,
-            samples: &s.samples,
-            faces: &s.faces,
-            pseudonormals: &s.pseudonormals,
-            corners: &s.corners,
-            distances: &s.distances,
-            nearest: &s.nearest,
-        },
-        params.distance_brute,
-    );
+    match params.distance_method {
+        DistanceMethod::Bvh => rec.dispatch(
+            &k.distance,
+            Threads(update.thread_count),
+            DistanceArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+                nodes: &s.nodes,
+            },
+            params.distance,
+        ),
+        DistanceMethod::Brute => rec.dispatch(
+            &k.distance_brute,
+            Threads(update.thread_count),
+            DistanceBruteArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+            },
+            params.distance_brute,
+        ),
+    }
     // Gutter texels are filled from those that were written; the next update writes other jobs.
     rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
     rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
@@ -134,7 +153,8 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         },
         params.advance,
     );
-    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on.
+    // diffuse takes up what advance has deposited and clears what it has read; the next step moves particles on, and
+    // takes distances anew.
     rec.barrier(
         Kernel,
         Kernel,
@@ -143,6 +163,7 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             &s.deposits.back,
             &s.particles,
             &s.motions,
+            &s.distances,
         ],
     );
 }

@@ -1,7 +1,7 @@
 //! The rows of the parameter table.
 
 use super::{Effect, Kind, Number, Parameter, Scale};
-use crate::scene::settings::{AtlasMethod, Border, ColorMap, Show, Start};
+use crate::scene::settings::{AtlasMethod, Border, ColorMap, DistanceMethod, Show, Start};
 
 /// Every parameter of a scene, in the order that people read them.
 pub static PARAMETERS: &[Parameter] = &[
@@ -237,6 +237,14 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "For the method grid: side of the cell that two triangles share. 0 for as large as fits.",
         effect: Effect::Restart,
         kind: whole!(atlas.cell_size: u32, (0.0, 32_768.0), (0.0, 128.0), Linear),
+    },
+    Parameter {
+        key: "distance.method",
+        name: "Distance method",
+        unit: "",
+        help: "How the nearest triangle of another object is found: in a tree of boxes, or by looking at every one, which is slow and a check on the other.",
+        effect: Effect::Live,
+        kind: word!(distance.method: DistanceMethod),
     },
     Parameter {
         key: "distance.reach",

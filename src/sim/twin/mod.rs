@@ -3,6 +3,7 @@
 //! [`Simulation`] runs the whole step by them, so the model can be tested where there is no GPU.
 
 mod advance;
+pub mod bvh;
 mod diffuse;
 mod diffuse_seams;
 pub mod distance;
@@ -17,19 +18,19 @@ mod walk_queries;
 pub use advance::{AdvanceInputs, advance};
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
-pub use distance::DistanceInputs;
+pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
 pub use walk_queries::walk_queries;
 
-use super::distance::DistancePlanner;
+use super::distance::{DistancePlanner, DistanceSetup};
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::types::{Motion, Particle};
 use crate::mesh::surface::NONE;
-use crate::scene::settings::Settings;
+use crate::scene::settings::{DistanceMethod, Settings};
 
 /// The simulation by twins: the same state and the same step as [`super::Simulation`], on the host.
 #[derive(Clone, Debug)]
@@ -117,20 +118,23 @@ impl Simulation {
         if params.distance_update.jobs.is_empty() {
             return;
         }
-        let distance = &self.setup.distance;
-        distance_brute(
-            &params.distance_brute,
-            &DistanceInputs {
-                jobs: &params.distance_update.jobs,
-                pairs: &params.distance_update.pairs,
-                samples: &distance.samples,
-                faces: &distance.trees.faces,
-                pseudonormals: &distance.trees.pseudonormals,
-                corners: &self.setup.corners,
-            },
-            &mut self.distances,
-            &mut self.nearest,
-        );
+        let DistanceSetup { samples, trees, .. } = &self.setup.distance;
+        let inputs = DistanceInputs {
+            jobs: &params.distance_update.jobs,
+            pairs: &params.distance_update.pairs,
+            samples,
+            faces: &trees.faces,
+            pseudonormals: &trees.pseudonormals,
+            corners: &self.setup.corners,
+            nodes: &trees.nodes,
+        };
+        let (distances, nearest) = (&mut self.distances, &mut self.nearest);
+        match self.settings.distance.method {
+            DistanceMethod::Bvh => distance(&params.distance, &inputs, distances, nearest),
+            DistanceMethod::Brute => {
+                distance_brute(&params.distance_brute, &inputs, distances, nearest);
+            }
+        }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
 

@@ -107,6 +107,12 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
     }
 }
 
+/// Is a face nearer than the nearest so far? Of equally near ones it is the one with the lowest triangle.
+#[must_use]
+pub fn is_nearer(square: f32, triangle: u32, best_square: f32, best_triangle: u32) -> bool {
+    square < best_square || (square == best_square && triangle < best_triangle)
+}
+
 /// The nearest point of a face.
 #[must_use]
 pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
