@@ -25,6 +25,7 @@ struct Flow {
     uint stayers; uint outside; uint mismatches;
     uint most_wanted; uint refused; uint selected; uint arrived; uint pad0;
 };
+struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; float pad0; };
 struct SurfaceSample { vec3 position; uint texel; };
 struct ObjectPair { vec4 x; vec4 y; vec4 z; uint first_face; uint face_count; uint first_node; uint is_closed; };
 struct TreeQuery { vec3 place; uint slot; vec3 end; float result; float u; float v; uint pad0; uint pad1; };

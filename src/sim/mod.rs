@@ -16,6 +16,7 @@ pub mod diffusion;
 pub mod distance;
 pub mod kernels;
 pub mod memory;
+pub mod movement;
 pub mod queries;
 pub mod start;
 pub mod transfers;

@@ -9,8 +9,9 @@ use super::kernels::{
 };
 use super::setup::Setup;
 use super::turns::{Turn, border_constants};
+use super::types::{Physarum, Pose};
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
-use crate::scene::settings::{Border, DistanceMethod, Settings, Strategy};
+use crate::scene::settings::{Border, DistanceMethod, PhysarumSettings, Settings, Strategy};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
 /// slower with, and nobody can see them.
@@ -58,19 +59,24 @@ impl StepConstants {
     /// The optional terms that these settings use.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
-        let physarum = &settings.physarum;
         let sign_rule = settings.distance.sign as u32;
+        let objects = settings.objects.iter();
+        let kinds: Vec<PhysarumSettings> = objects
+            .map(|object| object.physarum.over(&settings.physarum))
+            .collect();
+        let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
         Self {
             advance: AdvanceConstants {
-                sensor_noise: physarum.sensor_noise > 0.0,
-                favourite_density: physarum.favourite_density > 0.0,
-                gravity: physarum.gravity_weight != 0.0,
-                decrowding: physarum.decrowding_weight != 0.0,
-                distance: physarum.distance_weight != 0.0 && settings.objects.len() > 1,
-                border_reflects: physarum.border == Border::Reflect,
+                sensor_noise: any(|p| p.sensor_noise > 0.0),
+                favourite_density: any(|p| p.favourite_density > 0.0),
+                gravity: any(|p| p.gravity_weight != 0.0),
+                decrowding: any(|p| p.decrowding_weight != 0.0),
+                distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
+                border_reflects: settings.physarum.border == Border::Reflect,
                 selects: settings.strategy() != Strategy::None,
                 turns: settings.strategy().has_turns(),
                 windows: settings.strategy().has_windows(),
+                own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
             },
             move_border: border_constants(settings),
             distance: DistanceConstants { sign_rule },
@@ -92,8 +98,7 @@ impl StepParams {
         let first_vertex_normal = setup.surface.halfedges.len() as u32;
         let in_halves = settings.trail.diffusion > GREATEST_DIFFUSION;
         let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
-        let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
-        let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+        let everywhere = physarum_row(physarum, radius);
         let advance = AdvanceParams {
             particle_count: setup.particles.len() as u32,
             seed: seed_word(settings.seed),
@@ -101,17 +106,17 @@ impl StepParams {
             time_step: step as u32,
             attempts: physarum.edge_crossing_attempts,
             pitch: atlas.pitch,
-            speed: physarum.speed * radius,
-            sensor_offset: physarum.sensor_offset * radius,
-            sensor_cos,
-            sensor_sin,
-            rotation_cos,
-            rotation_sin,
-            sensor_noise: physarum.sensor_noise,
-            favourite_density: physarum.favourite_density,
-            gravity_weight: physarum.gravity_weight / radius,
-            decrowding_weight: physarum.decrowding_weight,
-            distance_weight: physarum.distance_weight / radius,
+            speed: everywhere.speed,
+            sensor_offset: everywhere.sensor_offset,
+            sensor_cos: everywhere.sensor_cos,
+            sensor_sin: everywhere.sensor_sin,
+            rotation_cos: everywhere.rotation_cos,
+            rotation_sin: everywhere.rotation_sin,
+            sensor_noise: everywhere.sensor_noise,
+            favourite_density: everywhere.favourite_density,
+            gravity_weight: everywhere.gravity_weight,
+            decrowding_weight: everywhere.decrowding_weight,
+            distance_weight: everywhere.distance_weight,
             ..AdvanceParams::default()
         };
         Self {
@@ -149,13 +154,14 @@ impl StepParams {
         }
     }
 
-    /// Lets the step take the distances that have changed since the planner was last asked.
+    /// Lets the step take the distances that have changed since the planner was last asked; `poses` are the step's.
     pub fn update_distances(
         &mut self,
         planner: &mut DistancePlanner,
         settings: &Settings,
         setup: &Setup,
         step: u64,
+        poses: &[Pose],
     ) {
         let rules = DistanceRules {
             reach: settings.distance.reach * setup.radius,
@@ -163,7 +169,7 @@ impl StepParams {
             sign: settings.distance.sign,
         };
         let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
-        self.distance_update = planner.update(&setup.distance, &setup.poses, rules, is_due);
+        self.distance_update = planner.update(&setup.distance, poses, rules, is_due);
         let thread_count = self.distance_update.thread_count;
         let job_count = self.distance_update.jobs.len() as u32;
         self.distance.thread_count = thread_count;
@@ -183,6 +189,34 @@ impl StepParams {
             (half.diffuse_seams.deposit, half.diffuse_seams.decay) = (0.0, 1.0);
             half
         })
+    }
+}
+
+/// What particles do on each object: the scene's values with the object's own over them.
+#[must_use]
+pub fn physarums(settings: &Settings, radius: f32) -> Vec<Physarum> {
+    let objects = settings.objects.iter();
+    objects
+        .map(|object| physarum_row(&object.physarum.over(&settings.physarum), radius))
+        .collect()
+}
+
+fn physarum_row(physarum: &PhysarumSettings, radius: f32) -> Physarum {
+    let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
+    let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+    Physarum {
+        speed: physarum.speed * radius,
+        sensor_offset: physarum.sensor_offset * radius,
+        sensor_cos,
+        sensor_sin,
+        rotation_cos,
+        rotation_sin,
+        sensor_noise: physarum.sensor_noise,
+        favourite_density: physarum.favourite_density,
+        gravity_weight: physarum.gravity_weight / radius,
+        decrowding_weight: physarum.decrowding_weight,
+        distance_weight: physarum.distance_weight / radius,
+        pad0: 0.0,
     }
 }
 

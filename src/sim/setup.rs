@@ -8,6 +8,7 @@ use super::params::seed_word;
 use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
+use crate::mesh::RigidTrack;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
@@ -28,8 +29,10 @@ pub struct Setup {
     pub corners: Vec<u32>,
     /// Object space.
     pub vertices: Vec<Vertex>,
-    /// World from object, one an object.
+    /// World from object at step 0, one an object.
     pub poses: Vec<Pose>,
+    /// The animations that objects follow, one an object.
+    pub tracks: Vec<Option<RigidTrack>>,
     /// What the distances between objects are taken from.
     pub distance: DistanceSetup,
     /// Scene radius, world units: what lengths in settings are multiplied by.
@@ -66,6 +69,7 @@ impl Setup {
                 .into_iter()
                 .map(Pose::from)
                 .collect(),
+            tracks: scene.tracks.clone(),
             distance: DistanceSetup::new(&scene.surface, &atlas, others(settings)),
             surface: scene.surface.clone(),
             radius: scene.radius,

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Transfer};
@@ -11,6 +12,8 @@ use super::types::{Motion, Particle, Transfer};
 pub struct Snapshot {
     /// Steps done.
     pub step: u64,
+    /// The objects' time, and their poses from outside.
+    pub movement: SavedMovement,
     /// Where particles are.
     pub particles: Vec<Particle>,
     /// Where they are going.
@@ -44,6 +47,7 @@ impl Snapshot {
             trail: vec![0.0; texels],
             deposits: vec![0; texels],
             transfers: TransferState::default(),
+            movement: SavedMovement::default(),
         }
     }
 
@@ -211,6 +215,7 @@ mod tests {
             trail: vec![0.5, 0.25, 0.0, 1.0],
             deposits: vec![0; 4],
             transfers: TransferState::default(),
+            movement: SavedMovement::default(),
         }
     }
 

@@ -11,7 +11,8 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Pose, Seam, SurfaceSample, Vertex,
+    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, Seam, SurfaceSample,
+    Vertex,
 };
 use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -151,6 +152,8 @@ pub struct State {
     pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
+    /// One an object: what particles do there.
+    pub physarums: Buffer<Physarum>,
     /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
     /// Like all that follows of length 1 where there is one object.
     pub distances: Buffer<f32>,
@@ -175,7 +178,12 @@ pub struct State {
 impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
-        let start = arranged(&Snapshot::start(setup), setup, settings.strategy());
+        let start = arranged(
+            &Snapshot::start(setup),
+            setup,
+            &setup.poses,
+            settings.strategy(),
+        );
         let texels = setup.atlas.density.len();
         let objects = setup.poses.len();
         let field = if objects > 1 { texels } else { 1 };
@@ -211,6 +219,7 @@ impl State {
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+            physarums: Buffer::zeroed(ctx, "physarums", objects)?,
             distances: Buffer::zeroed(ctx, "distances", field)?,
             nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
             samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,

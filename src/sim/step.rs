@@ -8,6 +8,7 @@ use super::kernels::{
 use super::params::StepParams;
 use super::state::{Kernels, State};
 use super::turns::Turn;
+use super::types::{Physarum, Pose};
 use crate::gpu::{
     Access::{Copy, Indirect, Kernel},
     Recorder, Threads,
@@ -31,9 +32,25 @@ pub const KERNELS: [(&str, Record); 5] = [
     ("exchange_seams", exchange_seams),
 ];
 
-/// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
-/// written and not yet made visible.
-pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
+/// What the host has found to be others than in the step before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// World from object, one an object.
+    pub poses: Option<Vec<Pose>>,
+    /// What particles do, one an object.
+    pub physarums: Option<Vec<Physarum>>,
+}
+
+/// Records one step, after which the objects are where `changes` say. Each barrier names what
+/// it separates; the recorder refuses a dispatch that reads what was written and not yet made visible.
+pub fn record(
+    rec: &mut Recorder,
+    k: &Kernels,
+    s: &mut State,
+    params: &StepParams,
+    changes: &Changes,
+) {
+    pose(rec, s, changes);
     distance(rec, k, s, params);
     walk_and_change_objects(rec, k, s, &params.turn);
     if let Some(first_half) = params.first_half() {
@@ -46,6 +63,22 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
+}
+
+/// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.
+/// What particles do on each object comes the same way.
+pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
+    // Kernels and pictures before this one have read the old ones; a picture's own barriers end in `Kernel`.
+    if let Some(poses) = &changes.poses {
+        rec.barrier(Kernel, Copy, &[&s.poses]);
+        rec.update_long(&s.poses, poses);
+        rec.barrier(Copy, Kernel, &[&s.poses]);
+    }
+    if let Some(physarums) = &changes.physarums {
+        rec.barrier(Kernel, Copy, &[&s.physarums]);
+        rec.update_long(&s.physarums, physarums);
+        rec.barrier(Copy, Kernel, &[&s.physarums]);
+    }
 }
 
 /// Where nothing has moved there are no jobs, and nothing is recorded.
@@ -164,6 +197,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         vertices: &s.vertices,
         poses: &s.poses,
         distances: &s.distances,
+        physarums: &s.physarums,
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
         particle_indices: &s.transfers.particle_indices,

@@ -2,50 +2,8 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DistanceMethod, ObjectSettings, Show, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DistanceMethod, Show, SignRule, Start, Strategy,
 };
-
-macro_rules! real {
-    ($($field:ident).+, $range:expr, $slider:expr, $scale:ident) => {
-        Kind::Number(Number {
-            range: $range,
-            slider: $slider,
-            scale: Scale::$scale,
-            integer: false,
-            get: |s| s.$($field).+ as f64,
-            set: |s, value| s.$($field).+ = value as f32,
-        })
-    };
-}
-
-macro_rules! whole {
-    ($($field:ident).+: $type:ty, $range:expr, $slider:expr, $scale:ident) => {
-        Kind::Number(Number {
-            range: $range,
-            slider: $slider,
-            scale: Scale::$scale,
-            integer: true,
-            get: |s| s.$($field).+ as f64,
-            set: |s, value| s.$($field).+ = value.round() as $type,
-        })
-    };
-}
-
-macro_rules! word {
-    ($($field:ident).+: $type:ty) => {
-        Kind::Choice {
-            words: <$type>::WORDS,
-            get: |s| s.$($field).+ as usize,
-            set: |s, i| s.$($field).+ = <$type>::ALL[i],
-        }
-    };
-}
-
-macro_rules! vector {
-    ($($field:ident).+, $range:expr) => {
-        Kind::Vector { range: $range, get: |s| s.$($field).+, set: |s, value| s.$($field).+ = value }
-    };
-}
 
 /// Every parameter of a scene, in the order that people read them.
 pub static PARAMETERS: &[Parameter] = &[
@@ -217,6 +175,14 @@ pub static PARAMETERS: &[Parameter] = &[
             (-100.0, 100.0),
             Linear
         ),
+    },
+    Parameter {
+        key: "time.dt",
+        name: "Time step",
+        unit: "seconds",
+        help: "Seconds of the objects' motion that pass in a step. 0 holds them where they are.",
+        effect: Effect::Live,
+        kind: real!(time.dt, (0.0, 3_600.0), (0.0, 0.1), Linear),
     },
     Parameter {
         key: "time.steps_per_second",
@@ -422,42 +388,5 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "Colour behind the objects: red, green and blue as the eye sees them (sRGB).",
         effect: Effect::Live,
         kind: vector!(picture.background, (0.0, 1.0)),
-    },
-];
-
-/// The parameters of one `[[object]]`, beside its name and mesh. Poses change while a simulation runs; a scale does
-/// not, because walks and texels are measured in world lengths.
-pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
-    Parameter {
-        key: "position",
-        name: "Position",
-        unit: "world units",
-        help: "Where the object's origin stands.",
-        effect: Effect::Live,
-        kind: vector!(position, (-1e9, 1e9)),
-    },
-    Parameter {
-        key: "rotation",
-        name: "Rotation",
-        unit: "degrees",
-        help: "About the world's X axis, then Y, then Z.",
-        effect: Effect::Live,
-        kind: vector!(rotation, (-36_000.0, 36_000.0)),
-    },
-    Parameter {
-        key: "scale",
-        name: "Scale",
-        unit: "",
-        help: "Multiplies the mesh's coordinates.",
-        effect: Effect::Restart,
-        kind: real!(scale, (1e-6, 1e6), (0.05, 20.0), Logarithmic),
-    },
-    Parameter {
-        key: "texel_weight",
-        name: "Texel weight",
-        unit: "",
-        help: "For the atlas method charts: texels per surface area, relative to the other objects. 4 gives an object twice the resolution.",
-        effect: Effect::Restart,
-        kind: real!(texel_weight, (0.01, 100.0), (0.1, 10.0), Logarithmic),
     },
 ];

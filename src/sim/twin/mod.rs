@@ -34,12 +34,13 @@ pub use walk_queries::walk_queries;
 use turns::TwinTransfers;
 
 use super::distance::{DistancePlanner, DistanceSetup};
+use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::arranged;
 use super::turns::Turn;
-use super::types::{Motion, Particle};
+use super::types::{Motion, Particle, Pose};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::{DistanceMethod, Settings, Strategy};
 
@@ -55,6 +56,8 @@ pub struct Simulation {
     next_trail: Vec<f32>,
     deposits: Vec<u32>,
     previous_deposits: Vec<u32>,
+    movement: Movement,
+    poses: Vec<Pose>,
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
@@ -67,12 +70,20 @@ impl Simulation {
     #[must_use]
     pub fn new(setup: Setup, settings: Settings) -> Self {
         let texels = setup.atlas.density.len();
-        let start = arranged(&Snapshot::start(&setup), &setup, settings.strategy());
+        let start = arranged(
+            &Snapshot::start(&setup),
+            &setup,
+            &setup.poses,
+            settings.strategy(),
+        );
+        let poses = setup.poses.clone();
         Self {
             transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
             particles: start.particles,
             motions: start.motions,
             setup,
+            movement: Movement::new(&settings),
+            poses,
             settings,
             trail: vec![0.0; texels],
             next_trail: vec![0.0; texels],
@@ -90,7 +101,17 @@ impl Simulation {
         let constants = StepConstants::new(&self.settings);
         let capacity = self.transfers.capacity();
         let mut params = StepParams::new(&self.settings, &self.setup, self.step, capacity);
-        params.update_distances(&mut self.planner, &self.settings, &self.setup, self.step);
+        self.movement
+            .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
+        let objects = &self.settings.objects;
+        self.poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        params.update_distances(
+            &mut self.planner,
+            &self.settings,
+            &self.setup,
+            self.step,
+            &self.poses,
+        );
         self.distance(&constants, &params);
         let gaps = self.walk_and_change_objects(&constants, &params.turn);
         if let Some(first_half) = params.first_half() {
@@ -212,11 +233,24 @@ impl Simulation {
         (&self.distances, &self.nearest)
     }
 
+    /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid.
+    pub fn set_pose(
+        &mut self,
+        object: usize,
+        world_from_object: Option<glam::DAffine3>,
+    ) -> crate::Result<()> {
+        self.movement.set_pose(object, world_from_object)
+    }
+
     /// The state after the last step.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             step: self.step,
+            movement: self.movement.save(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
             trail: self.trail.clone(),
@@ -226,8 +260,17 @@ impl Simulation {
     }
 
     /// Goes on from a snapshot of the same scene.
+    ///
+    /// # Panics
+    /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
-        let state = arranged(snapshot, &self.setup, self.settings.strategy());
+        let movement = snapshot.movement.restore();
+        self.movement = movement.expect("the poses are sound");
+        let objects = &self.settings.objects;
+        let last = snapshot.step.saturating_sub(1);
+        self.poses = self.movement.poses(objects, &self.setup.tracks, last);
+        let strategy = self.settings.strategy();
+        let state = arranged(snapshot, &self.setup, &self.poses, strategy);
         self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
         self.particles = state.particles;
         self.motions = state.motions;
