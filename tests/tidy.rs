@@ -104,6 +104,22 @@ fn files_say_what_they_are_for() {
     }
 }
 
+/// Such a file would not be found anywhere else.
+#[test]
+fn files_name_no_place_of_one_machine() {
+    for (folder, endings) in [
+        ("src", &["rs"][..]),
+        ("tests", &["rs"]),
+        ("shaders", &["comp", "vert", "frag", "glsl"]),
+    ] {
+        for (path, text) in files(folder, endings) {
+            for place in ["/work", "/home", "/root"].map(|place| format!("{place}/")) {
+                assert!(!text.contains(&place), "{} names {place}", path.display());
+            }
+        }
+    }
+}
+
 #[test]
 fn files_fit_in_the_head() {
     let all = [

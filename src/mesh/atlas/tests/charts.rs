@@ -61,6 +61,9 @@ fn charts_depend_on_nothing_but_their_arguments() {
     assert_eq!(one.owner, three.owner);
     assert_eq!(one.maps, three.maps);
     assert_eq!(one.area, three.area);
+    assert_eq!(one.density, three.density);
+    assert_eq!(one.blocks, three.blocks);
+    assert_eq!(one.exchange, three.exchange);
     assert_eq!(
         bytemuck::cast_slice::<_, u8>(&one.seams),
         bytemuck::cast_slice::<_, u8>(&three.seams)
