@@ -5,6 +5,8 @@
 //! Texels of that read that are themselves gutter texels are replaced by their own rows, again and again, until only
 //! owned texels remain. Open borders reflect the walk; at vertices the edge that the walk meets decides.
 
+use std::sync::OnceLock;
+
 use glam::{DMat2, DVec2, Mat2, Vec2};
 use rayon::prelude::*;
 
@@ -24,6 +26,9 @@ const MAX_CROSSINGS: u32 = 512;
 /// Lighter taps are dropped: the margin that the maps keep makes such taps where a walk really ends on a texel's
 /// centre.
 const LEAST_TAP: f64 = 1.0 / 256.0;
+
+/// Texels that are looked for one by one round a gutter texel; what is farther takes a flood.
+const NEAR: i64 = 8;
 
 /// An [`AtlasMap`] in double precision, with its inverse.
 #[derive(Clone, Copy, Debug)]
@@ -130,8 +135,10 @@ pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> (Vec<Seam
             (taps, unfolded.way(&layout.chart))
         })
         .unzip();
+    let far = OnceLock::new();
     let rows = Rows::resolve(&taps, |k| {
-        nearest_owned(layout, pitch, layout.gutter_texels[k as usize])
+        nearest_owned(layout, pitch, layout.gutter_texels[k as usize], NEAR)
+            .unwrap_or_else(|| far.get_or_init(|| flooded(layout, pitch, &finder))[k as usize])
     });
     let seams = layout
         .gutter_texels
@@ -142,34 +149,80 @@ pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> (Vec<Seam
     (seams, ways)
 }
 
-/// The owned texel of the same chart that is nearest along both axes.
-fn nearest_owned(layout: &Layout, pitch: u32, gutter_texel: GutterTexel) -> u32 {
+/// The owned texel of the same chart that is nearest along both axes, if one is within so many texels.
+fn nearest_owned(
+    layout: &Layout,
+    pitch: u32,
+    gutter_texel: GutterTexel,
+    farthest: i64,
+) -> Option<u32> {
     let chart = layout.chart[gutter_texel.triangle as usize];
     let side = (layout.owner.len() / pitch as usize) as i64;
     let [x, y] = [gutter_texel.texel % pitch, gutter_texel.texel / pitch].map(i64::from);
-    let owns = |x: i64, y: i64| {
-        let inside = (0..side).contains(&x) && (0..side).contains(&y);
-        let owner = if inside {
-            layout.owner[(y * i64::from(pitch) + x) as usize]
-        } else {
-            NONE
-        };
-        owner != NONE && layout.chart[owner as usize] == chart
+    let owned = |x: i64, y: i64| {
+        if !(0..side).contains(&x) || !(0..side).contains(&y) {
+            return None;
+        }
+        let texel = (y * i64::from(pitch) + x) as u32;
+        let owner = layout.owner[texel as usize];
+        (owner != NONE && layout.chart[owner as usize] == chart).then_some(texel)
     };
-    for ring in 1..side {
-        for k in -ring..=ring {
-            let places = [
-                (x + k, y - ring),
-                (x + k, y + ring),
-                (x - ring, y + k),
-                (x + ring, y + k),
-            ];
-            if let Some((x, y)) = places.into_iter().find(|&(x, y)| owns(x, y)) {
-                return (y * i64::from(pitch) + x) as u32;
+    (1..=farthest).find_map(|ring| {
+        (-ring..=ring).find_map(|k| {
+            owned(x + k, y - ring)
+                .or_else(|| owned(x + k, y + ring))
+                .or_else(|| owned(x - ring, y + k))
+                .or_else(|| owned(x + ring, y + k))
+        })
+    })
+}
+
+/// For every gutter texel an owned one of the same chart, about the nearest: a flood from all owned texels at once,
+/// through the gutter. A sliver's gutter may be thousands of texels long, and its only owned texel at one end.
+fn flooded(layout: &Layout, pitch: u32, finder: &Finder) -> Vec<u32> {
+    let gutter_texels = &layout.gutter_texels;
+    let chart_of = |k: u32| layout.chart[gutter_texels[k as usize].triangle as usize];
+    let mut found = vec![NONE; gutter_texels.len()];
+    let mut reached = Vec::new();
+    for (k, &gutter_texel) in gutter_texels.iter().enumerate() {
+        if let Some(texel) = nearest_owned(layout, pitch, gutter_texel, 1) {
+            found[k] = texel;
+            reached.push(k as u32);
+        }
+    }
+    let mut next = 0;
+    while next < reached.len() {
+        let from = reached[next];
+        next += 1;
+        let texel = gutter_texels[from as usize].texel;
+        let [x, y] = [texel % pitch, texel / pitch];
+        for y in y.saturating_sub(1)..=y + 1 {
+            for x in x.saturating_sub(1)..=(x + 1).min(pitch - 1) {
+                let Some(to) = finder.find(y * pitch + x) else {
+                    continue;
+                };
+                if found[to as usize] == NONE && chart_of(to) == chart_of(from) {
+                    found[to as usize] = found[from as usize];
+                    reached.push(to);
+                }
             }
         }
     }
-    unreachable!("chart {chart} owns no texel");
+    if reached.len() < found.len() {
+        // A chart in pieces that touch nowhere: any of its texels.
+        let mut any = vec![NONE; layout.chart_count as usize];
+        for (texel, &owner) in layout.owner.iter().enumerate() {
+            if owner != NONE {
+                any[layout.chart[owner as usize] as usize] = texel as u32;
+            }
+        }
+        for k in 0..found.len() as u32 {
+            if found[k as usize] == NONE {
+                found[k as usize] = any[chart_of(k) as usize];
+            }
+        }
+    }
+    found
 }
 
 /// Where a walk over a chart's border ends.
