@@ -103,6 +103,9 @@ impl Atlas {
                 picture = Some(png(&charts::picture(&scene.surface, &atlas, self.scale)));
             }
             rows.push(row);
+            if interrupt::requested() {
+                return Ok(Outcome::Interrupted);
+            }
         }
         let text = if self.json {
             as_json(&rows)
@@ -186,12 +189,13 @@ impl Atlas {
         let begun = Instant::now();
         let atlas = setting_up
             .run(|control| atlas::Atlas::build_with(&scene.surface, &options, control))?;
+        let (seconds, phases) = (begun.elapsed().as_secs_f64(), setting_up.seconds());
         let row = Row {
             name: scene.name.clone(),
             objects: scene.settings.objects.len(),
             statistics: atlas.statistics(&scene.surface),
-            seconds: begun.elapsed().as_secs_f64(),
-            phases: setting_up.seconds(),
+            seconds,
+            phases,
             options: AtlasOptions {
                 gutter: atlas.gutter,
                 ..options

@@ -12,6 +12,7 @@ use super::super::surface::{NONE, Seam};
 use super::balance::{Demand, LEAST_CONDUCTANCE, NINTH, Pair, balance};
 use super::gutter::Way;
 use super::table::Table;
+use super::{AtlasError, Control};
 
 /// The square of the distance of pairs, in taps' distances, beyond which something is wrong with the way.
 const FARTHEST_PAIR: f32 = 16.0;
@@ -69,7 +70,9 @@ pub(super) struct Conductances {
 }
 
 impl Layers<'_> {
-    pub(super) fn conductances(&self) -> Conductances {
+    /// # Errors
+    /// [`AtlasError::Cancelled`].
+    pub(super) fn conductances(&self, control: &Control<'_>) -> Result<Conductances, AtlasError> {
         let border = self.chosen(|texel| self.mask(texel) != 0xff);
         let mut seam_of = vec![NONE; self.owner.len()];
         for (k, seam) in self.seams.iter().enumerate() {
@@ -100,12 +103,14 @@ impl Layers<'_> {
         for &texel in &border {
             at_border[index[texel as usize] as usize] = true;
         }
+        control.check()?;
         let mut pairs = self.pairs(&border, &reads, &texels, &index);
         let demands: Vec<Option<Demand>> = texels
             .par_iter()
             .zip(&at_border)
             .map(|(&texel, &at_border)| self.demand(texel, at_border, &seam_of))
             .collect();
+        control.check()?;
         balance(&mut pairs, &texels, |texel| index[texel as usize], &demands);
         let pairs = Table::collect(
             texels.len(),
@@ -115,13 +120,13 @@ impl Layers<'_> {
                 items.extend(changed.map(|pair| (pair.texel, pair.more)));
             },
         );
-        Conductances {
+        Ok(Conductances {
             texels,
             index,
             at_border,
             pairs,
             deposits,
-        }
+        })
     }
 
     /// Texels at borders, next to those, and others that exchange with them; and their places in that list by texel.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, NONE, Seam, Surface};
 use super::super::walk::{BorderRule, Frame, SurfacePoint, WalkStatus, walk};
 use super::rows::{Rows, Taps};
-use super::{GutterTexel, Layout};
+use super::{AtlasError, Control, GutterTexel, Layout};
 
 /// How far inside its triangle a walk starts, as a share of the way to the centroid. Exactly on the border the walk
 /// would meet that edge at distance 0, and a vertex would be on two edges at once.
@@ -122,31 +122,41 @@ pub(super) struct Way {
 
 /// One row for each gutter texel of a layout, in the same order, and the way to what it is filled from.
 ///
+/// # Errors
+/// [`AtlasError::Cancelled`].
+///
 /// # Panics
 /// When a read anywhere on the surface touches a texel that is neither owned nor gutter: then the layout is wrong.
-pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> (Vec<Seam>, Vec<Way>) {
+pub(super) fn seams(
+    surface: &Surface,
+    layout: &Layout,
+    pitch: u32,
+    control: &Control<'_>,
+) -> Result<(Vec<Seam>, Vec<Way>), AtlasError> {
+    control.step("filling gutters", 0.92)?;
     let finder = Finder::new(&layout.gutter_texels, pitch, layout.owner.len());
     let (taps, ways): (Vec<Taps>, Vec<Way>) = layout
         .gutter_texels
         .par_iter()
         .map(|&gutter_texel| {
+            control.check()?;
             let unfolded = unfold(surface, &layout.maps, pitch, gutter_texel);
             let taps = read_at(unfolded.position, pitch, &layout.owner, &finder);
-            (taps, unfolded.way(&layout.chart))
+            Ok((taps, unfolded.way(&layout.chart)))
         })
-        .unzip();
+        .collect::<Result<_, AtlasError>>()?;
     let far = OnceLock::new();
-    let rows = Rows::resolve(&taps, |k| {
+    let rows = Rows::resolve(&taps, control, |k| {
         nearest_owned(layout, pitch, layout.gutter_texels[k as usize], NEAR)
             .unwrap_or_else(|| far.get_or_init(|| flooded(layout, pitch, &finder))[k as usize])
-    });
+    })?;
     let seams = layout
         .gutter_texels
         .par_iter()
         .enumerate()
         .map(|(k, gutter_texel)| rows.row(k as u32).into_seam(gutter_texel.texel))
         .collect();
-    (seams, ways)
+    Ok((seams, ways))
 }
 
 /// The owned texel of the same chart that is nearest along both axes, if one is within so many texels.

@@ -58,6 +58,9 @@ pub use statistics::AtlasStatistics;
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
 
+/// What is told while diffusion across seams is worked out.
+const JOINING: &str = "joining seams";
+
 /// How triangles are laid out in the texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtlasMethod {
@@ -314,16 +317,22 @@ impl Atlas {
                     let flat = charts::flat_charts(surface, control)?;
                     place::place(surface, flat, &options, control)
                 })?;
-                raster::derive(surface, maps, chart, chart_count, &options)
+                raster::derive(surface, maps, chart, chart_count, &options, control)?
             }
-            AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
+            AtlasMethod::Grid => {
+                control.step(raster::DOING, raster::START)?;
+                grid::Grid::new(surface, &options)?.layout(surface)
+            }
             AtlasMethod::Mesh => {
                 let (maps, chart, chart_count) = own_uvs::place(surface, &options, control)?;
-                raster::derive(surface, maps, chart, chart_count, &options)
+                raster::derive(surface, maps, chart, chart_count, &options, control)?
             }
         };
-        let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size));
-        Ok(Self::assemble(surface, &options, layout, seams, &ways))
+        let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;
+        let atlas = Self::assemble(surface, &options, layout, seams, &ways, control)?;
+        // Whoever asked to stop in the meantime does not wait for an atlas.
+        control.step(JOINING, 1.0)?;
+        Ok(atlas)
     }
 
     fn assemble(
@@ -332,7 +341,9 @@ impl Atlas {
         mut layout: Layout,
         seams: Vec<Seam>,
         ways: &[gutter::Way],
-    ) -> Self {
+        control: &Control<'_>,
+    ) -> Result<Self, AtlasError> {
+        control.step(JOINING, 0.95)?;
         give_to_owned(&mut layout.area, &seams);
         let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
         let mean_texel_area = surface_area(surface) / owned_count as f64;
@@ -362,9 +373,11 @@ impl Atlas {
             distance: options.gutter,
             offsets: ExchangeRow::neighbours(pitch, options.gutter),
         };
-        let exchange = layers.conductances().tables(&layers);
+        let conductances = layers.conductances(control)?;
+        control.check()?;
+        let exchange = conductances.tables(&layers);
         let blocks = exchange::used_blocks(&density, &seams, options.gutter * pitch / 4);
-        Self {
+        Ok(Self {
             size: options.size,
             pitch,
             gutter: options.gutter,
@@ -382,7 +395,7 @@ impl Atlas {
             seams,
             exchange,
             blocks,
-        }
+        })
     }
 
     /// Length of the per-texel arrays: `pitch * size`.

@@ -10,10 +10,16 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, NONE, Surface};
 use super::fixed::{Fixed, only_texel, twice_area};
 use super::outline::Cells;
-use super::{AtlasOptions, GutterTexel, Layout, pitch_of, triangle_area};
+use super::{
+    AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, triangle_area,
+};
 
 /// Texel rows a band.
 const BAND: u32 = 16;
+
+/// What is told while this goes on, and the share of the whole atlas's time that is over when it starts.
+pub(super) const DOING: &str = "giving out texels";
+pub(super) const START: f32 = 0.9;
 
 /// Owners, areas and gutter for maps whose corners are on the grid.
 pub(super) fn derive(
@@ -22,7 +28,9 @@ pub(super) fn derive(
     chart: Vec<u32>,
     chart_count: u32,
     options: &AtlasOptions,
-) -> Layout {
+    control: &Control<'_>,
+) -> Result<Layout, AtlasError> {
+    control.step(DOING, START)?;
     let fixed = Fixed::new(options.size, options.gutter);
     let sheet = Sheet {
         fixed,
@@ -37,8 +45,9 @@ pub(super) fn derive(
     for &(triangle, texel) in &only {
         owner[texel.y as usize * sheet.pitch + texel.x as usize] = triangle;
     }
+    control.check()?;
     let gutter_texels = sheet.gutter(&owner, &only);
-    Layout {
+    Ok(Layout {
         maps,
         chart,
         chart_count,
@@ -46,7 +55,7 @@ pub(super) fn derive(
         owner,
         area,
         gutter_texels,
-    }
+    })
 }
 
 /// Charts that are too near to each other.
