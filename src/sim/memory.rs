@@ -141,7 +141,8 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
 }
 
 /// As the atlas says it, but never with a size that this device does not hold.
-pub(super) fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
+#[must_use]
+pub fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
     match &error {
         AtlasError::NoRoom {
             triangles, needed, ..
