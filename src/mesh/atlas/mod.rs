@@ -178,7 +178,8 @@ pub enum AtlasError {
     /// The model's own texture coordinates leave too little room at this size.
     #[error(
         "the texture coordinates of object {object} leave too little room for a gutter of {gutter} in an atlas of size \
-         {size}: {problem}; raise atlas.size to {needed} or more"
+         {size}: {problem}; raise atlas.size to {advice}",
+        advice = if *tried { format!("{needed} or more") } else { format!("about {needed}") }
     )]
     OwnUvsTooDense {
         /// The object, counted from 1.
@@ -189,8 +190,10 @@ pub enum AtlasError {
         size: u32,
         /// What is too near to what, and where.
         problem: String,
-        /// A texture side that works.
+        /// A texture side that works, or that should.
         needed: u32,
+        /// Whether that was tried; very large ones are not.
+        tried: bool,
     },
     /// More charts than the texture has room for.
     #[error(

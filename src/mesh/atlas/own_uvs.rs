@@ -359,7 +359,7 @@ fn overlap_error(surface: &Surface, a: u32, b: u32) -> AtlasError {
     }
 }
 
-/// The error with a size that works: larger by as much as the gap is too small.
+/// The error with a size that works, or for large textures should: larger by as much as the gap is too small.
 fn room_error(
     surface: &Surface,
     options: &AtlasOptions,
@@ -394,5 +394,6 @@ fn room_error(
         size: options.size,
         problem,
         needed: larger.size,
+        tried: larger.size <= LARGEST_TRIED,
     })
 }
