@@ -191,7 +191,12 @@ fn an_interrupted_question_leaves_nothing_behind() {
     let out = folder.file("deep/out.csv");
     // The atlas alone takes seconds.
     let mut child = program()
-        .args(["query", "diffuse", "--mesh", "builtin:torus?major=300&minor=300"])
+        .args([
+            "query",
+            "diffuse",
+            "--mesh",
+            "builtin:torus?major=300&minor=300",
+        ])
         .args(["--in", path(&spots), "--steps", "1000000"])
         .args(["--atlas-size", "2048", "--out", path(&out)])
         .env("XDG_CACHE_HOME", folder.file("cache"))

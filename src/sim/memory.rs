@@ -147,13 +147,13 @@ pub fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
         AtlasError::NoRoom {
             triangles, needed, ..
         } => (
-            format!("{} triangles", number(*triangles as u64)),
+            counted(*triangles as u64, "triangle"),
             *needed,
             "",
             "use meshes with fewer triangles",
         ),
         AtlasError::NoRoomForCharts { charts, needed, .. } => (
-            format!("{} charts", number(*charts as u64)),
+            counted(*charts as u64, "chart"),
             *needed,
             "",
             "use meshes with fewer parts and triangles, or a smaller gutter",
@@ -183,7 +183,7 @@ pub fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
     too_large(
         device,
         &format!(
-            "{what} need atlas.size {needed}, and the largest that it holds is {}: {advice}",
+            "{what} must have atlas.size {needed}, and the largest that it holds is {}: {advice}",
             number(largest)
         ),
     )
@@ -244,6 +244,14 @@ pub fn human(bytes: u64) -> String {
         _ if bytes >= 1 << 30 => format!("{:.1} GiB", count / f64::from(1 << 30)),
         _ => format!("{:.0} MiB", (count / f64::from(1 << 20)).ceil()),
     }
+}
+
+fn counted(count: u64, what: &str) -> String {
+    format!(
+        "{} {what}{}",
+        number(count),
+        if count == 1 { "" } else { "s" }
+    )
 }
 
 fn number(value: u64) -> String {
@@ -388,7 +396,7 @@ mod tests {
         );
         let message = atlas_error(&small, no_room(900)).to_string();
         assert!(
-            message.ends_with("need atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
+            message.ends_with("100,000 triangles must have atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
             "{message}"
         );
         for needed in [400, 900, 32_769] {

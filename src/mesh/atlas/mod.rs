@@ -146,8 +146,10 @@ pub enum AtlasError {
     },
     /// More triangles than the texture has room for.
     #[error(
-        "{triangles} triangles need {cells} cells of at least {cell_size} x {cell_size} texels (gutter {gutter}), \
-         which do not fit an atlas of size {size}: {advice}",
+        "an atlas of size {size} has no room for {triangles} in {cells} of at least {cell_size} x {cell_size} texels \
+         (gutter {gutter}): {advice}",
+        triangles = counted(*triangles as u64, "triangle"),
+        cells = counted(*cells as u64, "cell"),
         advice = room_advice(*needed)
     )]
     NoRoom {
@@ -197,7 +199,8 @@ pub enum AtlasError {
     },
     /// More charts than the texture has room for.
     #[error(
-        "{charts} charts with a gutter of {gutter} each do not fit an atlas of size {size}: {advice}",
+        "an atlas of size {size} has no room for {charts} with a gutter of {gutter}: {advice}",
+        charts = counted(*charts as u64, "chart"),
         advice = chart_advice(*needed)
     )]
     NoRoomForCharts {
@@ -210,6 +213,11 @@ pub enum AtlasError {
         /// A texture side that works, a few per cent above the smallest at the most; more than [`MAX_SIZE`] if none does.
         needed: u64,
     },
+}
+
+/// `1 chart`, `2 charts`.
+fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn chart_advice(needed: u64) -> String {
@@ -447,8 +455,11 @@ impl fmt::Display for Atlas {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{0} x {0} texels by {1}: ", self.size, self.method)?;
         match self.cell_size {
-            0 => write!(f, "{} charts", self.chart_count)?,
-            c => write!(f, "{} cells of {c} x {c}", self.chart_count)?,
+            0 => f.write_str(&counted(self.chart_count.into(), "chart"))?,
+            c => {
+                let cells = counted(self.chart_count.into(), "cell");
+                write!(f, "{cells} of {c} x {c}")?;
+            }
         }
         let texels = f64::from(self.size) * f64::from(self.size);
         write!(

@@ -10,9 +10,7 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, NONE, Surface};
 use super::fixed::{Fixed, only_texel, twice_area};
 use super::outline::Cells;
-use super::{
-    AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, triangle_area,
-};
+use super::{AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, triangle_area};
 
 /// Texel rows a band.
 const BAND: u32 = 16;

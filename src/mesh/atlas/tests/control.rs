@@ -58,10 +58,10 @@ fn every_part_is_named_and_can_be_stopped() {
             let end = heard.iter().position(|one| *one == last);
             assert!(end.is_some(), "{last:?} in {heard:?}");
             assert!(
-                heard.iter().all(|(doing, _)| names
+                heard
                     .iter()
-                    .position(|name| name == doing)
-                    <= names.iter().position(|name| *name == last.0)),
+                    .all(|(doing, _)| names.iter().position(|name| name == doing)
+                        <= names.iter().position(|name| *name == last.0)),
                 "after {last:?}: {heard:?}"
             );
         }

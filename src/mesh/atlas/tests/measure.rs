@@ -32,7 +32,8 @@ fn packing_of_the_built_in_meshes() {
             place::place(&surface, flat, &options, &control).unwrap();
         let packing = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let layout = raster::derive(&surface, maps, chart, chart_count, &options, &control).unwrap();
+        let layout =
+            raster::derive(&surface, maps, chart, chart_count, &options, &control).unwrap();
         let deriving = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let (seams, ways) = gutter::seams(&surface, &layout, pitch_of(size), &control).unwrap();

@@ -150,7 +150,10 @@ fn sizes_that_were_not_tried_are_about_right() {
         panic!("{text}");
     };
     assert!((10_000..12_000).contains(&needed) && !tried, "{text}");
-    assert!(text.ends_with(&format!("raise atlas.size to about {needed}")), "{text}");
+    assert!(
+        text.ends_with(&format!("raise atlas.size to about {needed}")),
+        "{text}"
+    );
 }
 
 #[test]
