@@ -53,9 +53,7 @@ impl Diffusion {
         memory::check_atlas(ctx.info(), atlas)?;
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
-        let constants = DiffuseConstants {
-            distance,
-        };
+        let constants = DiffuseConstants { distance };
         let exchange = atlas.exchange.by_length();
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,

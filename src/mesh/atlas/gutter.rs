@@ -385,6 +385,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn distances_do_not_depend_on_the_way_round() {
+        let map = AtlasMap {
+            origin: Vec2::splat(4.0),
+            du: Vec2::new(8.0, 0.0),
+            dv: Vec2::new(0.0, 8.0),
+        };
+        let mirrored = AtlasMap {
+            du: map.dv,
+            dv: map.du,
+            ..map
+        };
+        for (x, y, distance) in [
+            (6.0, 6.0, 0.0),
+            (4.0, 12.0, 0.0),
+            (6.0, 1.0, 3.0),
+            (1.0, 0.0, 5.0),
+        ] {
+            for map in [map, mirrored] {
+                let found = Affine::of(&map).distance(DVec2::new(x, y));
+                assert!((found - distance).abs() < 1e-12, "{x} {y}: {found}");
+            }
+        }
+    }
+
+    #[test]
     fn unfolding_follows_the_surface_round_an_edge() {
         // Two triangles of equal height, in charts of different size.
         let mesh = crate::mesh::primitive::cube(1);

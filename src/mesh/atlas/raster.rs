@@ -29,15 +29,7 @@ pub(super) fn derive(
     control: &Control<'_>,
 ) -> Result<Layout, AtlasError> {
     control.step(DOING, START)?;
-    let fixed = Fixed::new(options.size, options.gutter);
-    let sheet = Sheet {
-        fixed,
-        size: options.size as i32,
-        pitch: pitch_of(options.size) as usize,
-        corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
-        surface,
-        chart: &chart,
-    };
+    let sheet = Sheet::new(surface, &maps, &chart, options);
     let (mut owner, area) = sheet.owners_and_areas();
     let only = sheet.only_texels(&owner, chart_count);
     for &(triangle, texel) in &only {
@@ -72,16 +64,7 @@ pub(super) fn conflict(
     chart: &[u32],
     options: &AtlasOptions,
 ) -> Option<Conflict> {
-    let fixed = Fixed::new(options.size, options.gutter);
-    let sheet = Sheet {
-        fixed,
-        size: options.size as i32,
-        pitch: pitch_of(options.size) as usize,
-        corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
-        surface,
-        chart,
-    };
-    sheet.conflict()
+    Sheet::new(surface, maps, chart, options).conflict()
 }
 
 struct Sheet<'a> {
@@ -94,7 +77,24 @@ struct Sheet<'a> {
     chart: &'a [u32],
 }
 
-impl Sheet<'_> {
+impl<'a> Sheet<'a> {
+    fn new(
+        surface: &'a Surface,
+        maps: &[AtlasMap],
+        chart: &'a [u32],
+        options: &AtlasOptions,
+    ) -> Self {
+        let fixed = Fixed::new(options.size, options.gutter);
+        Self {
+            fixed,
+            size: options.size as i32,
+            pitch: pitch_of(options.size) as usize,
+            corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
+            surface,
+            chart,
+        }
+    }
+
     fn band_count(&self) -> usize {
         (self.size as usize).div_ceil(BAND as usize)
     }
