@@ -61,7 +61,7 @@ pub struct Atlas {
     /// Width of the gutter, in texels, instead of the diffusion distance
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     gutter: Option<u32>,
-    /// Turns each chart by a random angle; another N gives other angles
+    /// Turns each chart by a random angle; another N gives other angles, and 0 turns none
     #[arg(long, value_name = "N")]
     turn: Option<u64>,
     /// Makes the layout, though one may be kept from before, and keeps none
