@@ -39,7 +39,7 @@ fn every_part_is_named_and_can_be_stopped() {
     ] {
         let options = AtlasOptions {
             method,
-            ..options(256, 1)
+            ..options(512, 1)
         };
         let (atlas, all) = told(&options, None);
         assert!(atlas.is_ok());
