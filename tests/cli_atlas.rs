@@ -422,3 +422,11 @@ fn ctrl_c_stops_it() {
         );
     }
 }
+
+#[test]
+fn help_says_that_0_turns_nothing() {
+    for command in [&["atlas"][..], &["query", "atlas"], &["query", "diffuse"]] {
+        let help = text(&myxo(&[command, &["--help"]].concat()).stdout);
+        assert!(help.contains("0 turns none"), "{help}");
+    }
+}
