@@ -286,7 +286,7 @@ fn kept(cache: &Folder) -> std::path::PathBuf {
 
 fn was_cut((numbers, _): &(Value, Vec<u8>)) -> bool {
     let phases = numbers["phases"].as_object().expect("it is a table");
-    !phases.is_empty()
+    phases.contains_key("cutting into charts")
 }
 
 #[test]
@@ -420,5 +420,13 @@ fn ctrl_c_stops_it() {
             output.stdout.is_empty() && folder.names().is_empty(),
             "nothing is left"
         );
+    }
+}
+
+#[test]
+fn help_says_that_0_turns_nothing() {
+    for command in [&["atlas"][..], &["query", "atlas"], &["query", "diffuse"]] {
+        let help = text(&myxo(&[command, &["--help"]].concat()).stdout);
+        assert!(help.contains("0 turns none"), "{help}");
     }
 }

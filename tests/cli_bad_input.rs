@@ -136,7 +136,7 @@ fn a_texture_without_room_says_which_size_would_do() {
     let folder = Folder::new();
     for (model, method, told) in [
         ("torus", "grid", "27648 triangles"),
-        ("suzanne", "charts", "charts with a gutter of 1 each"),
+        ("suzanne", "charts", "charts with a gutter of 1:"),
     ] {
         let picture = folder.file(format!("{model}.png"));
         let method = format!("atlas.method={method}");

@@ -2,7 +2,7 @@
 
 mod program;
 
-use program::{Folder, done, failed, myxo, no_device, path, refused, text};
+use program::{Folder, done, failed, myxo, no_device, path, program, refused, text};
 
 const SPOTS: &str = "id,face,b0,b1,b2,amount\na,0,0.3,0.3,0.4,2\nb,9,0,0.5,0.5,0.5\n";
 
@@ -170,4 +170,48 @@ fn what_is_wrong_with_a_question_is_said() {
             ],
         );
     }
+}
+
+#[test]
+fn help_lists_the_ways_to_lay_triangles_out() {
+    for query in ["diffuse", "atlas"] {
+        let help = text(&myxo(&["query", query, "--help"]).stdout);
+        assert!(help.contains("charts, grid, mesh"), "{help}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_question_leaves_nothing_behind() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let spots = folder.with("in.csv", SPOTS);
+    let out = folder.file("deep/out.csv");
+    // The atlas alone takes seconds.
+    let mut child = program()
+        .args([
+            "query",
+            "diffuse",
+            "--mesh",
+            "builtin:torus?major=300&minor=300",
+        ])
+        .args(["--in", path(&spots), "--steps", "1000000"])
+        .args(["--atlas-size", "2048", "--out", path(&out)])
+        .env("XDG_CACHE_HOME", folder.file("cache"))
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let deep = folder.file("deep");
+    let is_begun = || std::fs::read_dir(&deep).is_ok_and(|mut files| files.next().is_some());
+    while !is_begun() && child.try_wait().expect("it can be asked").is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let killed = std::process::Command::new("sh")
+        .args(["-c", &format!("kill -INT {}", child.id())])
+        .status();
+    assert!(killed.expect("there is a shell").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    assert_eq!(std::fs::read_dir(&deep).expect("it was made").count(), 0);
 }

@@ -94,7 +94,10 @@ fn diffuse_agrees_with_its_twin() {
             // Every block, or two of three; the last ones may reach beyond the texture.
             let reach = distance as u32 * width / 4;
             let blocks: Vec<u32> = (0..texels as u32 / 4)
-                .filter(|quad| quad / reach % BLOCK_ROWS == 0 && quad % reach % BLOCK_QUADS == 0)
+                .filter(|quad| {
+                    (quad / reach).is_multiple_of(BLOCK_ROWS)
+                        && (quad % reach).is_multiple_of(BLOCK_QUADS)
+                })
                 .filter(|quad| distance == 1 || quad % 3 != 1)
                 .collect();
             let previous: Vec<u32> = (0..texels as u32).collect();

@@ -104,6 +104,22 @@ fn files_say_what_they_are_for() {
     }
 }
 
+/// Such a file would not be found anywhere else.
+#[test]
+fn files_name_no_place_of_one_machine() {
+    for (folder, endings) in [
+        ("src", &["rs"][..]),
+        ("tests", &["rs"]),
+        ("shaders", &["comp", "vert", "frag", "glsl"]),
+    ] {
+        for (path, text) in files(folder, endings) {
+            for place in ["work", "root"].map(|folder| format!("/{folder}/")) {
+                assert!(!text.contains(&place), "{} names {place}", path.display());
+            }
+        }
+    }
+}
+
 #[test]
 fn files_fit_in_the_head() {
     let all = [
@@ -130,6 +146,15 @@ fn every_kernel_has_a_twin_and_a_mutant() {
     let mutants =
         fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mutants.tsv"))
             .unwrap();
+    for line in mutants.lines().filter(|line| !line.starts_with('#')) {
+        let [path, original, replacement] = line.split('\t').collect::<Vec<_>>()[..] else {
+            panic!("not three columns: {line}");
+        };
+        let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
+        let times = text.matches(original).count();
+        assert_eq!(times, 1, "{path} has `{original}` {times} times");
+        assert_ne!(original, replacement);
+    }
     for (path, text) in files("shaders", &["comp"]) {
         let path = path.to_str().unwrap();
         // Those test the gpu layer, not the other way round.

@@ -61,7 +61,7 @@ pub struct Atlas {
     /// Width of the gutter, in texels, instead of the diffusion distance
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     gutter: Option<u32>,
-    /// Turns each chart by a random angle; another N gives other angles
+    /// Turns each chart by a random angle; another N gives other angles, and 0 turns none
     #[arg(long, value_name = "N")]
     turn: Option<u64>,
     /// Makes the layout, though one may be kept from before, and keeps none
@@ -103,6 +103,9 @@ impl Atlas {
                 picture = Some(png(&charts::picture(&scene.surface, &atlas, self.scale)));
             }
             rows.push(row);
+            if interrupt::requested() {
+                return Ok(Outcome::Interrupted);
+            }
         }
         let text = if self.json {
             as_json(&rows)
@@ -186,12 +189,16 @@ impl Atlas {
         let begun = Instant::now();
         let atlas = setting_up
             .run(|control| atlas::Atlas::build_with(&scene.surface, &options, control))?;
+        if let Some(warning) = atlas.warning() {
+            console::message(&format!("{}: {warning}", scene.name));
+        }
+        let (seconds, phases) = (begun.elapsed().as_secs_f64(), setting_up.seconds());
         let row = Row {
             name: scene.name.clone(),
             objects: scene.settings.objects.len(),
             statistics: atlas.statistics(&scene.surface),
-            seconds: begun.elapsed().as_secs_f64(),
-            phases: setting_up.seconds(),
+            seconds,
+            phases,
             options: AtlasOptions {
                 gutter: atlas.gutter,
                 ..options
@@ -213,6 +220,23 @@ fn png(picture: &image::RgbaImage) -> Vec<u8> {
     bytes
 }
 
+/// With three decimals; what is not finite stands for nothing at all.
+fn told(value: f64) -> String {
+    if value.is_finite() {
+        format!("{value:.3}")
+    } else {
+        "-".to_owned()
+    }
+}
+
+fn counted(count: u64, what: &str) -> String {
+    format!(
+        "{} {what}{}",
+        grouped(count as f64),
+        if count == 1 { "" } else { "s" }
+    )
+}
+
 fn as_text(row: &Row) -> String {
     let Row {
         name,
@@ -224,9 +248,17 @@ fn as_text(row: &Row) -> String {
     let texels = f64::from(options.size).powi(2);
     let share = |count: u64| {
         let share = percent(count as f64, texels);
-        format!("{} texels, {share}", grouped(count as f64))
+        format!("{}, {share}", counted(count, "texel"))
     };
-    let three = |values: [f64; 3]| values.map(|value| format!("{value:.3}")).join("  ");
+    let three = |values: [f64; 3]| values.map(told).join("  ");
+    let flat = match s.flat_triangles {
+        0 => String::new(),
+        1 => "; 1 triangle has no area in the texture".to_owned(),
+        n => format!(
+            "; {} triangles have no area in the texture",
+            grouped(n as f64)
+        ),
+    };
     let phases: String = row
         .phases
         .iter()
@@ -254,16 +286,19 @@ fn as_text(row: &Row) -> String {
         (
             "stretch",
             format!(
-                "{}   longest over shortest; worst {:.3}",
+                "{}   longest over shortest; worst {}{flat}",
                 three(s.stretch_percentiles),
-                s.worst_stretch
+                told(s.worst_stretch)
             ),
         ),
         (
             "without a centre",
             format!(
-                "{} triangles hold no texel's centre",
-                grouped(s.unowned_triangles as f64)
+                "{} no texel's centre",
+                match s.unowned_triangles {
+                    1 => "1 triangle holds".to_owned(),
+                    n => format!("{} triangles hold", grouped(n as f64)),
+                }
             ),
         ),
         ("seconds", format!("{:.3}{phases}", row.seconds)),
@@ -273,8 +308,8 @@ fn as_text(row: &Row) -> String {
         n => format!("{n} objects"),
     };
     let mut text = format!(
-        "{name}: {} triangles of {objects}\n",
-        grouped(s.triangles as f64)
+        "{name}: {} of {objects}\n",
+        counted(s.triangles as u64, "triangle")
     );
     for (what, value) in rows {
         let _ = writeln!(text, "  {what:<18} {value}");
@@ -307,9 +342,9 @@ fn as_table(rows: &[Row]) -> String {
                 row.options.method.to_string(),
                 grouped(f64::from(s.charts)),
                 format!("{:.3}", s.utilisation),
-                format!("{:.3}", s.area_percentiles[0]),
-                format!("{:.3}", s.area_percentiles[2]),
-                format!("{:.3}", s.stretch_percentiles[2]),
+                told(s.area_percentiles[0]),
+                told(s.area_percentiles[2]),
+                told(s.stretch_percentiles[2]),
                 grouped(s.unowned_triangles as f64),
                 format!("{:.2}", row.seconds),
             ]
@@ -374,7 +409,7 @@ fn row_as_json(row: &Row) -> Value {
     let s = &row.statistics;
     let phases = row.phases.iter();
     let phases = phases.map(|(doing, seconds)| ((*doing).to_owned(), json!(seconds)));
-    // What is not finite becomes null.
+    // What is not finite becomes null: there are flat triangles then.
     json!({
         "scene": row.name,
         "objects": row.objects,
@@ -392,6 +427,7 @@ fn row_as_json(row: &Row) -> Value {
         "stretch_percentiles": s.stretch_percentiles,
         "worst_stretch": s.worst_stretch,
         "unowned_triangles": s.unowned_triangles,
+        "flat_triangles": s.flat_triangles,
         "seconds": row.seconds,
         "phases": phases.collect::<Map<String, Value>>(),
     })
@@ -421,6 +457,7 @@ mod tests {
                 stretch_percentiles: [1.0, 1.01, 1.2],
                 worst_stretch: f64::INFINITY,
                 unowned_triangles: 3,
+                flat_triangles: 1,
                 seam_edges: 120,
             },
             seconds: 0.5,
@@ -436,7 +473,32 @@ mod tests {
             "utilisation        71.2 %\n",
             "gutter             96 texels, 2.3 %\n",
             "0.900  1.000  1.100   times the mean",
+            "worst -; 1 triangle has no area in the texture\n",
+            "3 triangles hold no texel's centre\n",
             "seconds            0.500; packing 0.250\n",
+        ] {
+            assert!(text.contains(part), "{part}\nis not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn nothing_and_one_are_told_as_such() {
+        let mut row = row("sliver");
+        row.statistics = AtlasStatistics {
+            triangles: 1,
+            owned_texels: 1,
+            unowned_triangles: 1,
+            area_percentiles: [f64::NAN; 3],
+            stretch_percentiles: [f64::INFINITY; 3],
+            ..row.statistics
+        };
+        let text = as_text(&row);
+        for part in [
+            "sliver: 1 triangle of one object\n",
+            "owned              1 texel, 0.0 %\n",
+            "texels per area    -  -  -   times",
+            "stretch            -  -  -   longest",
+            "1 triangle holds no texel's centre\n",
         ] {
             assert!(text.contains(part), "{part}\nis not in\n{text}");
         }
@@ -465,6 +527,7 @@ mod tests {
         assert_eq!(one["charts"], 9);
         assert_eq!(one["phases"]["packing"], 0.25);
         assert_eq!(one["worst_stretch"], Value::Null);
+        assert_eq!(one["flat_triangles"], 1);
         assert_eq!(parse(&[row("a"), row("b")])[1]["scene"], "b");
     }
 }

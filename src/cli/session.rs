@@ -76,6 +76,9 @@ impl Session {
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(&ctx, &scene, control))?;
+        if let Some(warning) = simulation.setup().atlas.warning() {
+            console::message(&format!("{}: {warning}", scene.name));
+        }
         let size = memory::size_in_bytes(simulation.setup());
         if size > LARGE {
             console::message(&format!(

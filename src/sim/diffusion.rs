@@ -9,12 +9,15 @@ use super::kernels::{
 use super::memory;
 use super::params::spreading;
 use super::state::{PingPong, Views};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Access::Kernel, Buffer, Context, Frames, Pipeline, Recorder, Texels, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
 /// Steps that are handed to the device together.
 const BATCH: u64 = 16;
+
+/// Texels between the taps of `diffuse.comp` at the most: it looks no farther than at the next four.
+const GREATEST_DISTANCE: u32 = 4;
 
 /// A trail on an atlas that does nothing but spread.
 pub struct Diffusion {
@@ -37,7 +40,7 @@ impl Diffusion {
     /// gutter is for.
     ///
     /// # Errors
-    /// When the device fails, or a buffer is larger than it allows.
+    /// When the device fails, a buffer is larger than it allows, or the gutter is wider than taps can be apart.
     ///
     /// # Panics
     /// When the diffusion is greater.
@@ -46,12 +49,11 @@ impl Diffusion {
             (0.0..=GREATEST_DIFFUSION).contains(&diffusion),
             "{diffusion}"
         );
+        let distance = taps_distance(atlas.gutter)?;
         memory::check_atlas(ctx.info(), atlas)?;
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
-        let constants = DiffuseConstants {
-            distance: atlas.gutter as i32,
-        };
+        let constants = DiffuseConstants { distance };
         let exchange = atlas.exchange.by_length();
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
@@ -153,5 +155,31 @@ impl Diffusion {
         );
         // The next step reads what was written here, and writes over what was read.
         rec.barrier(Kernel, Kernel, &[next_trail, trail]);
+    }
+}
+
+/// How far from each other the taps are on an atlas with such a gutter.
+fn taps_distance(gutter: u32) -> Result<i32> {
+    if gutter > GREATEST_DISTANCE {
+        return Err(Error::Invalid(format!(
+            "trails spread over the width of the atlas's gutter, which is {gutter} texels: use {GREATEST_DISTANCE} at most"
+        )));
+    }
+    Ok(gutter as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn taps_are_no_farther_apart_than_the_kernel_looks() {
+        for gutter in 1..=4 {
+            assert_eq!(taps_distance(gutter).ok(), Some(gutter as i32));
+        }
+        for gutter in [5, 64] {
+            let message = taps_distance(gutter).unwrap_err().to_string();
+            assert!(message.ends_with("use 4 at most"), "{message}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::types::{
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
-use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod};
+use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE};
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 
@@ -142,21 +142,52 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
 }
 
 /// As the atlas says it, but never with a size that this device does not hold.
-pub(super) fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
-    match &error {
+#[must_use]
+pub fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
+    let (what, needed, about, advice) = match &error {
         AtlasError::NoRoom {
             triangles, needed, ..
-        } if *needed > largest_atlas(device) => too_large(
-            device,
-            &format!(
-                "{} triangles need atlas.size = {}, and the largest that it holds is {}: use meshes with fewer triangles",
-                number(*triangles as u64),
-                number(*needed),
-                number(largest_atlas(device))
-            ),
+        } => (
+            counted(*triangles as u64, "triangle"),
+            *needed,
+            "",
+            "use meshes with fewer triangles",
         ),
-        _ => Error::Atlas(error),
+        AtlasError::NoRoomForCharts { charts, needed, .. } => (
+            counted(*charts as u64, "chart"),
+            *needed,
+            "",
+            "use meshes with fewer parts and triangles, or a smaller gutter",
+        ),
+        AtlasError::OwnUvsTooDense {
+            object,
+            needed,
+            tried,
+            ..
+        } => (
+            format!("the texture coordinates of object {object}"),
+            u64::from(*needed),
+            if *tried { "" } else { "about " },
+            "mend them, or choose atlas.method charts or grid",
+        ),
+        _ => return Error::Atlas(error),
+    };
+    let largest = largest_atlas(device);
+    if needed <= largest {
+        return Error::Atlas(error);
     }
+    let needed = if needed > u64::from(MAX_SIZE) {
+        format!("> {}", number(MAX_SIZE.into()))
+    } else {
+        format!("= {about}{}", number(needed))
+    };
+    too_large(
+        device,
+        &format!(
+            "{what} must have atlas.size {needed}, and the largest that it holds is {}: {advice}",
+            number(largest)
+        ),
+    )
 }
 
 fn too_large(device: &DeviceInfo, problem: &str) -> Error {
@@ -214,6 +245,14 @@ pub fn human(bytes: u64) -> String {
         _ if bytes >= 1 << 30 => format!("{:.1} GiB", count / f64::from(1 << 30)),
         _ => format!("{:.0} MiB", (count / f64::from(1 << 20)).ceil()),
     }
+}
+
+fn counted(count: u64, what: &str) -> String {
+    format!(
+        "{} {what}{}",
+        number(count),
+        if count == 1 { "" } else { "s" }
+    )
 }
 
 fn number(value: u64) -> String {
@@ -358,9 +397,35 @@ mod tests {
         );
         let message = atlas_error(&small, no_room(900)).to_string();
         assert!(
-            message.ends_with("need atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
+            message.ends_with("100,000 triangles must have atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
             "{message}"
         );
+        for needed in [400, 900, 32_769] {
+            let charts = AtlasError::NoRoomForCharts {
+                charts: 2000,
+                gutter: 1,
+                size: 64,
+                needed,
+            };
+            let own_uvs = AtlasError::OwnUvsTooDense {
+                object: 3,
+                gutter: 1,
+                size: 64,
+                problem: "two islands are too near to each other".to_owned(),
+                needed: needed as u32,
+                tried: false,
+            };
+            for (error, what) in [
+                (charts, "2000 charts"),
+                (own_uvs, "coordinates of object 3"),
+            ] {
+                let message = atlas_error(&small, error).to_string();
+                let is_too_large = message.contains("the largest that it holds is 512: ");
+                assert_eq!(is_too_large, needed > 512, "{message}");
+                assert!(message.contains(what), "{message}");
+                assert_eq!(message.contains("raise"), needed <= 512, "{message}");
+            }
+        }
     }
 
     #[test]

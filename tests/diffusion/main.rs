@@ -21,10 +21,15 @@ const DIFFUSION: f32 = 0.5;
 /// Standard deviation of a spot at the end, texels.
 const SPOT: f64 = 12.0;
 
-/// The same of what it starts as, or nothing for a single texel's deposit. A deposit beside a seam seems to come from up
-/// to a quarter of a texel away: mass waits on seam texels, which stand nearer to each other or farther apart than
-/// others. A blob of some texels averages that, but where a long seam lies along the texels: there all of them are alike.
-const STARTS: [(f64, f64); 2] = [(5.0, 0.012), (0.0, 0.025)];
+/// The same of what it starts as; nothing for a single texel's deposit.
+const STARTS: [f64; 2] = [5.0, 0.0];
+
+/// The root mean square error of an iso-line's radius, relative, that is allowed on surfaces that charts can keep the
+/// angles of.
+const SCATTER: f64 = 0.003;
+
+/// The mean error of the values on one side of a seam, relative, that is allowed there.
+const BIAS: f64 = 0.003;
 
 struct Case {
     name: String,
@@ -34,17 +39,26 @@ struct Case {
 
 impl Case {
     fn new(mesh: &Mesh, method: AtlasMethod, size: u32, turn: u64) -> Self {
+        Self::spreading(mesh, method, size, turn, 1)
+    }
+
+    /// With taps so many texels apart.
+    fn spreading(mesh: &Mesh, method: AtlasMethod, size: u32, turn: u64, distance: u32) -> Self {
         let surface = Surface::build(&[(mesh, 1.0)]);
         let options = AtlasOptions {
             method,
             size,
             turn,
+            gutter: distance,
             ..AtlasOptions::default()
         };
         let atlas = Atlas::build(&surface, &options).unwrap();
         atlas.validate(&surface).unwrap();
         Self {
-            name: format!("{} by {method} at {size}, turn {turn}", mesh.name),
+            name: format!(
+                "{} by {method} at {size}, turn {turn}, distance {distance}",
+                mesh.name
+            ),
             surface,
             atlas,
         }
@@ -91,14 +105,17 @@ impl Case {
         masses.map(|(&v, &a)| f64::from(v) * f64::from(a)).sum()
     }
 
-    /// Diffusivity times time of some steps: a step's nine taps have a variance of two thirds of a texel's area.
+    /// Diffusivity times time of some steps: a step's nine taps have a variance of two thirds of a texel's area, times
+    /// their distance squared.
     fn time(&self, steps: u64) -> f64 {
-        steps as f64 * f64::from(DIFFUSION) / 3.0 * self.atlas.mean_texel_area
+        let square = f64::from(self.atlas.gutter).powi(2);
+        steps as f64 * f64::from(DIFFUSION) / 3.0 * square * self.atlas.mean_texel_area
     }
 
     /// Steps after which a point has a standard deviation of so many texels.
     fn steps(&self, texels: f64) -> u64 {
-        (texels * texels * 1.5 / f64::from(DIFFUSION)).round() as u64
+        let square = f64::from(self.atlas.gutter).powi(2);
+        (texels * texels * 1.5 / f64::from(DIFFUSION) / square).round() as u64
     }
 
     /// How far a trail is from what it should be. The distance of an iso-line from the source follows from the value: of
@@ -162,6 +179,14 @@ fn builtin(name: &str) -> Mesh {
     Mesh::builtin(name).unwrap()
 }
 
+fn hand() -> Mesh {
+    Mesh::load(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/assets/hand_animated.glb"
+    ))
+    .unwrap()
+}
+
 /// A single texel's deposit.
 fn deposit(case: &Case, texel: u32) -> Vec<f32> {
     let mut trail = vec![0.0; case.atlas.texel_count()];
@@ -173,17 +198,21 @@ fn deposit(case: &Case, texel: u32) -> Vec<f32> {
 #[test]
 fn a_spot_beside_an_edge_of_a_cube_spreads_round() {
     let Some(gpu) = gpu() else { return };
-    for (method, turn) in [
-        (AtlasMethod::Grid, 0),
-        (AtlasMethod::Charts, 0),
-        (AtlasMethod::Charts, 1),
+    for (method, turn, distance) in [
+        (AtlasMethod::Grid, 0, 1),
+        (AtlasMethod::Charts, 0, 1),
+        (AtlasMethod::Charts, 1, 1),
+        (AtlasMethod::Charts, 2, 2),
+        (AtlasMethod::Charts, 3, 4),
     ] {
-        let case = Case::new(&builtin("cube"), method, 512, turn);
+        let case = Case::spreading(&builtin("cube"), method, 512, turn, distance);
         // Beside the edge x = z = 1, and 4 texels from it.
         let texel = case.atlas.mean_texel_area.sqrt();
-        for (beside, (start, scatter)) in
-            [0.5, 4.0].into_iter().flat_map(|b| STARTS.map(|s| (b, s)))
-        {
+        for (beside, start) in [0.5, 4.0].into_iter().flat_map(|b| STARTS.map(|s| (b, s))) {
+            // Taps that are texels apart leave those between them alone: only what is smooth spreads as heat does.
+            if start == 0.0 && distance > 1 {
+                continue;
+            }
             let source = case.nearest(DVec3::new(1.0, 0.013, 1.0 - beside * texel));
             // The face z = 1 folded into that of x = 1.
             let unfolded = |p: DVec3| match p {
@@ -204,8 +233,10 @@ fn a_spot_beside_an_edge_of_a_cube_spreads_round() {
             let trail = case.spread(&gpu, &first, case.steps(SPOT) - case.steps(start));
             let compared = case.compare(&trail, |texel| kernel(case.place(texel)?, SPOT));
             assert!(method != AtlasMethod::Grid || compared.seams == 2);
-            assert!(compared.scatter < scatter, "{compared:?}");
-            assert!(compared.bias < 0.005, "{compared:?}");
+            // Taps far apart see less of the spot's shape.
+            let coarser = f64::from(distance);
+            assert!(compared.scatter < SCATTER * coarser, "{compared:?}");
+            assert!(compared.bias < BIAS * coarser, "{compared:?}");
             assert!((case.mass(&trail) / case.mass(&first) - 1.0).abs() < 1e-6);
         }
     }
@@ -233,7 +264,19 @@ fn cases() -> Vec<Case> {
         ] {
             cases.push(Case::new(&mesh, AtlasMethod::Charts, 200, turn));
         }
+        for distance in [2, 4] {
+            let mesh = suite::potato();
+            cases.push(Case::spreading(
+                &mesh,
+                AtlasMethod::Charts,
+                200,
+                turn,
+                distance,
+            ));
+        }
     }
+    // Its own texture coordinates.
+    cases.push(Case::new(&hand(), AtlasMethod::Mesh, 512, 0));
     cases
 }
 
@@ -275,7 +318,9 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
         let rows = &atlas.exchange.rows;
         let busiest = rows.iter().max_by_key(|row| row.pair_count).unwrap().texel;
         let start = deposit(&case, busiest);
-        let constants = DiffuseConstants { distance: 1 };
+        let constants = DiffuseConstants {
+            distance: atlas.gutter as i32,
+        };
         let params = DiffuseParams {
             lane_count: 4 * atlas.blocks.len() as u32,
             quad_count: atlas.pitch * atlas.size / 4,
@@ -427,7 +472,7 @@ fn a_spot_on_a_sphere_spreads_round() {
         let rows = &case.atlas.exchange.rows;
         let busiest = rows.iter().max_by_key(|row| row.pair_count).unwrap().texel;
         let elsewhere = case.nearest(DVec3::new(0.3, 0.5, -0.8));
-        for (source, (start, scatter)) in [busiest, elsewhere]
+        for (source, start) in [busiest, elsewhere]
             .into_iter()
             .flat_map(|b| STARTS.map(|s| (b, s)))
         {
@@ -443,9 +488,8 @@ fn a_spot_on_a_sphere_spreads_round() {
             };
             let trail = case.spread(&gpu, &first, case.steps(SPOT) - case.steps(start));
             let compared = case.compare(&trail, |texel| Some(kernel(case.place(texel)?, SPOT)));
-            assert!(compared.scatter < scatter, "{compared:?}");
-            // Where the stencil of nine taps is farther from the kernel than the seam is, a seam shows nothing.
-            assert!(compared.bias < 0.015, "{compared:?}");
+            assert!(compared.scatter < SCATTER, "{compared:?}");
+            assert!(compared.bias < BIAS, "{compared:?}");
         }
     }
     gpu.finish();
@@ -456,9 +500,12 @@ fn a_spot_on_a_sphere_spreads_round() {
 fn blobs_spread_as_finite_elements_say() {
     let Some(gpu) = gpu() else { return };
     for (mesh, cuts, scatter, bias) in [
+        (builtin("torus"), 4, SCATTER, BIAS),
+        // Irregular ones: remeshed, and a model.
+        (builtin("trefoil"), 3, SCATTER, BIAS),
+        (builtin("suzanne"), 4, 0.01, 0.005),
         // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
-        (builtin("torus"), 4, 0.005, 0.005),
-        (suite::potato(), 12, 0.025, 0.02),
+        (suite::potato(), 12, 0.015, 0.01),
     ] {
         for turn in [0, 1] {
             let case = Case::new(&mesh, AtlasMethod::Charts, 512, turn);

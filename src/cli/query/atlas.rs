@@ -4,16 +4,14 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::PossibleValuesParser;
 use glam::DVec2;
 use myxo::Result;
 use myxo::mesh::Mesh;
-use myxo::mesh::atlas::{self, AtlasOptions};
+use myxo::mesh::atlas;
 use myxo::mesh::surface::Surface;
-use myxo::scene::settings::{self, Settings};
-use myxo::sim::atlas_options;
+use myxo::scene::settings::{AtlasMethod, Settings};
 
-use super::open_mesh;
+use super::{open_mesh, options_of};
 use crate::cli::files::Sink;
 use crate::cli::progress::{SettingUp, atlas_cache};
 use crate::cli::{Outcome, console, interrupt};
@@ -42,13 +40,13 @@ pub struct Atlas {
     atlas_size: u32,
     /// How triangles are laid out
     #[arg(long, value_name = "WORD", default_value = Settings::default().atlas.method.word())]
-    #[arg(value_parser = PossibleValuesParser::new(settings::AtlasMethod::WORDS))]
-    atlas_method: String,
+    #[arg(value_parser = super::atlas_method())]
+    atlas_method: AtlasMethod,
     /// Width of the gutter, in texels
     #[arg(long, value_name = "N", default_value_t = 1)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=64))]
     gutter: u32,
-    /// Turns each chart by a random angle; another N gives other angles
+    /// Turns each chart by a random angle; another N gives other angles, and 0 turns none
     #[arg(long, value_name = "N", default_value_t = 0)]
     turn: u64,
     /// Where the answer goes; - for the standard output
@@ -63,7 +61,7 @@ impl Atlas {
         interrupt::install()?;
         let mesh = open_mesh(&self.mesh)?;
         let surface = Surface::build(&[(&mesh, 1.0)]);
-        let options = self.options();
+        let options = options_of(self.atlas_method, self.atlas_size, self.gutter, self.turn);
         let atlas = SettingUp::new(&mesh.name, atlas_cache())
             .run(|control| atlas::Atlas::build_with(&surface, &options, control))?;
         let dropped = mesh.report.file_triangles - mesh.report.triangles;
@@ -75,19 +73,6 @@ impl Atlas {
         }
         sink.write(text(&mesh, &atlas))?;
         Ok(Outcome::Done)
-    }
-
-    fn options(&self) -> AtlasOptions {
-        let mut settings = Settings::default();
-        let words = settings::AtlasMethod::ALL.iter();
-        let method = words.copied().find(|m| m.word() == self.atlas_method);
-        settings.atlas.method = method.expect("clap lets only words through");
-        settings.atlas.size = self.atlas_size;
-        AtlasOptions {
-            gutter: self.gutter,
-            turn: self.turn,
-            ..atlas_options(&settings)
-        }
     }
 }
 
@@ -124,11 +109,7 @@ mod tests {
         std::fs::write(&path, obj).unwrap();
         let mesh = Mesh::load_raw(&path).unwrap();
         let surface = Surface::build(&[(&mesh, 1.0)]);
-        let options = AtlasOptions {
-            method: atlas::AtlasMethod::Grid,
-            size: 32,
-            ..AtlasOptions::default()
-        };
+        let options = options_of(AtlasMethod::Grid, 32, 1, 0);
         let atlas = atlas::Atlas::build(&surface, &options).unwrap();
         let text = text(&mesh, &atlas);
         let rows: Vec<Vec<f64>> = text

@@ -10,17 +10,19 @@ use clap::Args;
 use glam::DVec3;
 use myxo::gpu::{Context, ContextOptions};
 use myxo::mesh::Mesh;
-use myxo::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
+use myxo::mesh::atlas::Atlas;
 use myxo::mesh::surface::{NONE, Surface};
 use myxo::mesh::walk::SurfacePoint;
+use myxo::scene::settings::{AtlasMethod, Settings};
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::memory;
 use myxo::{Error, Result};
 
 use super::table::{Row, Table};
+use super::{open_mesh, options_of};
 use crate::cli::files::Sink;
 use crate::cli::options::DeviceOptions;
-use crate::cli::progress::Progress;
+use crate::cli::progress::{Progress, SettingUp, atlas_cache};
 use crate::cli::{Outcome, console, interrupt};
 
 /// Spread deposits over a mesh, without decay, and tell the trail of every texel
@@ -51,8 +53,9 @@ pub struct Diffuse {
     /// Side of the trail's texture, texels
     #[arg(long, value_name = "S")]
     atlas_size: u32,
-    /// How triangles are laid out in it: charts, grid or mesh
-    #[arg(long, value_name = "METHOD", default_value_t, value_parser = method)]
+    /// How triangles are laid out in it
+    #[arg(long, value_name = "WORD", default_value = Settings::default().atlas.method.word())]
+    #[arg(value_parser = super::atlas_method())]
     atlas_method: AtlasMethod,
     /// Turns each chart by a random angle that this number decides; 0 turns none
     #[arg(long, value_name = "SEED", default_value_t = 0)]
@@ -67,32 +70,27 @@ pub struct Diffuse {
 const COLUMNS: &[&str] = &["id", "face", "b0", "b1", "b2", "amount"];
 const HEADER: &str = "face,b0,b1,b2,area,value,chart";
 
+/// Texels of gutter, and how far from each other the taps of diffusion are.
+const GUTTER: u32 = 1;
+
 /// How much of itself a texel gives for the mean in a step.
 const DIFFUSION: f32 = 0.5;
 
 /// Weights are taken for rounded ones and made to sum to 1 up to here; beyond, something else is meant by them.
 const WEIGHTS_MAY_BE_OFF: f64 = 1e-5;
 
-fn method(word: &str) -> Result<AtlasMethod, String> {
-    [AtlasMethod::Charts, AtlasMethod::Grid, AtlasMethod::Mesh]
-        .into_iter()
-        .find(|method| method.to_string() == word)
-        .ok_or_else(|| "charts, grid or mesh is expected".to_owned())
-}
-
 impl Diffuse {
     /// Reads, spreads, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.out)?;
-        let mesh = match self.mesh.to_str() {
-            Some(builtin) if builtin.starts_with("builtin:") => Mesh::builtin(builtin)?,
-            _ => Mesh::load_raw(&self.mesh)?,
-        };
+        let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;
         let spots = table
             .rows()
             .map(|row| Spot::read(row, &mesh))
             .collect::<Result<Vec<_>>>()?;
+        // Only now: whoever types a table, and has no more to say, is not kept waiting.
+        interrupt::install()?;
+        let sink = Sink::create(&self.out)?;
         let ctx = Context::new(&ContextOptions {
             device: self.device.device.clone(),
             validation: self.device.validate,
@@ -107,20 +105,15 @@ impl Diffuse {
             )));
         }
         let surface = Surface::build(&[(&mesh, 1.0)]);
-        let options = AtlasOptions {
-            method: self.atlas_method,
-            size: self.atlas_size,
-            gutter: 1,
-            turn: self.turn,
-            ..AtlasOptions::default()
-        };
-        let atlas = Atlas::build(&surface, &options)?;
+        let options = options_of(self.atlas_method, self.atlas_size, GUTTER, self.turn);
+        let atlas = SettingUp::new(&mesh.name, atlas_cache())
+            .run(|control| Atlas::build_with(&surface, &options, control))
+            .map_err(|error| memory::atlas_error(ctx.info(), error))?;
         if self.device.validate {
             atlas.validate(&surface).map_err(Error::Invalid)?;
         }
         let trail = Trail::new(&atlas, &spots)?;
 
-        interrupt::install()?;
         let mut diffusion = Diffusion::new(&ctx, &atlas, DIFFUSION)?;
         diffusion.set(&trail.values)?;
         let mut progress = Progress::new(self.steps, &mesh.name);
@@ -140,14 +133,30 @@ impl Diffuse {
                 messages.join("\n")
             )));
         }
-        let deposited: f64 = spots.iter().map(|spot| spot.amount).sum();
         let left = trail.unit * mass(&atlas, &values);
         console::message(&format!(
-            "{atlas}\ndeposited {deposited}, and {left} after {} steps",
+            "{atlas}\ndeposited {}, and {} after {} steps",
+            amount(deposited(&spots)),
+            amount(left),
             self.steps
         ));
         sink.write(answer(&mesh, &atlas, &values, trail.unit))?;
         Ok(Outcome::Done)
+    }
+}
+
+/// All that is deposited.
+fn deposited(spots: &[Spot]) -> f64 {
+    // The sum of no numbers at all is -0.
+    spots.iter().fold(0.0, |sum, spot| sum + spot.amount)
+}
+
+/// An amount in as few digits as say it, very large and very small ones with an exponent.
+fn amount(amount: f64) -> String {
+    match amount {
+        0.0 => "0".to_owned(),
+        _ if (1e-6..1e15).contains(&amount.abs()) => amount.to_string(),
+        _ => format!("{amount:e}"),
     }
 }
 
@@ -193,9 +202,8 @@ struct Trail {
 
 impl Trail {
     fn new(atlas: &Atlas, spots: &[Spot]) -> Result<Self> {
-        let deposited: f64 = spots.iter().map(|spot| spot.amount).sum();
         let area: f64 = atlas.area.iter().map(|&area| f64::from(area)).sum();
-        let mut unit = deposited / area;
+        let mut unit = deposited(spots) / area;
         if !unit.is_finite() {
             return Err(Error::Invalid(
                 "the amounts sum to more than a number can hold".to_owned(),

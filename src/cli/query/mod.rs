@@ -9,9 +9,13 @@ mod table;
 
 use std::path::Path;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use myxo::Result;
 use myxo::mesh::Mesh;
+use myxo::mesh::atlas::AtlasOptions;
+use myxo::scene::settings::{AtlasMethod, Settings};
+use myxo::sim::atlas_options;
 
 use super::Outcome;
 
@@ -48,4 +52,25 @@ fn open_mesh(name: &Path) -> Result<Mesh> {
         Some(builtin) if builtin.starts_with("builtin:") => Mesh::builtin(builtin)?,
         _ => Mesh::load_raw(name)?,
     })
+}
+
+/// The ways to lay triangles out, by the words that scene files use.
+fn atlas_method() -> impl TypedValueParser<Value = AtlasMethod> {
+    PossibleValuesParser::new(AtlasMethod::WORDS).map(|word| {
+        let mut methods = AtlasMethod::ALL.iter().copied();
+        let method = methods.find(|method| method.word() == word);
+        method.expect("clap lets only words through")
+    })
+}
+
+/// What an atlas of a single mesh is made from.
+fn options_of(method: AtlasMethod, size: u32, gutter: u32, turn: u64) -> AtlasOptions {
+    let mut settings = Settings::default();
+    settings.atlas.method = method;
+    settings.atlas.size = size;
+    AtlasOptions {
+        gutter,
+        turn,
+        ..atlas_options(&settings)
+    }
 }

@@ -14,7 +14,7 @@ use bytemuck::{Pod, pod_read_unaligned};
 use glam::Vec2;
 
 use super::super::surface::{AtlasMap, Surface};
-use super::{AtlasError, AtlasMethod, AtlasOptions, Control};
+use super::{AtlasError, AtlasOptions, Control};
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOAT01";
@@ -39,7 +39,7 @@ pub(super) fn kept(
 ) -> Result<Places, AtlasError> {
     let slot = control
         .cache
-        .and_then(|folder| Slot::new(folder, surface, options));
+        .map(|folder| Slot::new(folder, surface, options));
     if let Some(placement) = slot.as_ref().and_then(Slot::load) {
         return Ok((placement.maps, placement.chart, placement.chart_count));
     }
@@ -73,14 +73,14 @@ struct Slot {
 }
 
 impl Slot {
-    /// The place for the layout of a surface; none for what is made as quickly as it is read.
-    fn new(folder: &Path, surface: &Surface, options: &AtlasOptions) -> Option<Self> {
-        (options.method != AtlasMethod::Grid).then(|| Self {
+    /// The place for the layout of a surface.
+    fn new(folder: &Path, surface: &Surface, options: &AtlasOptions) -> Self {
+        Self {
             folder: folder.to_owned(),
             file: folder.join(format!("{:032x}.{ENDING}", key(surface, options))),
             triangle_count: surface.corners.len(),
             size: options.size,
-        })
+        }
     }
 
     /// What was kept there, if it is whole and could be a layout of the surface.

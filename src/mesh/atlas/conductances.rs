@@ -12,6 +12,7 @@ use super::super::surface::{NONE, Seam};
 use super::balance::{Demand, LEAST_CONDUCTANCE, NINTH, Pair, balance};
 use super::gutter::Way;
 use super::table::Table;
+use super::{AtlasError, Control};
 
 /// The square of the distance of pairs, in taps' distances, beyond which something is wrong with the way.
 const FARTHEST_PAIR: f32 = 16.0;
@@ -58,7 +59,7 @@ struct Read {
 pub(super) struct Conductances {
     /// The texels that may exchange anything, in ascending order.
     pub texels: Vec<u32>,
-    /// Their places in the list, or [`NONE`], by texel.
+    /// Their places in the list, or [`NONE`], by texel; of gutter texels the places in the list of seams.
     pub index: Vec<u32>,
     /// Which of them lack one of the eight neighbours in their chart.
     pub at_border: Vec<bool>,
@@ -69,14 +70,17 @@ pub(super) struct Conductances {
 }
 
 impl Layers<'_> {
-    pub(super) fn conductances(&self) -> Conductances {
+    /// # Errors
+    /// [`AtlasError::Cancelled`].
+    pub(super) fn conductances(&self, control: &Control<'_>) -> Result<Conductances, AtlasError> {
         let border = self.chosen(|texel| self.mask(texel) != 0xff);
-        let mut seam_of = vec![NONE; self.owner.len()];
+        // Gutter texels' places in one list and owned texels' in another: one array, for it is as large as the texture.
+        let mut index = vec![NONE; self.owner.len()];
         for (k, seam) in self.seams.iter().enumerate() {
-            seam_of[seam.texel as usize] = k as u32;
+            index[seam.texel as usize] = k as u32;
         }
         let reads = Table::collect(border.len(), Vec::new, |i, sums, items| {
-            self.reads_of(border[i], &seam_of, sums);
+            self.reads_of(border[i], &index, sums);
             items.extend_from_slice(sums);
         });
         let given = Table::collect(
@@ -90,7 +94,7 @@ impl Layers<'_> {
         );
         let read = reads.items.iter().map(|read| read.texel);
         let given_to = given.items.iter().map(|item| item.0);
-        let (texels, index) = self.near_seams(&border, read.chain(given_to));
+        let texels = self.near_seams(&border, read.chain(given_to), &mut index);
         let deposits = given.transposed(
             texels.len(),
             |item| index[item.0 as usize],
@@ -100,12 +104,14 @@ impl Layers<'_> {
         for &texel in &border {
             at_border[index[texel as usize] as usize] = true;
         }
+        control.check()?;
         let mut pairs = self.pairs(&border, &reads, &texels, &index);
         let demands: Vec<Option<Demand>> = texels
             .par_iter()
             .zip(&at_border)
-            .map(|(&texel, &at_border)| self.demand(texel, at_border, &seam_of))
+            .map(|(&texel, &at_border)| self.demand(texel, at_border, &index))
             .collect();
+        control.check()?;
         balance(&mut pairs, &texels, |texel| index[texel as usize], &demands);
         let pairs = Table::collect(
             texels.len(),
@@ -115,22 +121,23 @@ impl Layers<'_> {
                 items.extend(changed.map(|pair| (pair.texel, pair.more)));
             },
         );
-        Conductances {
+        Ok(Conductances {
             texels,
             index,
             at_border,
             pairs,
             deposits,
-        }
+        })
     }
 
-    /// Texels at borders, next to those, and others that exchange with them; and their places in that list by texel.
+    /// Texels at borders, next to those, and others that exchange with them; puts their places in that list into the
+    /// index.
     fn near_seams(
         &self,
         border: &[u32],
         others: impl Iterator<Item = u32>,
-    ) -> (Vec<u32>, Vec<u32>) {
-        let mut index = vec![NONE; self.owner.len()];
+        index: &mut [u32],
+    ) -> Vec<u32> {
         for texel in border.iter().copied().chain(others) {
             index[texel as usize] = 0;
         }
@@ -143,7 +150,7 @@ impl Layers<'_> {
         for (k, &texel) in texels.iter().enumerate() {
             index[texel as usize] = k as u32;
         }
-        (texels, index)
+        texels
     }
 
     /// The pairs of texels near seams that may be changed, by texel: all across seams, and in charts those with one at
@@ -248,8 +255,15 @@ impl Layers<'_> {
         (i64::from(texel) + self.offsets[bit]) as u32
     }
 
+    /// The place of a gutter texel in the list of them.
+    fn gutter_at(&self, index: &[u32], texel: u32) -> Option<usize> {
+        let is_gutter = self.owner.get(texel as usize) == Some(&NONE);
+        let seam = index.get(texel as usize).filter(|_| is_gutter)?;
+        (*seam != NONE).then_some(*seam as usize)
+    }
+
     /// What a texel's moments should be; nothing where open borders meet, or charts without a direction.
-    fn demand(&self, texel: u32, at_border: bool, seam_of: &[u32]) -> Option<Demand> {
+    fn demand(&self, texel: u32, at_border: bool, index: &[u32]) -> Option<Demand> {
         let mask = self.mask(texel);
         let area = if at_border {
             let whole = self.whole[self.owner[texel as usize] as usize];
@@ -260,7 +274,7 @@ impl Layers<'_> {
         let mut along: Option<Vec2> = None;
         for bit in (0..8).filter(|bit| mask >> bit & 1 == 0) {
             let other = self.neighbour(texel, bit);
-            let way = &self.ways[gutter_at(seam_of, other)?];
+            let way = &self.ways[self.gutter_at(index, other)?];
             if way.border != Vec2::ZERO {
                 if along.is_some_and(|along| along.dot(way.border).abs() < SAME_BORDER) {
                     return None;
@@ -273,17 +287,19 @@ impl Layers<'_> {
     }
 
     /// What a texel would read across seams in one step: `(j, X_ij)`, in ascending order.
-    fn reads_of(&self, texel: u32, seam_of: &[u32], sums: &mut Vec<Read>) {
+    fn reads_of(&self, texel: u32, index: &[u32], sums: &mut Vec<Read>) {
         sums.clear();
         for bit in 0..8 {
             let other = self.neighbour(texel, bit);
-            let Some(seam) = gutter_at(seam_of, other).filter(|_| !self.in_chart(texel, other))
+            let Some(seam) = self
+                .gutter_at(index, other)
+                .filter(|_| !self.in_chart(texel, other))
             else {
                 continue;
             };
             for (source, weight) in taps(&self.seams[seam]) {
                 if source != texel {
-                    let (way, back) = self.way_to(source, texel, bit, seam, seam_of);
+                    let (way, back) = self.way_to(source, texel, bit, seam, index);
                     let weight = weight * NINTH;
                     sums.push(Read {
                         texel: source,
@@ -315,7 +331,7 @@ impl Layers<'_> {
         texel: u32,
         bit: usize,
         seam: usize,
-        seam_of: &[u32],
+        index: &[u32],
     ) -> (Vec2, Vec2) {
         let taps = self.distance as f32;
         let centre =
@@ -341,7 +357,7 @@ impl Layers<'_> {
             let corner = (way.position - 0.5).floor();
             for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 let next = (corner.y as u32 + y) * self.pitch + corner.x as u32 + x;
-                let Some(on) = gutter_at(seam_of, next).map(|seam| &self.ways[seam]) else {
+                let Some(on) = self.gutter_at(index, next).map(|seam| &self.ways[seam]) else {
                     continue;
                 };
                 if on.chart == chart {
@@ -369,12 +385,6 @@ const DIRECTIONS: [Vec2; 8] = [
     Vec2::new(0.0, 1.0),
     Vec2::new(1.0, 1.0),
 ];
-
-/// The place of a gutter texel in the list of them.
-fn gutter_at(seam_of: &[u32], texel: u32) -> Option<usize> {
-    let seam = seam_of.get(texel as usize).copied();
-    seam.filter(|&seam| seam != NONE).map(|seam| seam as usize)
-}
 
 fn taps(seam: &Seam) -> impl Iterator<Item = (u32, f32)> {
     let weights = seam.weights();

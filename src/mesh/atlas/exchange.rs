@@ -13,13 +13,14 @@
 //! to the last bit.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, Vec2};
+use glam::Vec2;
 use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam};
 use super::GutterTexel;
 use super::balance::NINTH;
 use super::conductances::{Conductances, Layers};
+use super::gutter::Affine;
 use super::table::Table;
 
 /// The largest diffusion that one step of these tables takes; stronger diffusion takes two.
@@ -227,27 +228,9 @@ pub(super) fn deposited(maps: &[AtlasMap], pitch: u32, gutter_texels: &[GutterTe
         .par_iter()
         .map(|&GutterTexel { texel, triangle }| {
             let centre = Vec2::new((texel % pitch) as f32, (texel / pitch) as f32) + 0.5;
-            distance_to(&maps[triangle as usize], centre.as_dvec2()) <= FARTHEST_POINT
+            Affine::of(&maps[triangle as usize]).distance(centre.as_dvec2()) <= FARTHEST_POINT
         })
         .collect()
-}
-
-/// From a place in the texture to a triangle, in texels.
-fn distance_to(map: &AtlasMap, place: DVec2) -> f64 {
-    let a = map.origin.as_dvec2();
-    let corners = [a, a + map.du.as_dvec2(), a + map.dv.as_dvec2()];
-    let mut inside = true;
-    let mut nearest = f64::INFINITY;
-    for k in 0..3 {
-        let (start, end) = (corners[k], corners[(k + 1) % 3]);
-        let edge = end - start;
-        let offset = place - start;
-        inside &= edge.perp_dot(offset) >= 0.0;
-        let along =
-            (offset.dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        nearest = nearest.min((offset - along * edge).length());
-    }
-    if inside { 0.0 } else { nearest }
 }
 
 /// The blocks with anything in them to work on, by their first quads, in ascending order: [`BLOCK_ROWS`] rows of

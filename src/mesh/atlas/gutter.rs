@@ -5,13 +5,15 @@
 //! Texels of that read that are themselves gutter texels are replaced by their own rows, again and again, until only
 //! owned texels remain. Open borders reflect the walk; at vertices the edge that the walk meets decides.
 
+use std::sync::OnceLock;
+
 use glam::{DMat2, DVec2, Mat2, Vec2};
 use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Seam, Surface};
 use super::super::walk::{BorderRule, Frame, SurfacePoint, WalkStatus, walk};
 use super::rows::{Rows, Taps};
-use super::{GutterTexel, Layout};
+use super::{AtlasError, Control, GutterTexel, Layout};
 
 /// How far inside its triangle a walk starts, as a share of the way to the centroid. Exactly on the border the walk
 /// would meet that edge at distance 0, and a vertex would be on two edges at once.
@@ -24,6 +26,9 @@ const MAX_CROSSINGS: u32 = 512;
 /// Lighter taps are dropped: the margin that the maps keep makes such taps where a walk really ends on a texel's
 /// centre.
 const LEAST_TAP: f64 = 1.0 / 256.0;
+
+/// Texels that are looked for one by one round a gutter texel; what is farther takes a flood.
+const NEAR: i64 = 8;
 
 /// An [`AtlasMap`] in double precision, with its inverse.
 #[derive(Clone, Copy, Debug)]
@@ -117,59 +122,117 @@ pub(super) struct Way {
 
 /// One row for each gutter texel of a layout, in the same order, and the way to what it is filled from.
 ///
+/// # Errors
+/// [`AtlasError::Cancelled`].
+///
 /// # Panics
 /// When a read anywhere on the surface touches a texel that is neither owned nor gutter: then the layout is wrong.
-pub(super) fn seams(surface: &Surface, layout: &Layout, pitch: u32) -> (Vec<Seam>, Vec<Way>) {
+pub(super) fn seams(
+    surface: &Surface,
+    layout: &Layout,
+    pitch: u32,
+    control: &Control<'_>,
+) -> Result<(Vec<Seam>, Vec<Way>), AtlasError> {
+    control.step("filling gutters", 0.92)?;
     let finder = Finder::new(&layout.gutter_texels, pitch, layout.owner.len());
     let (taps, ways): (Vec<Taps>, Vec<Way>) = layout
         .gutter_texels
         .par_iter()
         .map(|&gutter_texel| {
+            control.check()?;
             let unfolded = unfold(surface, &layout.maps, pitch, gutter_texel);
             let taps = read_at(unfolded.position, pitch, &layout.owner, &finder);
-            (taps, unfolded.way(&layout.chart))
+            Ok((taps, unfolded.way(&layout.chart)))
         })
-        .unzip();
-    let rows = Rows::resolve(&taps, |k| {
-        nearest_owned(layout, pitch, layout.gutter_texels[k as usize])
-    });
+        .collect::<Result<_, AtlasError>>()?;
+    let far = OnceLock::new();
+    let rows = Rows::resolve(&taps, control, |k| {
+        nearest_owned(layout, pitch, layout.gutter_texels[k as usize], NEAR)
+            .unwrap_or_else(|| far.get_or_init(|| flooded(layout, pitch, &finder))[k as usize])
+    })?;
     let seams = layout
         .gutter_texels
         .par_iter()
         .enumerate()
         .map(|(k, gutter_texel)| rows.row(k as u32).into_seam(gutter_texel.texel))
         .collect();
-    (seams, ways)
+    Ok((seams, ways))
 }
 
-/// The owned texel of the same chart that is nearest along both axes.
-fn nearest_owned(layout: &Layout, pitch: u32, gutter_texel: GutterTexel) -> u32 {
+/// The owned texel of the same chart that is nearest along both axes, if one is within so many texels.
+fn nearest_owned(
+    layout: &Layout,
+    pitch: u32,
+    gutter_texel: GutterTexel,
+    farthest: i64,
+) -> Option<u32> {
     let chart = layout.chart[gutter_texel.triangle as usize];
     let side = (layout.owner.len() / pitch as usize) as i64;
     let [x, y] = [gutter_texel.texel % pitch, gutter_texel.texel / pitch].map(i64::from);
-    let owns = |x: i64, y: i64| {
-        let inside = (0..side).contains(&x) && (0..side).contains(&y);
-        let owner = if inside {
-            layout.owner[(y * i64::from(pitch) + x) as usize]
-        } else {
-            NONE
-        };
-        owner != NONE && layout.chart[owner as usize] == chart
+    let owned = |x: i64, y: i64| {
+        if !(0..side).contains(&x) || !(0..side).contains(&y) {
+            return None;
+        }
+        let texel = (y * i64::from(pitch) + x) as u32;
+        let owner = layout.owner[texel as usize];
+        (owner != NONE && layout.chart[owner as usize] == chart).then_some(texel)
     };
-    for ring in 1..side {
-        for k in -ring..=ring {
-            let places = [
-                (x + k, y - ring),
-                (x + k, y + ring),
-                (x - ring, y + k),
-                (x + ring, y + k),
-            ];
-            if let Some((x, y)) = places.into_iter().find(|&(x, y)| owns(x, y)) {
-                return (y * i64::from(pitch) + x) as u32;
+    (1..=farthest).find_map(|ring| {
+        (-ring..=ring).find_map(|k| {
+            owned(x + k, y - ring)
+                .or_else(|| owned(x + k, y + ring))
+                .or_else(|| owned(x - ring, y + k))
+                .or_else(|| owned(x + ring, y + k))
+        })
+    })
+}
+
+/// For every gutter texel an owned one of the same chart, about the nearest: a flood from all owned texels at once,
+/// through the gutter. A sliver's gutter may be thousands of texels long, and its only owned texel at one end.
+fn flooded(layout: &Layout, pitch: u32, finder: &Finder) -> Vec<u32> {
+    let gutter_texels = &layout.gutter_texels;
+    let chart_of = |k: u32| layout.chart[gutter_texels[k as usize].triangle as usize];
+    let mut found = vec![NONE; gutter_texels.len()];
+    let mut reached = Vec::new();
+    for (k, &gutter_texel) in gutter_texels.iter().enumerate() {
+        if let Some(texel) = nearest_owned(layout, pitch, gutter_texel, 1) {
+            found[k] = texel;
+            reached.push(k as u32);
+        }
+    }
+    let mut next = 0;
+    while next < reached.len() {
+        let from = reached[next];
+        next += 1;
+        let texel = gutter_texels[from as usize].texel;
+        let [x, y] = [texel % pitch, texel / pitch];
+        for y in y.saturating_sub(1)..=y + 1 {
+            for x in x.saturating_sub(1)..=(x + 1).min(pitch - 1) {
+                let Some(to) = finder.find(y * pitch + x) else {
+                    continue;
+                };
+                if found[to as usize] == NONE && chart_of(to) == chart_of(from) {
+                    found[to as usize] = found[from as usize];
+                    reached.push(to);
+                }
             }
         }
     }
-    unreachable!("chart {chart} owns no texel");
+    if reached.len() < found.len() {
+        // A chart in pieces that touch nowhere: any of its texels.
+        let mut any = vec![NONE; layout.chart_count as usize];
+        for (texel, &owner) in layout.owner.iter().enumerate() {
+            if owner != NONE {
+                any[layout.chart[owner as usize] as usize] = texel as u32;
+            }
+        }
+        for k in 0..found.len() as u32 {
+            if found[k as usize] == NONE {
+                found[k as usize] = any[chart_of(k) as usize];
+            }
+        }
+    }
+    found
 }
 
 /// Where a walk over a chart's border ends.
@@ -320,6 +383,31 @@ fn read_at(position: DVec2, pitch: u32, owner: &[u32], finder: &Finder) -> Taps 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn distances_do_not_depend_on_the_way_round() {
+        let map = AtlasMap {
+            origin: Vec2::splat(4.0),
+            du: Vec2::new(8.0, 0.0),
+            dv: Vec2::new(0.0, 8.0),
+        };
+        let mirrored = AtlasMap {
+            du: map.dv,
+            dv: map.du,
+            ..map
+        };
+        for (x, y, distance) in [
+            (6.0, 6.0, 0.0),
+            (4.0, 12.0, 0.0),
+            (6.0, 1.0, 3.0),
+            (1.0, 0.0, 5.0),
+        ] {
+            for map in [map, mirrored] {
+                let found = Affine::of(&map).distance(DVec2::new(x, y));
+                assert!((found - distance).abs() < 1e-12, "{x} {y}: {found}");
+            }
+        }
+    }
 
     #[test]
     fn unfolding_follows_the_surface_round_an_edge() {

@@ -58,6 +58,9 @@ pub use statistics::AtlasStatistics;
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
 
+/// What is told while diffusion across seams is worked out.
+const JOINING: &str = "joining seams";
+
 /// How triangles are laid out in the texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AtlasMethod {
@@ -143,8 +146,10 @@ pub enum AtlasError {
     },
     /// More triangles than the texture has room for.
     #[error(
-        "{triangles} triangles need {cells} cells of at least {cell_size} x {cell_size} texels (gutter {gutter}), \
-         which do not fit an atlas of size {size}: {advice}",
+        "an atlas of size {size} has no room for {triangles} in {cells} of at least {cell_size} x {cell_size} texels \
+         (gutter {gutter}): {advice}",
+        triangles = counted(*triangles as u64, "triangle"),
+        cells = counted(*cells as u64, "cell"),
         advice = room_advice(*needed)
     )]
     NoRoom {
@@ -175,7 +180,8 @@ pub enum AtlasError {
     /// The model's own texture coordinates leave too little room at this size.
     #[error(
         "the texture coordinates of object {object} leave too little room for a gutter of {gutter} in an atlas of size \
-         {size}: {problem}; raise atlas.size to {needed} or more"
+         {size}: {problem}; raise atlas.size to {advice}",
+        advice = if *tried { format!("{needed} or more") } else { format!("about {needed}") }
     )]
     OwnUvsTooDense {
         /// The object, counted from 1.
@@ -186,12 +192,15 @@ pub enum AtlasError {
         size: u32,
         /// What is too near to what, and where.
         problem: String,
-        /// A texture side that works.
+        /// A texture side that works, or that should.
         needed: u32,
+        /// Whether that was tried; very large ones are not.
+        tried: bool,
     },
     /// More charts than the texture has room for.
     #[error(
-        "{charts} charts with a gutter of {gutter} each do not fit an atlas of size {size}: {advice}",
+        "an atlas of size {size} has no room for {charts} with a gutter of {gutter}: {advice}",
+        charts = counted(*charts as u64, "chart"),
         advice = chart_advice(*needed)
     )]
     NoRoomForCharts {
@@ -204,6 +213,11 @@ pub enum AtlasError {
         /// A texture side that works, a few per cent above the smallest at the most; more than [`MAX_SIZE`] if none does.
         needed: u64,
     },
+}
+
+/// `1 chart`, `2 charts`.
+fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn chart_advice(needed: u64) -> String {
@@ -314,16 +328,22 @@ impl Atlas {
                     let flat = charts::flat_charts(surface, control)?;
                     place::place(surface, flat, &options, control)
                 })?;
-                raster::derive(surface, maps, chart, chart_count, &options)
+                raster::derive(surface, maps, chart, chart_count, &options, control)?
             }
-            AtlasMethod::Grid => grid::Grid::new(surface, &options)?.layout(surface),
+            AtlasMethod::Grid => {
+                control.step(raster::DOING, raster::START)?;
+                grid::Grid::new(surface, &options)?.layout(surface)
+            }
             AtlasMethod::Mesh => {
                 let (maps, chart, chart_count) = own_uvs::place(surface, &options, control)?;
-                raster::derive(surface, maps, chart, chart_count, &options)
+                raster::derive(surface, maps, chart, chart_count, &options, control)?
             }
         };
-        let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size));
-        Ok(Self::assemble(surface, &options, layout, seams, &ways))
+        let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;
+        let atlas = Self::assemble(surface, &options, layout, seams, &ways, control)?;
+        // Whoever asked to stop in the meantime does not wait for an atlas.
+        control.step(JOINING, 1.0)?;
+        Ok(atlas)
     }
 
     fn assemble(
@@ -332,7 +352,9 @@ impl Atlas {
         mut layout: Layout,
         seams: Vec<Seam>,
         ways: &[gutter::Way],
-    ) -> Self {
+        control: &Control<'_>,
+    ) -> Result<Self, AtlasError> {
+        control.step(JOINING, 0.95)?;
         give_to_owned(&mut layout.area, &seams);
         let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
         let mean_texel_area = surface_area(surface) / owned_count as f64;
@@ -362,9 +384,11 @@ impl Atlas {
             distance: options.gutter,
             offsets: ExchangeRow::neighbours(pitch, options.gutter),
         };
-        let exchange = layers.conductances().tables(&layers);
+        let conductances = layers.conductances(control)?;
+        control.check()?;
+        let exchange = conductances.tables(&layers);
         let blocks = exchange::used_blocks(&density, &seams, options.gutter * pitch / 4);
-        Self {
+        Ok(Self {
             size: options.size,
             pitch,
             gutter: options.gutter,
@@ -382,7 +406,7 @@ impl Atlas {
             seams,
             exchange,
             blocks,
-        }
+        })
     }
 
     /// Length of the per-texel arrays: `pitch * size`.
@@ -431,8 +455,11 @@ impl fmt::Display for Atlas {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{0} x {0} texels by {1}: ", self.size, self.method)?;
         match self.cell_size {
-            0 => write!(f, "{} charts", self.chart_count)?,
-            c => write!(f, "{} cells of {c} x {c}", self.chart_count)?,
+            0 => f.write_str(&counted(self.chart_count.into(), "chart"))?,
+            c => {
+                let cells = counted(self.chart_count.into(), "cell");
+                write!(f, "{cells} of {c} x {c}")?;
+            }
         }
         let texels = f64::from(self.size) * f64::from(self.size);
         write!(

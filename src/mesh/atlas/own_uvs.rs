@@ -44,9 +44,59 @@ pub(super) fn place(
         return Err(overlap_error(surface, a, b));
     }
     control.step("checking texture coordinates", 0.5)?;
-    match layout.conflict(surface, options) {
+    match layout.trouble(surface, options) {
         None => Ok((layout.maps, layout.chart, layout.count)),
-        Some(conflict) => Err(room_error(surface, options, &models, conflict, control)?),
+        Some(trouble) => Err(room_error(surface, options, &models, trouble, control)?),
+    }
+}
+
+/// Why there is no room at one size.
+#[derive(Clone, Copy, Debug)]
+enum Trouble {
+    /// An object's square is nothing but gutter.
+    NoSquare {
+        /// Counted from 0.
+        object: u32,
+        /// How many times as large the texture would have to be, at a guess.
+        larger: f64,
+    },
+    /// Two islands want the same texel.
+    TooNear(Conflict),
+}
+
+impl Trouble {
+    fn larger(self) -> f64 {
+        match self {
+            Self::NoSquare { larger, .. } | Self::TooNear(Conflict { larger, .. }) => larger,
+        }
+    }
+
+    /// The object that it is about, counted from 1, and what is wrong there.
+    fn explained(self, surface: &Surface) -> (u32, String) {
+        match self {
+            Self::NoSquare { object, .. } => (
+                object + 1,
+                "its square has no texel inside the gutter".to_owned(),
+            ),
+            Self::TooNear(Conflict {
+                triangles: [a, b], ..
+            }) => {
+                let (object, t) = in_object(surface, a);
+                let (other_object, other) = in_object(surface, b);
+                let of = if other_object == object {
+                    String::new()
+                } else {
+                    format!(" of object {other_object}")
+                };
+                let problem = format!(
+                    "triangle {t} at {} and triangle {other}{of} at {} are of two islands that are too near to each \
+                     other",
+                    uv_of(surface, a),
+                    uv_of(surface, b)
+                );
+                (object, problem)
+            }
+        }
     }
 }
 
@@ -57,15 +107,20 @@ struct Islands {
     maps: Vec<AtlasMap>,
     chart: Vec<u32>,
     count: u32,
-    /// Texels that an object's square lacks to be more than gutter, where that is so.
-    missing: Option<u32>,
+    /// The object whose square lacks the most texels to be more than gutter, counted from 0, and how many; where that is
+    /// so.
+    missing: Option<(u32, u32)>,
 }
 
 impl Islands {
     fn at(surface: &Surface, options: &AtlasOptions, models: &[Model]) -> Self {
         let fixed = Fixed::new(options.size, options.gutter);
         let mut squares = squares(models, options);
-        let least = squares.iter().map(|square| square.side).min().unwrap_or(0);
+        let least = models.iter().zip(&squares);
+        let least = least.min_by_key(|(_, square)| square.side);
+        let missing = least
+            .filter(|(_, square)| square.side < 1)
+            .map(|(model, square)| (model.object, square.side.abs_diff(1)));
         for square in &mut squares {
             square.side = square.side.max(0);
         }
@@ -84,24 +139,26 @@ impl Islands {
             corners,
             chart,
             count,
-            missing: (least < 1).then(|| least.abs_diff(1)),
+            missing,
         }
     }
 
-    fn conflict(&self, surface: &Surface, options: &AtlasOptions) -> Option<Conflict> {
-        if let Some(missing) = self.missing {
+    fn trouble(&self, surface: &Surface, options: &AtlasOptions) -> Option<Trouble> {
+        if let Some((object, missing)) = self.missing {
             let gutters = 2.0 * f64::from(options.gutter);
-            return Some(Conflict {
-                triangles: [0, 0],
+            return Some(Trouble::NoSquare {
+                object,
                 larger: 2.0 + gutters + f64::from(missing),
             });
         }
-        raster::conflict(surface, &self.maps, &self.chart, options)
+        raster::conflict(surface, &self.maps, &self.chart, options).map(Trouble::TooNear)
     }
 }
 
 /// One object's coordinates.
 struct Model<'a> {
+    /// Counted from 0.
+    object: u32,
     uvs: &'a [[Vec2; 3]],
     upside_down: bool,
     /// The side of its square, relative to the others.
@@ -145,6 +202,7 @@ impl<'a> Model<'a> {
             _ => 1.0,
         };
         Ok(Self {
+            object,
             uvs,
             upside_down: signed < 0.0,
             side: (weight * on_surface / area).sqrt(),
@@ -301,38 +359,22 @@ fn overlap_error(surface: &Surface, a: u32, b: u32) -> AtlasError {
     }
 }
 
-/// The error with a size that works: larger by as much as the gap is too small.
+/// The error with a size that works, or for large textures should: larger by as much as the gap is too small.
 fn room_error(
     surface: &Surface,
     options: &AtlasOptions,
     models: &[Model],
-    first: Conflict,
+    first: Trouble,
     control: &Control<'_>,
 ) -> Result<AtlasError, AtlasError> {
-    let [a, b] = first.triangles;
-    let (object, t) = in_object(surface, a);
-    let (other_object, other) = in_object(surface, b);
-    let of = if other_object == object {
-        String::new()
-    } else {
-        format!(" of object {other_object}")
-    };
-    let problem = if a == b {
-        "its square has no texel inside the gutter".to_owned()
-    } else {
-        format!(
-            "triangle {t} at {} and triangle {other}{of} at {} are of two islands that are too near to each other",
-            uv_of(surface, a),
-            uv_of(surface, b)
-        )
-    };
+    let (object, problem) = first.explained(surface);
     let mut larger = options.clone();
-    let mut conflict = Some(first);
-    while let Some(found) = conflict {
+    let mut trouble = Some(first);
+    while let Some(found) = trouble {
         control.check()?;
         let gutters = 2.0 * f64::from(options.gutter);
         let inside = (f64::from(larger.size) - gutters).max(1.0);
-        let size = (gutters + inside * found.larger.max(1.01)).ceil();
+        let size = (gutters + inside * found.larger().max(1.01)).ceil();
         if !size.is_finite() || size > f64::from(MAX_SIZE) {
             return Ok(AtlasError::OwnUvs {
                 object,
@@ -340,8 +382,8 @@ fn room_error(
             });
         }
         larger.size = size as u32;
-        conflict = if larger.size <= LARGEST_TRIED {
-            Islands::at(surface, &larger, models).conflict(surface, &larger)
+        trouble = if larger.size <= LARGEST_TRIED {
+            Islands::at(surface, &larger, models).trouble(surface, &larger)
         } else {
             None
         };
@@ -352,5 +394,6 @@ fn room_error(
         size: options.size,
         problem,
         needed: larger.size,
+        tried: larger.size <= LARGEST_TRIED,
     })
 }

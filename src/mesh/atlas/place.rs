@@ -38,8 +38,8 @@ const VERY_MANY: usize = 3000;
 /// Orders that are tried together, each in a thread of its own if there are so many.
 const TOGETHER: u32 = 8;
 
-/// As often as this many runs of cells have been looked for are orders changed, once for each so many triangles; but at
-/// least and at most so often.
+/// How many rounds of changed orders there are: as many as look for about so many runs of cells, but no more than one for
+/// each so many triangles; and at least and at most so many.
 const RUNS: usize = 250_000;
 const TRIANGLES: usize = 1000;
 const LEAST_ROUNDS: usize = 2;

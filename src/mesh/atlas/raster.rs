@@ -10,10 +10,14 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, NONE, Surface};
 use super::fixed::{Fixed, only_texel, twice_area};
 use super::outline::Cells;
-use super::{AtlasOptions, GutterTexel, Layout, pitch_of, triangle_area};
+use super::{AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, triangle_area};
 
 /// Texel rows a band.
 const BAND: u32 = 16;
+
+/// What is told while this goes on, and the share of the whole atlas's time that is over when it starts.
+pub(super) const DOING: &str = "giving out texels";
+pub(super) const START: f32 = 0.9;
 
 /// Owners, areas and gutter for maps whose corners are on the grid.
 pub(super) fn derive(
@@ -22,23 +26,18 @@ pub(super) fn derive(
     chart: Vec<u32>,
     chart_count: u32,
     options: &AtlasOptions,
-) -> Layout {
-    let fixed = Fixed::new(options.size, options.gutter);
-    let sheet = Sheet {
-        fixed,
-        size: options.size as i32,
-        pitch: pitch_of(options.size) as usize,
-        corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
-        surface,
-        chart: &chart,
-    };
+    control: &Control<'_>,
+) -> Result<Layout, AtlasError> {
+    control.step(DOING, START)?;
+    let sheet = Sheet::new(surface, &maps, &chart, options);
     let (mut owner, area) = sheet.owners_and_areas();
     let only = sheet.only_texels(&owner, chart_count);
     for &(triangle, texel) in &only {
         owner[texel.y as usize * sheet.pitch + texel.x as usize] = triangle;
     }
+    control.check()?;
     let gutter_texels = sheet.gutter(&owner, &only);
-    Layout {
+    Ok(Layout {
         maps,
         chart,
         chart_count,
@@ -46,7 +45,7 @@ pub(super) fn derive(
         owner,
         area,
         gutter_texels,
-    }
+    })
 }
 
 /// Charts that are too near to each other.
@@ -65,16 +64,7 @@ pub(super) fn conflict(
     chart: &[u32],
     options: &AtlasOptions,
 ) -> Option<Conflict> {
-    let fixed = Fixed::new(options.size, options.gutter);
-    let sheet = Sheet {
-        fixed,
-        size: options.size as i32,
-        pitch: pitch_of(options.size) as usize,
-        corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
-        surface,
-        chart,
-    };
-    sheet.conflict()
+    Sheet::new(surface, maps, chart, options).conflict()
 }
 
 struct Sheet<'a> {
@@ -87,7 +77,24 @@ struct Sheet<'a> {
     chart: &'a [u32],
 }
 
-impl Sheet<'_> {
+impl<'a> Sheet<'a> {
+    fn new(
+        surface: &'a Surface,
+        maps: &[AtlasMap],
+        chart: &'a [u32],
+        options: &AtlasOptions,
+    ) -> Self {
+        let fixed = Fixed::new(options.size, options.gutter);
+        Self {
+            fixed,
+            size: options.size as i32,
+            pitch: pitch_of(options.size) as usize,
+            corners: maps.par_iter().map(|map| fixed.corners_of(map)).collect(),
+            surface,
+            chart,
+        }
+    }
+
     fn band_count(&self) -> usize {
         (self.size as usize).div_ceil(BAND as usize)
     }

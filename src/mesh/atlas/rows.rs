@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 
 use super::super::surface::{NONE, Seam};
+use super::{AtlasError, Control};
+
 /// How often gutter texels in rows are replaced by their own rows at the most.
 const MAX_SWEEPS: u32 = 40;
 
@@ -61,7 +63,11 @@ pub(super) struct Rows<'a> {
 impl<'a> Rows<'a> {
     /// `nearest` is an owned texel for a gutter texel, by its index: where the reads of gutter texels that touch no owned
     /// texel begin.
-    pub(super) fn resolve(taps: &'a [Taps], nearest: impl Fn(u32) -> u32 + Sync) -> Self {
+    pub(super) fn resolve(
+        taps: &'a [Taps],
+        control: &Control<'_>,
+        nearest: impl Fn(u32) -> u32 + Sync,
+    ) -> Result<Self, AtlasError> {
         let open: Vec<u32> = (0..taps.len() as u32)
             .filter(|&k| taps[k as usize].in_gutter > 0)
             .collect();
@@ -84,13 +90,14 @@ impl<'a> Rows<'a> {
         };
         let mut active: Vec<u32> = (0..rows.open.len() as u32).collect();
         for _ in 0..MAX_SWEEPS {
+            control.check()?;
             let changed = rows.sweep(&active);
             active = rows.unsettled(&changed);
             if active.is_empty() {
                 break;
             }
         }
-        rows
+        Ok(rows)
     }
 
     /// Renews the rows in some slots; says for every slot whether its row changed.
@@ -234,7 +241,7 @@ mod tests {
             taps(&[], &[(2, 1.0)]),
             taps(&[(z, 0.6), (x, 0.4)], &[]),
         ];
-        let rows = Rows::resolve(&taps, |_| 100);
+        let rows = Rows::resolve(&taps, &Control::default(), |_| 100).unwrap();
         let weight_of = |k: u32, texel: u32| {
             let row = rows.row(k);
             let found = row.entries().find(|entry| entry.0 == texel);

@@ -2,10 +2,12 @@
 
 use std::fmt;
 
+use glam::IVec2;
 use rayon::prelude::*;
 
 use super::super::surface::{NONE, Surface};
-use super::{Atlas, triangle_area};
+use super::fixed::{Fixed, twice_area};
+use super::{Atlas, AtlasMethod, counted, triangle_area};
 
 /// How much of the texture a layout uses, and how well triangles keep their size and shape in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +24,8 @@ pub struct AtlasStatistics {
     pub gutter_texels: u64,
     /// Texels that are neither.
     pub empty_texels: u64,
-    /// Texels per surface area of a triangle over the mean of all: what 5, 50 and 95 % of the surface stay below.
+    /// Texels per surface area of a triangle over the mean of all: what 5, 50 and 95 % of the surface stay below. Not
+    /// numbers where no triangle has area in the texture.
     pub area_percentiles: [f64; 3],
     /// Longest stretch over shortest in a triangle's map, 1 where it keeps its angles: what 5, 50 and 95 % of the
     /// surface stay below.
@@ -31,9 +34,14 @@ pub struct AtlasStatistics {
     pub worst_stretch: f64,
     /// Triangles in which no texel has its centre.
     pub unowned_triangles: usize,
+    /// Triangles without area in the texture: their stretch is infinite.
+    pub flat_triangles: usize,
     /// Edges between two triangles that do not lie side by side in the texture.
     pub seam_edges: usize,
 }
+
+/// The share of the texture's texels below which a surface has hardly any.
+const HARDLY_ANY: f64 = 0.001;
 
 const PERCENTILES: [f64; 3] = [0.05, 0.5, 0.95];
 
@@ -62,8 +70,10 @@ impl Atlas {
         let stretch = || distortions.iter().map(|d| (d.stretch, d.area));
 
         let mut owns = vec![false; self.maps.len()];
-        for &owner in self.owner.iter().filter(|&&owner| owner != NONE) {
-            owns[owner as usize] = true;
+        for (texel, &owner) in self.owner.iter().enumerate() {
+            if owner != NONE && !owns[owner as usize] {
+                owns[owner as usize] = self.holds_centre(owner, texel as u32);
+            }
         }
         let all = u64::from(self.size) * u64::from(self.size);
         let (owned, gutter) = (u64::from(self.owned_count), self.gutter_texels.len() as u64);
@@ -78,6 +88,7 @@ impl Atlas {
             stretch_percentiles: percentiles(stretch().collect()),
             worst_stretch: stretch().map(|(stretch, _)| stretch).fold(1.0, f64::max),
             unowned_triangles: owns.iter().filter(|&&owns| !owns).count(),
+            flat_triangles: distortions.iter().filter(|d| d.texels == 0.0).count(),
             seam_edges: (0..surface.halfedges.len() as u32)
                 .into_par_iter()
                 .filter(|&h| {
@@ -86,6 +97,38 @@ impl Atlas {
                 })
                 .count(),
         }
+    }
+
+    /// Whether an owner holds its texel's centre. That of a chart's only texel may not.
+    fn holds_centre(&self, owner: u32, texel: u32) -> bool {
+        if self.method == AtlasMethod::Grid {
+            return true;
+        }
+        let fixed = Fixed::new(self.size, self.gutter);
+        let mut corners = fixed.corners_of(&self.maps[owner as usize]);
+        let centre = [texel % self.pitch, texel / self.pitch].map(|k| k as i32);
+        let centre = IVec2::from(centre) * fixed.texel + fixed.texel / 2;
+        let area = twice_area(corners);
+        if area < 0 {
+            corners.swap(1, 2);
+        }
+        let [a, b, c] = corners;
+        let beside = |start, end| twice_area([start, end, centre]);
+        area != 0 && beside(a, b) >= 0 && beside(b, c) >= 0 && beside(c, a) >= 0
+    }
+
+    /// What is wrong with a layout whose surface has hardly any texels, if it is one.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let texels = f64::from(self.size) * f64::from(self.size);
+        let owned = f64::from(self.owned_count);
+        (owned < HARDLY_ANY * texels).then(|| {
+            format!(
+                "of the {texels} texels of the atlas only {owned} {} on the surface: triangles that are far longer than \
+                 wide have hardly any; split them into shorter ones",
+                if self.owned_count == 1 { "is" } else { "are" }
+            )
+        })
     }
 
     /// Does the edge of a half-edge lie at a chart's border? Either nothing is beyond it, or what is lies elsewhere in
@@ -168,10 +211,10 @@ impl fmt::Display for AtlasStatistics {
         let [low, middle, high] = self.area_percentiles;
         write!(
             f,
-            "{} triangles in {} charts, {:.1} % of the texture used, texels per area {low:.2} {middle:.2} {high:.2}, \
+            "{} in {}, {:.1} % of the texture used, texels per area {low:.2} {middle:.2} {high:.2}, \
              stretch up to {:.2}",
-            self.triangles,
-            self.charts,
+            counted(self.triangles as u64, "triangle"),
+            counted(u64::from(self.charts), "chart"),
             100.0 * self.utilisation,
             self.stretch_percentiles[2],
         )
@@ -247,6 +290,34 @@ mod tests {
             }
         }
         assert_eq!(atlas.statistics(&surface).unowned_triangles, 2);
+    }
+
+    #[test]
+    fn a_sliver_between_all_centres_holds_none() {
+        use crate::mesh::suite;
+        use glam::Vec3;
+        let corners = [Vec3::ZERO, 1000.0 * Vec3::X, Vec3::new(500.0, 1e-4, 0.0)];
+        let sliver = suite::mesh("sliver", &corners, &[[0, 1, 2]]);
+        let surface = Surface::build(&[(&sliver, 1.0)]);
+        let options = AtlasOptions {
+            size: 128,
+            ..AtlasOptions::default()
+        };
+        let atlas = Atlas::build(&surface, &options).unwrap();
+        let found = atlas.statistics(&surface);
+        assert_eq!(
+            [found.unowned_triangles, found.flat_triangles],
+            [1, 1],
+            "{found:?}"
+        );
+        let warning = atlas.warning().unwrap();
+        assert!(
+            warning.contains("16384 texels of the atlas only 1 is on"),
+            "{warning}"
+        );
+        let (surface, atlas) = grid("cube", 64);
+        assert_eq!(atlas.statistics(&surface).flat_triangles, 0);
+        assert_eq!(atlas.warning(), None);
     }
 
     #[test]

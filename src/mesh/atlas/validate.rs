@@ -61,19 +61,24 @@ impl Atlas {
 
     /// Charts are numbered without gaps, and each owns a texel.
     fn check_charts(&self) -> Result<(), String> {
-        let mut texels = vec![0u32; self.chart_count as usize];
         if let Some(chart) = self.chart.iter().find(|&&c| c >= self.chart_count) {
             return Err(format!("there is a chart {chart} of {}", self.chart_count));
         }
+        match self.texels_of_charts().iter().position(|&count| count == 0) {
+            Some(chart) => Err(format!("chart {chart} owns no texel")),
+            None => Ok(()),
+        }
+    }
+
+    /// How many texels each chart owns.
+    fn texels_of_charts(&self) -> Vec<u32> {
+        let mut texels = vec![0; self.chart_count as usize];
         for &owner in &self.owner {
             if let Some(&chart) = self.chart.get(owner as usize) {
                 texels[chart as usize] += 1;
             }
         }
-        match texels.iter().position(|&count| count == 0) {
-            Some(chart) => Err(format!("chart {chart} owns no texel")),
-            None => Ok(()),
-        }
+        texels
     }
 
     /// No two charts want the same texel. Maps of `grid` are not on the fixed-point grid.
@@ -159,12 +164,7 @@ impl Atlas {
 
     /// Every owner contains its texel's centre, or the texel is its chart's only one.
     fn check_owners(&self) -> Result<(), String> {
-        let mut texels = vec![0u32; self.chart_count as usize];
-        for &owner in &self.owner {
-            if let Some(&chart) = self.chart.get(owner as usize) {
-                texels[chart as usize] += 1;
-            }
-        }
+        let texels = self.texels_of_charts();
         let owned: u64 = self
             .owner
             .par_iter()

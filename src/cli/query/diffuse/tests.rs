@@ -3,11 +3,7 @@
 use super::*;
 
 fn atlas(mesh: &Mesh, size: u32) -> Atlas {
-    let options = AtlasOptions {
-        method: AtlasMethod::Grid,
-        size,
-        ..AtlasOptions::default()
-    };
+    let options = options_of(AtlasMethod::Grid, size, GUTTER, 0);
     Atlas::build(&Surface::build(&[(mesh, 1.0)]), &options).expect("there is room")
 }
 
@@ -80,4 +76,19 @@ fn rows_that_cannot_be_deposited_are_named() {
     // Nothing at all stays nothing.
     let trail = Trail::new(&atlas(&mesh, 64), &[]).expect("it is right");
     assert!(trail.values.iter().all(|&value| value == 0.0) && trail.unit == 1.0);
+}
+
+#[test]
+fn amounts_are_told_in_few_digits() {
+    for (number, text) in [
+        (deposited(&[]), "0"),
+        (-0.0, "0"),
+        (2.5, "2.5"),
+        (1_200_000.0, "1200000"),
+        (0.001, "0.001"),
+        (1e300, "1e300"),
+        (2.5e-9, "2.5e-9"),
+    ] {
+        assert_eq!(amount(number), text);
+    }
 }

@@ -1,5 +1,6 @@
 //! Layouts on disk: kept whole, found by what they are of, thrown away when damaged or old.
 
+use super::super::AtlasMethod;
 use super::*;
 use crate::mesh::Mesh;
 
@@ -32,7 +33,7 @@ fn placement(triangles: usize) -> Placement {
 #[test]
 fn what_is_kept_is_read_bit_by_bit() {
     let folder = tempfile::tempdir().unwrap();
-    let slot = Slot::new(&folder.path().join("deep"), &surface("cube"), &options()).unwrap();
+    let slot = Slot::new(&folder.path().join("deep"), &surface("cube"), &options());
     assert_eq!(slot.load(), None, "nothing is there yet");
     slot.store(&placement(12));
     let read = slot.load().unwrap();
@@ -165,20 +166,11 @@ fn everything_that_matters_is_in_the_key() {
 }
 
 #[test]
-fn the_grid_is_not_kept() {
-    let grid = AtlasOptions {
-        method: AtlasMethod::Grid,
-        ..options()
-    };
-    assert!(Slot::new(Path::new("x"), &surface("cube"), &grid).is_none());
-}
-
-#[test]
 fn a_folder_that_cannot_be_written_does_no_harm() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
-    let slot = Slot::new(&file, &surface("cube"), &options()).unwrap();
+    let slot = Slot::new(&file, &surface("cube"), &options());
     slot.store(&placement(12));
     assert_eq!(slot.load(), None);
 }
@@ -219,7 +211,7 @@ fn many_may_write_and_read_at_once() {
     std::thread::scope(|scope| {
         for _ in 0..4 {
             scope.spawn(|| {
-                let slot = Slot::new(folder.path(), &cube, &options()).unwrap();
+                let slot = Slot::new(folder.path(), &cube, &options());
                 for _ in 0..20 {
                     slot.store(&placement(12));
                     assert_eq!(slot.load(), Some(placement(12)), "whole at every moment");

@@ -56,9 +56,8 @@ pub(super) struct Bounds {
     pub part: f64,
 }
 
-///
-/// Shapes are measured, at 1024 x 1024: with 1.75 the texture is filled to 0.65 - 0.72, with 2.2 to 0.58 - 0.69 by half as
-/// many charts; with 1.5 hardly anything may be joined.
+/// What all charts together are kept to. Roundness was tried out at 1024 x 1024: with 1.75 the texture is filled to 0.65 -
+/// 0.72, with 2.2 to 0.58 - 0.69 by half as many charts; with 1.5 hardly anything may be joined.
 pub(super) const STRICT: Bounds = Bounds {
     share: 0.045,
     wild: 0.002,

@@ -132,7 +132,10 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         distance: 1,
         offsets: ExchangeRow::neighbours(pitch, 1),
     };
-    let exchange = layers.conductances().tables(&layers);
+    let exchange = layers
+        .conductances(&Control::default())
+        .unwrap()
+        .tables(&layers);
     let row = |x, y| {
         let found = exchange.rows.iter().find(|row| row.texel == texel(x, y));
         found.expect("it has a row")

@@ -32,12 +32,13 @@ fn packing_of_the_built_in_meshes() {
             place::place(&surface, flat, &options, &control).unwrap();
         let packing = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let layout = raster::derive(&surface, maps, chart, chart_count, &options);
+        let layout =
+            raster::derive(&surface, maps, chart, chart_count, &options, &control).unwrap();
         let deriving = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let (seams, ways) = gutter::seams(&surface, &layout, pitch_of(size));
+        let (seams, ways) = gutter::seams(&surface, &layout, pitch_of(size), &control).unwrap();
         let filling = start.elapsed().as_secs_f64();
-        let atlas = Atlas::assemble(&surface, &options, layout, seams, &ways);
+        let atlas = Atlas::assemble(&surface, &options, layout, seams, &ways, &control).unwrap();
         let area: f64 = atlas
             .maps
             .iter()

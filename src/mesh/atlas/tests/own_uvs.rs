@@ -141,6 +141,34 @@ fn coordinates_that_cannot_be_an_atlas_are_explained() {
 }
 
 #[test]
+fn sizes_that_were_not_tried_are_about_right() {
+    let mesh = quads(&[[0.0, 0.0, 0.4999, 1.0], [0.5001, 0.0, 1.0, 1.0]], false);
+    let surface = Surface::build(&[(&mesh, 1.0)]);
+    let error = Atlas::build(&surface, &own(100, 1)).unwrap_err();
+    let text = error.to_string();
+    let AtlasError::OwnUvsTooDense { needed, tried, .. } = error else {
+        panic!("{text}");
+    };
+    assert!((10_000..12_000).contains(&needed) && !tried, "{text}");
+    assert!(
+        text.ends_with(&format!("raise atlas.size to about {needed}")),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_object_that_has_no_square_is_named() {
+    let mesh = quads(&[[0.0, 0.0, 1.0, 1.0]], false);
+    let surface = Surface::build(&[(&mesh, 1.0), (&mesh, 0.001), (&mesh, 1.0)]);
+    let error = Atlas::build(&surface, &own(60, 2)).unwrap_err().to_string();
+    assert!(
+        error.contains("coordinates of object 2 leave too little room")
+            && error.contains("its square has no texel inside the gutter"),
+        "{error}"
+    );
+}
+
+#[test]
 fn islands_without_room_name_a_size_that_works() {
     let mesh = quads(&[[0.0, 0.0, 0.495, 1.0], [0.505, 0.0, 1.0, 1.0]], false);
     let surface = Surface::build(&[(&mesh, 1.0)]);

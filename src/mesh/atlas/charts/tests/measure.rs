@@ -1,4 +1,5 @@
-//! A table and pictures to tune by: `cargo test --release --lib charts::tests::measure -- --ignored --nocapture`.
+//! A table and pictures to tune by: `cargo test --release --lib charts::tests::measure -- --ignored --nocapture`, with
+//! `MESHES` and `PICTURES` (a folder) in the environment.
 
 use std::time::Instant;
 
@@ -127,7 +128,7 @@ fn processor_seconds() -> f64 {
 fn table() {
     let names = std::env::var("MESHES").unwrap_or_else(|_| {
         "cube cube?divisions=4 icosphere?subdivisions=2 torus?major=24&minor=16 icosphere torus capsule \
-         suzanne trefoil gyroid /work/shared/assets/hand_animated.glb potato icosphere?subdivisions=6 \
+         suzanne trefoil gyroid assets/hand_animated.glb potato icosphere?subdivisions=6 \
          torus?major=320&minor=220"
             .to_owned()
     });
@@ -175,12 +176,14 @@ fn table() {
             seconds,
             cpu
         );
-        picture(name, &charts);
+        if let Ok(folder) = std::env::var("PICTURES") {
+            picture(&folder, name, &charts);
+        }
     }
 }
 
 /// All charts in rows, each in a colour of its own.
-fn picture(name: &str, charts: &[FlatChart]) {
+fn picture(folder: &str, name: &str, charts: &[FlatChart]) {
     let width = 1400_u32;
     let area: f64 = charts
         .iter()
@@ -231,9 +234,7 @@ fn picture(name: &str, charts: &[FlatChart]) {
         .chars()
         .map(|c| if c.is_alphanumeric() { c } else { '-' })
         .collect();
-    picture
-        .save(format!("/work/out/charts-{name}.png"))
-        .unwrap();
+    picture.save(format!("{folder}/charts-{name}.png")).unwrap();
 }
 
 fn fill(picture: &mut image::RgbImage, [a, b, c]: [DVec2; 3], colour: image::Rgb<u8>) {

@@ -1,0 +1,69 @@
+//! What is told while an atlas is made, and that it can be stopped whenever something is told.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::*;
+
+/// Makes the atlas of a model and stops when `last` is told for the first time; everything that was told.
+fn told(
+    options: &AtlasOptions,
+    last: Option<(&'static str, f32)>,
+) -> (Result<Atlas, AtlasError>, Vec<(&'static str, f32)>) {
+    let told = Mutex::new(Vec::new());
+    let cancelled = AtomicBool::new(false);
+    let progress = |doing: &'static str, done: f32| {
+        told.lock().unwrap().push((doing, done));
+        if last == Some((doing, done)) {
+            cancelled.store(true, Ordering::Relaxed);
+        }
+    };
+    let control = Control {
+        progress: Some(&progress),
+        cancelled: Some(&cancelled),
+        cache: None,
+    };
+    let atlas = Atlas::build_with(&surface(&["suzanne"]), options, &control);
+    (atlas, told.into_inner().unwrap())
+}
+
+#[test]
+fn every_part_is_named_and_can_be_stopped() {
+    let common = ["giving out texels", "filling gutters", "joining seams"];
+    for (method, first) in [
+        (
+            AtlasMethod::Charts,
+            &["cutting into charts", "packing"] as &[_],
+        ),
+        (AtlasMethod::Grid, &[]),
+    ] {
+        let options = AtlasOptions {
+            method,
+            ..options(512, 1)
+        };
+        let (atlas, all) = told(&options, None);
+        assert!(atlas.is_ok());
+        assert!(all.is_sorted_by_key(|(_, done)| *done), "{all:?}");
+        assert_eq!(all.last(), Some(&("joining seams", 1.0)));
+        let mut names: Vec<&str> = all.iter().map(|(doing, _)| *doing).collect();
+        names.dedup();
+        assert_eq!(names, [first, &common].concat());
+        for (k, &last) in all.iter().enumerate() {
+            // Where pieces are cut in parallel, the same may be told more than once.
+            if all[..k].contains(&last) {
+                continue;
+            }
+            let (atlas, heard) = told(&options, Some(last));
+            assert_eq!(atlas.err(), Some(AtlasError::Cancelled), "{last:?}");
+            let end = heard.iter().position(|one| *one == last);
+            assert!(end.is_some(), "{last:?} in {heard:?}");
+            assert!(
+                heard
+                    .iter()
+                    .all(|(doing, _)| names.iter().position(|name| name == doing)
+                        <= names.iter().position(|name| *name == last.0)),
+                "after {last:?}: {heard:?}"
+            );
+        }
+    }
+}
