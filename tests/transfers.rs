@@ -5,8 +5,9 @@ mod common;
 use common::{Gpu, gpu};
 use myxo::gpu::Frames;
 use myxo::scene::Scene;
-use myxo::scene::settings::{ObjectSettings, Settings, Strategy};
+use myxo::scene::settings::{ObjectSettings, Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::types::{Motion, Particle};
 use myxo::sim::{Simulation, Snapshot, twin};
 
 /// Objects that stand in one another.
@@ -117,5 +118,231 @@ fn every_strategy_gives_the_same_bits_twice() {
     hashes.sort_unstable();
     hashes.dedup();
     assert_eq!(hashes.len(), 4, "none, respawn, those with turns, direct");
+    gpu.finish();
+}
+
+/// The same in the same order, whatever the slots.
+fn by_id(state: &Snapshot) -> Vec<(Particle, Motion)> {
+    let mut all: Vec<_> = state
+        .particles
+        .iter()
+        .copied()
+        .zip(state.motions.iter().copied())
+        .collect();
+    all.sort_by_key(|(particle, _)| particle.id);
+    all
+}
+
+/// From one state, a step by the kernels and one by the twins.
+#[test]
+fn a_step_agrees_with_its_twin_by_every_strategy() {
+    let Some(gpu) = gpu() else { return };
+    for &strategy in Strategy::ALL {
+        let scene = trio(|s| {
+            s.transfer.strategy = strategy;
+            s.transfer.threshold = 0.01;
+            s.particles.count = 1500;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = simulation.setup().clone();
+        let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+        for _ in 0..6 {
+            by_twin.step();
+            by_twin.snapshot().validate(&setup).unwrap();
+        }
+        let before = by_twin.snapshot();
+        simulation.restore(&before).unwrap();
+        by_twin.restore(&before);
+        let selected_before = before.transfers.flow.selected;
+        advance(&gpu, &mut simulation, 1);
+        by_twin.step();
+        let (kernel, twin) = (simulation.snapshot().unwrap(), by_twin.snapshot());
+        kernel.validate(&setup).unwrap();
+        twin.validate(&setup).unwrap();
+        let mut same = 0;
+        for ((a, m), (b, n)) in by_id(&kernel).into_iter().zip(by_id(&twin)) {
+            assert_eq!(a.id, b.id);
+            let off = [
+                a.u - b.u,
+                a.v - b.v,
+                m.heading_p - n.heading_p,
+                m.heading_h - n.heading_h,
+            ];
+            let near = off.iter().all(|off| off.abs() < 1e-3);
+            same += u32::from(a.triangle == b.triangle && m.flags == n.flags && near);
+        }
+        // The rest decides by a last bit where to turn, or whether it is inside.
+        assert!(same >= 1350, "{strategy:?}: {same} of 1500");
+        let selected = |state: &Snapshot| state.transfers.flow.selected - selected_before;
+        assert_eq!(
+            selected(&twin) > 5,
+            strategy != Strategy::None,
+            "{strategy:?}"
+        );
+        assert!(
+            selected(&kernel).abs_diff(selected(&twin)) <= 3 + selected(&twin) / 10,
+            "{strategy:?}: {} by the kernel, {}",
+            selected(&kernel),
+            selected(&twin)
+        );
+    }
+    gpu.finish();
+}
+
+#[test]
+fn strategies_change_while_it_runs() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(with(Strategy::Parallel));
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut settings = scene.settings.clone();
+    // From every strategy to every other one.
+    for &from in Strategy::ALL {
+        for &to in Strategy::ALL {
+            for strategy in [from, to] {
+                settings.transfer.strategy = strategy;
+                simulation.apply(&settings).unwrap();
+                let state = simulation.snapshot().unwrap();
+                state.validate(simulation.setup()).unwrap();
+                advance(&gpu, &mut simulation, 2);
+                let state = simulation.snapshot().unwrap();
+                state.validate(simulation.setup()).unwrap();
+                assert_eq!(
+                    state.transfers.windows.len(),
+                    3 * usize::from(strategy.has_windows())
+                );
+            }
+        }
+    }
+    // What is in flight goes on between those that have turns: a change makes no difference to them.
+    let plain = run(&gpu, &scene, 40);
+    let mut changing = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut settings = scene.settings.clone();
+    for k in 0..8 {
+        settings.transfer.strategy = IN_TURNS[k % 3];
+        changing.apply(&settings).unwrap();
+        advance(&gpu, &mut changing, 5);
+    }
+    assert_eq!(changing.snapshot().unwrap().hash(), plain.hash());
+    assert!(!plain.transfers.in_flight.is_empty());
+    gpu.finish();
+}
+
+#[test]
+fn a_resumed_run_ends_in_the_same_hash() {
+    let Some(gpu) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.ckpt");
+    for &strategy in Strategy::ALL {
+        let scene = trio(with(strategy));
+        let whole = run(&gpu, &scene, 30);
+        let half = run(&gpu, &scene, 15);
+        assert_eq!(half.transfers.in_flight.is_empty(), !strategy.has_turns());
+        let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let checkpoint = Checkpoint::new(&scene, resumed.setup(), half.clone());
+        checkpoint.write(&path).unwrap();
+        let checkpoint = Checkpoint::read(&path).unwrap();
+        assert_eq!(checkpoint.snapshot, half);
+        checkpoint.check(&scene, resumed.setup()).unwrap();
+        resumed.restore(&checkpoint.snapshot).unwrap();
+        advance(&gpu, &mut resumed, 15);
+        let end = resumed.snapshot().unwrap();
+        assert_eq!(end.hash(), whole.hash(), "{strategy:?}");
+        assert_eq!(end.transfers.flow.selected, whole.transfers.flow.selected);
+        assert_eq!(end.transfers.flux, whole.transfers.flux);
+    }
+    gpu.finish();
+}
+
+#[test]
+fn full_buffers_refuse_are_counted_and_lose_nobody() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [
+        Strategy::Scattered,
+        Strategy::Sequential,
+        Strategy::Parallel,
+        Strategy::Direct,
+        Strategy::Respawn,
+    ] {
+        let scene = trio(|s| {
+            s.transfer.strategy = strategy;
+            s.transfer.buffer_size = 4;
+        });
+        let end = run(&gpu, &scene, 40);
+        let flow = end.transfers.flow;
+        assert!(flow.refused > 0 && flow.most_wanted > 4, "{flow:?}");
+        assert!(flow.arrived > 0 && flow.mismatches == 0, "{flow:?}");
+        assert_eq!(
+            flow.selected as usize,
+            (flow.refused + flow.arrived) as usize + end.transfers.in_flight.len()
+        );
+    }
+    gpu.finish();
+}
+
+/// A single particle, far fewer particles than objects, all of them on one object, thresholds that cover everything or
+/// nothing, identical objects in one place.
+#[test]
+fn odd_scenes_have_their_outcome() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [Strategy::Sequential, Strategy::Parallel, Strategy::Direct] {
+        for (count, threshold, start) in [
+            (1, 0.0, Start::Uniform),
+            (2, 100.0, Start::Uniform),
+            (700, 100.0, Start::Uniform),
+            (700, -100.0, Start::Uniform),
+            (701, 0.02, Start::Point),
+        ] {
+            let scene = trio(|s| {
+                s.transfer.strategy = strategy;
+                s.transfer.threshold = threshold;
+                s.particles.count = count;
+                s.particles.start = start;
+            });
+            let flow = run(&gpu, &scene, 20).transfers.flow;
+            if threshold < -1.0 {
+                assert_eq!(flow.selected, 0, "nothing is covered");
+            }
+            if count == 700 && threshold > 1.0 {
+                assert!(flow.arrived > 100, "everything within reach is: {flow:?}");
+            }
+            assert_eq!(flow.refused, 0);
+        }
+        let same = [("cube", [0.0; 3]), ("cube", [0.0; 3])];
+        let flow = run(&gpu, &scene_of(&same, with(strategy)), 20)
+            .transfers
+            .flow;
+        assert_eq!(flow.mismatches, 0);
+    }
+    // With a single object there is nothing to change to, whatever the strategy.
+    let ends = [Strategy::None, Strategy::Parallel, Strategy::Respawn].map(|strategy| {
+        let scene = scene_of(&[("cube", [0.0; 3])], with(strategy));
+        run(&gpu, &scene, 10).hash()
+    });
+    assert_eq!(ends, [ends[0]; 3]);
+    gpu.finish();
+}
+
+/// Those that begin anew lie on the object that they were on, anywhere by area.
+#[test]
+fn respawned_particles_stay_on_their_object() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(|s| {
+        s.transfer.strategy = Strategy::Respawn;
+        s.transfer.threshold = 0.1;
+        s.physarum.speed = 0.05;
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let triangles = simulation.setup().surface.triangles.clone();
+    let objects = |state: &Snapshot| -> Vec<u32> {
+        let object = |p: &Particle| triangles[p.triangle as usize].object;
+        state.particles.iter().map(object).collect()
+    };
+    let before = objects(&simulation.snapshot().unwrap());
+    advance(&gpu, &mut simulation, 30);
+    let state = simulation.snapshot().unwrap();
+    state.validate(simulation.setup()).unwrap();
+    let after = objects(&state);
+    assert_eq!(after, before);
+    assert!(state.transfers.flow.arrived > 1000);
     gpu.finish();
 }

@@ -4,6 +4,9 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
+use myxo::scene::parameters::grouped;
+use myxo::scene::settings::ObjectSettings;
+use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
 
@@ -109,6 +112,81 @@ pub struct Counters {
     pub doubled: u64,
     /// Sum over all texels of trail times area, in world units.
     pub trail_mass: f64,
+    /// Particles that went into another object and were selected to change, the refused ones among them.
+    #[serde(default)]
+    pub selected: u64,
+    /// Particles that have arrived on another object; with the strategy `respawn`, that began anew.
+    #[serde(default)]
+    pub transferred: u64,
+    /// Particles under way from one object to another.
+    #[serde(default)]
+    pub in_flight: u64,
+    /// Particles that found the transfer buffer full and stayed on their object.
+    #[serde(default)]
+    pub transfer_overflow: u64,
+    /// The transfer buffer size that would have done so far.
+    #[serde(default)]
+    pub transfer_buffer_wanted: u64,
+    /// How many particles have left each object for each other one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flux: Vec<Flux>,
+}
+
+/// Particles from one object to another.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Flux {
+    /// The object that they left.
+    pub from: String,
+    /// The object that they went to.
+    pub to: String,
+    /// How many.
+    pub particles: u64,
+}
+
+impl Counters {
+    /// What a state tells.
+    #[must_use]
+    pub fn of(snapshot: &Snapshot, setup: &Setup, objects: &[ObjectSettings]) -> Self {
+        let census = snapshot.census();
+        let transfers = &snapshot.transfers;
+        let flow = &transfers.flow;
+        let pairs = transfers.flux.iter().enumerate();
+        let flux = |(pair, &particles): (usize, &u32)| Flux {
+            from: objects[pair / objects.len()].name.clone(),
+            to: objects[pair % objects.len()].name.clone(),
+            particles: particles.into(),
+        };
+        Self {
+            lost: census.lost,
+            doubled: census.doubled,
+            trail_mass: snapshot.trail_mass(setup),
+            selected: flow.selected.into(),
+            transferred: flow.arrived.into(),
+            in_flight: transfers.in_flight.len() as u64,
+            transfer_overflow: flow.refused.into(),
+            transfer_buffer_wanted: flow.most_wanted.into(),
+            flux: pairs.filter(|(_, count)| **count > 0).map(flux).collect(),
+        }
+    }
+
+    /// What to do about particles that were refused, if any were.
+    #[must_use]
+    pub fn overflow(&self, buffer_size: u32) -> Option<String> {
+        let Self {
+            transfer_overflow,
+            transfer_buffer_wanted,
+            ..
+        } = *self;
+        (transfer_overflow > 0).then(|| {
+            format!(
+                "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object; \
+                 raise transfer.buffer_size from {} to {}",
+                grouped(transfer_overflow as f64),
+                grouped(buffer_size.into()),
+                grouped(transfer_buffer_wanted as f64)
+            )
+        })
+    }
 }
 
 impl Report {
@@ -248,9 +326,31 @@ mod tests {
         ] {
             assert!(value["kernels"][0].get(key).is_some(), "{key}");
         }
-        for key in ["lost", "doubled", "trail_mass"] {
+        for key in [
+            "lost",
+            "doubled",
+            "trail_mass",
+            "selected",
+            "transferred",
+            "in_flight",
+            "transfer_overflow",
+            "transfer_buffer_wanted",
+        ] {
             assert!(value["counters"].get(key).is_some(), "{key}");
         }
         assert_eq!(value["state_hash"], "0000000000000abc");
+    }
+
+    #[test]
+    fn an_overflow_says_which_size_would_have_done() {
+        let mut counters = Counters::default();
+        assert_eq!(counters.overflow(16), None);
+        counters.transfer_overflow = 12_345;
+        counters.transfer_buffer_wanted = 812;
+        let text = counters.overflow(16).unwrap_or_default();
+        assert!(
+            text.contains("12,345 times") && text.ends_with("from 16 to 812"),
+            "{text}"
+        );
     }
 }

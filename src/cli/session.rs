@@ -209,6 +209,11 @@ impl Session {
         self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
+        let settings = self.simulation.settings();
+        let counters = Counters::of(&snapshot, self.simulation.setup(), &settings.objects);
+        if let Some(warning) = counters.overflow(settings.transfer.buffer_size) {
+            self.progress.say(&format!("warning: {warning}"));
+        }
         if let Some(path) = &self.options.state.checkpoint {
             let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
             checkpoint.write(path)?;
@@ -253,7 +258,6 @@ impl Session {
     /// The report of a run that has ended.
     pub fn report(&self, ending: &Ending, interrupted: bool) -> Report {
         let setup = self.simulation.setup();
-        let census = ending.snapshot.census();
         let info = self.ctx.info();
         let times = self.frames.timings().report("step");
         Report {
@@ -270,11 +274,7 @@ impl Session {
             gpu_ms_per_step: (!times.is_empty()).then_some(times.step.mean_ms),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
-            counters: Counters {
-                lost: census.lost,
-                doubled: census.doubled,
-                trail_mass: ending.snapshot.trail_mass(setup),
-            },
+            counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),
             validation: self.options.device.validate,
             interrupted,
             ..Report::of_this_host()

@@ -73,6 +73,7 @@ impl Clocks {
         self.steps += steps;
         self.facts.step = stage.simulation.step();
         self.facts.particles_drawn = stage.particles_drawn;
+        self.facts.flow = stage.flow;
         if let Some(step) = latest_step(frames) {
             pacer.measured(step);
         } else if steps > 0 && !ctx.info().has_timestamps() {

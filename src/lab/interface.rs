@@ -11,6 +11,7 @@ use myxo::render::view::{self, AtlasWindow, View};
 use myxo::scene::Scene;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
+use myxo::sim::types::Flow;
 
 use super::keys::{self, KeyAction};
 use super::navigation::Navigation;
@@ -73,6 +74,8 @@ pub struct Facts {
     pub memory: u64,
     /// Particles that the picture shows, in the view of particles.
     pub particles_drawn: u32,
+    /// Transfers between objects.
+    pub flow: Flow,
     /// Triangles of all objects.
     pub triangles: usize,
     /// Texels that triangles own.

@@ -4,6 +4,7 @@ use egui::{Align, Color32, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::render::exposure::Exposure;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::Show;
+use myxo::sim::types::Flow;
 
 use super::interface::{Command, Facts, Interface};
 use super::rows::{RowContext, grouped, row};
@@ -86,6 +87,7 @@ impl Interface {
             };
             ui.label(RichText::new(speed).monospace().color(theme::WEAK));
         });
+        transfers(ui, facts, self.running.transfer.buffer_size);
         if self.is_pending() {
             ui.horizontal(|ui| {
                 let button =
@@ -256,6 +258,30 @@ impl Interface {
     }
 }
 
+/// How many particles have changed objects, once some have; and what to do where some could not.
+fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
+    let Flow {
+        arrived,
+        refused,
+        most_wanted,
+        ..
+    } = facts.flow;
+    if arrived > 0 {
+        let text = format!("{} transfers", grouped(arrived.into()));
+        ui.label(RichText::new(text).monospace().color(theme::WEAK))
+            .on_hover_text("Particles that have changed objects so far.");
+    }
+    if refused > 0 {
+        let text = format!("{} found the transfer buffer full", grouped(refused.into()));
+        ui.label(RichText::new(text).color(theme::PENDING))
+            .on_hover_text(format!(
+                "They stayed on their object. Raise the transfer buffer size from {} to {}.",
+                grouped(buffer_size.into()),
+                grouped(most_wanted.into())
+            ));
+    }
+}
+
 /// The sections of the table, in the panel's order, with their titles and whether they begin open.
 /// What `[camera]` and `[picture]` hold is moved by hand and stands in the section Picture.
 pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
@@ -263,6 +289,7 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("trail", "Trail", true),
     ("particles", "Particles", false),
     ("time", "Time", false),
+    ("transfer", "Transfer", false),
     ("atlas", "Atlas", false),
     ("", "Scene", false),
 ];

@@ -10,21 +10,26 @@ use std::time::{Duration, Instant};
 use glam::Vec2;
 use image::RgbaImage;
 use myxo::Result;
-use myxo::gpu::{Access, Buffer, Context, DeviceKind, Domain, Format, Frames, Image, Recorder};
+use myxo::gpu::{
+    Access, Buffer, Context, DeviceKind, Domain, Format, Frames, Image, Readback, Recorder,
+};
 use myxo::mesh::atlas::Control;
 use myxo::render::output::Output;
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Quality, Renderer, View};
 use myxo::scene::Scene;
-use myxo::scene::settings::Settings;
+use myxo::scene::settings::{Settings, Strategy};
 use myxo::sim::Simulation;
-use myxo::sim::types::Pose;
+use myxo::sim::types::{Flow, Pose};
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
 
 /// How often it is told how far the setting up of a scene is.
 const TELL_EVERY: Duration = Duration::from_millis(100);
+
+/// Copies of the counters that may be on their way to the host.
+const COUNTERS_UNDER_WAY: usize = 4;
 
 /// Shows how far the setting up of a scene is: what is being done, and the share of all that is done.
 pub type Tell<'a> = &'a mut dyn FnMut(&'static str, f32) -> Result<()>;
@@ -45,6 +50,9 @@ pub struct Stage {
     pub particles_drawn: u32,
     /// What the canvas shows, if it is still worth showing.
     drawn: Option<(View, u64, Vec<Pose>)>,
+    counters: Readback<Flow>,
+    /// Transfers between objects, as of some frames ago.
+    pub flow: Flow,
 }
 
 impl Stage {
@@ -67,6 +75,8 @@ impl Stage {
             canvas: None,
             particles_drawn: u32::MAX,
             drawn: None,
+            counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
+            flow: Flow::default(),
         })
     }
 
@@ -139,6 +149,14 @@ impl Stage {
             self.renderer
                 .draw(rec, self.simulation.state(), &view, canvas);
             self.drawn = now;
+            let settings = self.simulation.settings();
+            if settings.strategy() != Strategy::None {
+                let transfers = &self.simulation.state().transfers;
+                transfers.record_readback(rec, &mut self.counters, step);
+            }
+        }
+        while let Some((_, counters)) = self.counters.poll() {
+            self.flow = counters[0];
         }
         Ok(canvas.image())
     }

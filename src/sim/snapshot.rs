@@ -60,9 +60,14 @@ impl Snapshot {
             .par_iter()
             .zip(&self.motions)
             .map(|(particle, motion)| {
+                // When it advanced last says nothing that the step does not.
+                let motion = Motion {
+                    flags: motion.flags & Motion::IN_FLIGHT,
+                    ..*motion
+                };
                 let words: [u32; 8] = bytemuck::cast([
                     bytemuck::cast::<_, [u32; 4]>(*particle),
-                    bytemuck::cast(*motion),
+                    bytemuck::cast(motion),
                 ]);
                 hash_words(&words)
             });
