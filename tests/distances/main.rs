@@ -189,7 +189,7 @@ fn distances_follow_objects_that_move() {
             ("builtin:icosphere?subdivisions=3", [0.0; 3], [0.0; 3]),
             (
                 "builtin:cube?divisions=4",
-                [-2.0, 1.2, 0.0],
+                [-5.0, 1.2, 0.0],
                 [10.0, 20.0, 0.0],
             ),
         ],
@@ -214,7 +214,7 @@ fn distances_follow_objects_that_move() {
             assert!((a - b).abs() < 2e-6, "{a}, {b}");
         }
         seen.push(nearest.iter().filter(|&&t| t != NONE).count());
-        settings.objects[1].position[0] += 0.8;
+        settings.objects[1].position[0] += 2.0;
     }
     assert!(seen[0] == 0 && seen[2] > 100 && seen[5] == 0, "{seen:?}");
     gpu.finish();
