@@ -58,7 +58,8 @@ pub(super) fn append_tree(nodes: &mut Vec<Node>, faces: &mut [Face], first_face:
         })
         .collect();
     let params = BvhBuildParams {
-        max_prims_per_leaf: FACES_A_LEAF,
+        max_prims_per_leaf: std::env::var("MYXO_LEAF").map_or(FACES_A_LEAF, |v| v.parse().unwrap()),
+        collapse_traversal_cost: std::env::var("MYXO_COST").map_or(3.0, |v| v.parse().unwrap()),
         ..BvhBuildParams::medium_build()
     };
     let bvh = build_bvh2(&bounded, params, &mut Duration::default());
