@@ -8,6 +8,7 @@ mod trees;
 use common::{Gpu, gpu};
 use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
+use myxo::scene::file::Reader;
 use myxo::scene::settings::{DistanceMethod, ObjectSettings, Settings, SignRule};
 use myxo::sim::distance::DistancePlanner;
 use myxo::sim::types::Pose;
@@ -350,4 +351,27 @@ fn particles_mind_distances() {
         "{seek}, {none}, {avoid}"
     );
     gpu.finish();
+}
+
+/// Names of other objects come from scene files and from the command line.
+#[test]
+fn distance_to_is_a_list_of_names() {
+    let read = |text: &str, assignment: &str| {
+        let mut reader = Reader::new(Settings::default());
+        reader.text("", text);
+        reader.assignment(assignment);
+        reader.finish()
+    };
+    let text = "[[object]]\ndistance_to = [\"b\"]\n[[object]]\nname = \"b\"\n";
+    let settings = read(text, "object.1.distance_to=[\"x\", \"y\"]").unwrap();
+    assert_eq!(settings.objects[0].distance_to, ["b"]);
+    assert_eq!(settings.objects[1].distance_to, ["x", "y"]);
+    assert_eq!(read(&settings.to_toml(), "seed=7").unwrap(), settings);
+    for wrong in ["object.0.distance_to=b", "object.0.distance_to=[1]"] {
+        let problems = read(text, wrong).unwrap_err();
+        assert!(
+            problems[0].message.contains("a list of names is expected"),
+            "{problems:?}"
+        );
+    }
 }

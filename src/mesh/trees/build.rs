@@ -124,7 +124,7 @@ fn flat(bvh: &Bvh2) -> Flat {
 }
 
 /// The most steps from the root to a leaf.
-fn depth(nodes: &[Node]) -> usize {
+pub(super) fn depth(nodes: &[Node]) -> usize {
     let mut deepest = 0;
     let mut open = vec![(0, 0)];
     while let Some((node, depth)) = open.pop() {

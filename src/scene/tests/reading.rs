@@ -126,7 +126,8 @@ fn the_table_and_the_file_have_the_same_keys() {
             .iter()
             .map(|p| format!("object.{}", p.key)),
     );
-    in_table.extend(["object.name".to_owned(), "object.mesh".to_owned()]);
+    let others = ["name", "mesh", "distance_to"];
+    in_table.extend(others.map(|key| format!("object.{key}")));
     in_file.sort();
     in_table.sort();
     assert_eq!(in_file, in_table);
