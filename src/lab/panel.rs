@@ -289,6 +289,7 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("trail", "Trail", true),
     ("particles", "Particles", false),
     ("time", "Time", false),
+    ("distance", "Distances", false),
     ("transfer", "Transfer", false),
     ("atlas", "Atlas", false),
     ("", "Scene", false),

@@ -202,26 +202,26 @@ fn distances_are_right_on_closed_meshes() {
 #[test]
 fn facing_is_wrong_in_creases_and_winding_right_beside_holes() {
     let Some(gpu) = gpu() else { return };
-    let wrong_signs = |mesh: &Mesh, whole: &Mesh, rule| {
+    let wrong_signs = |mesh: &Mesh, whole: &Mesh, rule, from: f64| {
         let model = Model::of(whole);
         let places = places(whole, &model, 3000);
         let mut queries: Vec<TreeQuery> = places.iter().map(|&p| TreeQuery::nearest(p)).collect();
         by_kernel(&gpu, mesh, Question::Nearest(rule), &mut queries);
         let wrong = queries.iter().filter(|query| {
             let p = query.place.as_dvec3();
-            // Near a hole nobody can say what is inside.
-            model.distance(p) > 0.06 * model.radius
+            model.distance(p) > from * model.radius
                 && (model.winding(p) > 0.5) != (query.result < 0.0)
         });
         wrong.count()
     };
     let star = star();
-    assert_eq!(wrong_signs(&star, &star, SignRule::Pseudonormal), 0);
-    assert!(wrong_signs(&star, &star, SignRule::Facing) > 0);
+    assert_eq!(wrong_signs(&star, &star, SignRule::Pseudonormal, 1e-5), 0);
+    assert!(wrong_signs(&star, &star, SignRule::Facing, 1e-5) > 0);
     // A ball without one of its triangles.
     let ball = Mesh::builtin("icosphere?subdivisions=3").unwrap();
     let holed = suite::mesh("holed", &ball.positions, &ball.corners[1..]);
-    assert_eq!(wrong_signs(&holed, &ball, SignRule::Winding), 0);
+    // In the hole nobody can say what is inside.
+    assert_eq!(wrong_signs(&holed, &ball, SignRule::Winding, 0.06), 0);
     gpu.finish();
 }
 
@@ -229,7 +229,9 @@ fn facing_is_wrong_in_creases_and_winding_right_beside_holes() {
 #[test]
 fn first_crossings_are_right() {
     let Some(gpu) = gpu() else { return };
-    for mesh in closed().into_iter().chain(suite::open()) {
+    let meshes = closed().into_iter().chain(suite::open());
+    // The planes of needles are known to too few digits.
+    for mesh in meshes.filter(|mesh| mesh.name != "slivers") {
         let model = Model::of(&mesh);
         let places = places(&mesh, &model, 4000);
         let segments = places.chunks_exact(2);
@@ -249,10 +251,11 @@ fn first_crossings_are_right() {
             let found = (query.slot != NONE).then_some(f64::from(query.result));
             match (expected, found) {
                 (None, None) => (),
-                (Some(t), Some(s)) => {
+                (Some((t, sine)), Some(s)) => {
                     crossed += 1;
-                    let off = (t - s).abs() * from.distance(to) / model.radius;
-                    assert!(off < 2e-5, "{}: {t}, {s}, off by {off}", mesh.name);
+                    // Off the plane, not along it.
+                    let off = sine * (t - s).abs() * from.distance(to) / model.radius;
+                    assert!(off < 1e-5, "{}: {t}, {s}, off by {off}", mesh.name);
                 }
                 _ => panic!("{}: {expected:?}, found {found:?}", mesh.name),
             }

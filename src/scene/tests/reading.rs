@@ -135,7 +135,7 @@ fn the_table_and_the_file_have_the_same_keys() {
             .iter()
             .map(|p| format!("object.{}", p.key)),
     );
-    let others = ["name", "mesh", "motion.keyframes"];
+    let others = ["name", "mesh", "distance_to", "motion.keyframes"];
     in_table.extend(others.map(|key| format!("object.{key}")));
     in_file.sort();
     in_table.sort();

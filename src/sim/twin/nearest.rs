@@ -24,9 +24,8 @@ pub struct NearestPoint {
     pub feature: u32,
 }
 
-fn square_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> f32 {
-    let rest = (way - u * ab) - v * ac;
-    rest.dot(rest)
+fn rest_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> Vec3 {
+    (way - u * ab) - v * ac
 }
 
 /// The nearest point of a triangle, `way` being the way to the place from corner A.
@@ -44,19 +43,22 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
     let bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
     let t_bc = (bc_way / bc_bc).clamp(0.0, 1.0);
     let rest_bc = 1.0 - t_bc;
-    let square_ab = square_of(way, ab, ac, t_ab, 0.0);
-    let square_bc = square_of(way, ab, ac, rest_bc, t_bc);
-    let square_ca = square_of(way, ab, ac, 0.0, t_ca);
+    let from_ab = rest_of(way, ab, ac, t_ab, 0.0);
+    let from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
+    let from_ca = rest_of(way, ab, ac, 0.0, t_ca);
+    let square_ab = from_ab.dot(from_ab);
+    let square_bc = from_bc.dot(from_bc);
+    let square_ca = from_ca.dot(from_ca);
 
     let is_bc = square_bc < square_ab;
-    let (mut u, mut v, mut square) = if is_bc {
-        (rest_bc, t_bc, square_bc)
+    let (mut u, mut v, mut from_edge, mut square) = if is_bc {
+        (rest_bc, t_bc, from_bc, square_bc)
     } else {
-        (t_ab, 0.0, square_ab)
+        (t_ab, 0.0, from_ab, square_ab)
     };
     let is_ca = square_ca < square;
     if is_ca {
-        (u, v, square) = (0.0, t_ca, square_ca);
+        (u, v, from_edge, square) = (0.0, t_ca, from_ca, square_ca);
     }
     let feature = if u == 0.0 && v == 0.0 {
         FEATURE_CORNER
@@ -72,11 +74,15 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
         FEATURE_EDGE
     };
 
-    let area = ab_ab * ac_ac - ab_ac * ab_ac;
-    let inner_u = (ac_ac * ab_way - ab_ac * ac_way) / area;
-    let inner_v = (ab_ab * ac_way - ab_ac * ab_way) / area;
+    let normal = ab.cross(ac);
+    let normal_square = normal.dot(normal);
+    let more_u = from_edge.cross(ac).dot(normal) / normal_square;
+    let more_v = ab.cross(from_edge).dot(normal) / normal_square;
+    let inner_u = u + more_u;
+    let inner_v = v + more_v;
     let inner_w = (1.0 - inner_u) - inner_v;
-    let inner_square = square_of(way, ab, ac, inner_u, inner_v);
+    let from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
+    let inner_square = from_inner.dot(from_inner);
     if inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square {
         return NearestPoint {
             u: inner_u,
