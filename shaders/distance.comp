@@ -1,5 +1,5 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
-// Reads   jobs, pairs, samples, nodes, faces, pseudonormals, corners.
+// Reads   jobs, pairs, samples, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
 // One invocation a sample of a job; jobs begin at multiples of the group size.
 // Overflow: cannot happen; nothing is appended, and no tree is deeper than a search has room for.
@@ -10,6 +10,8 @@
 #include "index.glsl"
 
 layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint SIGN_RULE = 0u;
 
 layout(push_constant) uniform Params {
     uint thread_count;
@@ -27,8 +29,9 @@ layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 
-#include "bvh.glsl"
+#include "sign.glsl"
 #include "distance.glsl"
 
 void main() {
@@ -45,11 +48,11 @@ void main() {
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.
         bool may_be_inside = pair.is_closed == 1u && is_in_box(pair.first_node, place);
-        uint slot = nearest_on(pair.first_node, place, may_be_inside ? 1.0e18 : params.reach);
+        uint slot = nearest_on(pair.first_node, place, may_be_inside ? UNLIMITED : params.reach);
         if (slot == NONE) continue;
         uint found = triangle_of(slot);
         vec4 point = nearest_on_face(slot, place);
-        bool outside = outside_by_pseudonormal(slot, place, uint(point.w), params.first_vertex_normal);
+        bool outside = is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
         float distance = sqrt(point.z);
         float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
         if (candidate < least) {

@@ -1,5 +1,5 @@
 // distance_brute: signed distance to other objects by looking at every triangle of theirs; the reference for `distance`.
-// Reads   jobs, pairs, samples, faces, pseudonormals, corners.
+// Reads   jobs, pairs, samples, faces, pseudonormals, corners; for signs nodes, dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
 // One invocation a sample of a job; jobs begin at multiples of the group size.
 // Overflow: cannot happen; nothing is appended.
@@ -10,6 +10,8 @@
 #include "index.glsl"
 
 layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint SIGN_RULE = 0u;
 
 layout(push_constant) uniform Params {
     uint thread_count;
@@ -26,7 +28,10 @@ layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
 layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
+layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 
+#include "sign.glsl"
 #include "distance.glsl"
 
 void main() {
@@ -54,7 +59,7 @@ void main() {
             }
         }
         vec4 point = nearest_on_face(slot, place);
-        bool outside = outside_by_pseudonormal(slot, place, uint(point.w), params.first_vertex_normal);
+        bool outside = is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
         float distance = sqrt(point.z);
         float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
         if (candidate < least) {

@@ -20,6 +20,9 @@ const uint NOTHING = 15u << 28u;
 // More than any square.
 const float FAR = 3.0e38;
 
+// A reach to which everything is near.
+const float UNLIMITED = 1.0e18;
+
 // What rounding may make of a length in a tree, by its largest coordinate.
 const float ROUNDING = 1.0e-6;
 

@@ -1,10 +1,8 @@
 // distance: what the kernels `distance` and `distance_brute` share. Twin of src/sim/twin/distance.rs.
-// The includer declares `jobs` (DistanceJob[]) and what nearest.glsl needs first.
+// The includer declares `jobs` (DistanceJob[]) first.
 
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
-
-#include "nearest.glsl"
 
 // A place in the space of a pair's other object.
 vec3 place_in_other(ObjectPair pair, vec3 place) {

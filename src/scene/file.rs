@@ -272,6 +272,20 @@ impl Reader {
                 };
                 None
             }
+            ("distance_to", DeValue::Array(names)) => {
+                let names: Option<Vec<String>> = names
+                    .iter()
+                    .map(|name| name.get_ref().as_str().map(str::to_owned))
+                    .collect();
+                match names {
+                    Some(names) => {
+                        object.distance_to = names;
+                        None
+                    }
+                    None => Some(wrong_type(key, "a list of names", value)),
+                }
+            }
+            ("distance_to", other) => Some(wrong_type(key, "a list of names", other)),
             ("name" | "mesh", other) => Some(wrong_type(key, "a text", other)),
             _ => set(OBJECT_PARAMETERS, object, field, key, value),
         };

@@ -193,6 +193,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
+        check_distance_to(&name, &settings.objects)?;
         let pooled: Vec<_> = meshes
             .iter()
             .zip(&settings.objects)
@@ -306,6 +307,44 @@ fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
         };
         objects[i].name = name;
     }
+}
+
+/// Every name that an object's `distance_to` lists must be another object's.
+fn check_distance_to(scene: &str, objects: &[ObjectSettings]) -> Result<(), SceneError> {
+    let mut problems = Vec::new();
+    for (i, object) in objects.iter().enumerate() {
+        let others = || {
+            let names = objects.iter().map(|other| other.name.as_str());
+            names.filter(|name| *name != object.name)
+        };
+        for wanted in &object.distance_to {
+            if others().any(|name| name == wanted) {
+                continue;
+            }
+            let known: Vec<&str> = others().collect();
+            let message = if *wanted == object.name {
+                format!("object.{i}.distance_to names the object itself")
+            } else if known.is_empty() {
+                format!("object.{i}.distance_to: there is no other object")
+            } else {
+                format!(
+                    "object.{i}.distance_to: there is no object \"{wanted}\"; the others are {}",
+                    known.join(", ")
+                )
+            };
+            problems.push(Problem {
+                place: String::new(),
+                message,
+            });
+        }
+    }
+    if problems.is_empty() {
+        return Ok(());
+    }
+    Err(SceneError::Problems {
+        scene: PathBuf::from(scene),
+        problems,
+    })
 }
 
 fn poses(objects: &[ObjectSettings], tracks: &[Option<RigidTrack>], time: f64) -> Vec<Affine3A> {

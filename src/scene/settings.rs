@@ -192,6 +192,10 @@ impl Default for AtlasSettings {
 pub struct DistanceSettings {
     /// How the nearest triangle is found.
     pub method: DistanceMethod,
+    /// How it is told whether a place is inside of an object.
+    pub sign: SignRule,
+    /// Distances are taken at most every so many steps.
+    pub interval: u32,
     /// The farthest that distances between objects are told, in scene radii.
     pub reach: f32,
 }
@@ -200,6 +204,8 @@ impl Default for DistanceSettings {
     fn default() -> Self {
         Self {
             method: DistanceMethod::Bvh,
+            sign: SignRule::Pseudonormal,
+            interval: 1,
             reach: 0.2,
         }
     }
@@ -277,6 +283,8 @@ pub struct ObjectSettings {
     pub scale: f32,
     /// For `charts`: texels per surface area, relative to the other objects.
     pub texel_weight: f32,
+    /// The names of the objects that this one knows its distance to; empty for all others.
+    pub distance_to: Vec<String>,
     /// How it moves.
     #[serde(skip_serializing_if = "MotionSettings::is_default")]
     pub motion: MotionSettings,
@@ -294,6 +302,7 @@ impl Default for ObjectSettings {
             rotation: [0.0; 3],
             scale: 1.0,
             texel_weight: 1.0,
+            distance_to: Vec::new(),
             motion: MotionSettings::default(),
             physarum: OwnPhysarum::default(),
         }
@@ -475,6 +484,19 @@ choice! {
         Bvh = "bvh",
         /// By looking at every one: slow, and a check on the others.
         Brute = "brute",
+    }
+}
+
+choice! {
+    /// How it is told whether a place is inside of an object.
+    SignRule {
+        /// By the angle-weighted normal of the nearest face, edge or vertex.
+        #[default]
+        Pseudonormal = "pseudonormal",
+        /// By the generalized winding number.
+        Winding = "winding",
+        /// Outside if any of equally near faces looks towards the place.
+        Facing = "facing",
     }
 }
 

@@ -18,6 +18,7 @@ pub mod memory;
 pub mod movement;
 pub mod queries;
 pub mod start;
+pub mod tree_queries;
 pub mod twin;
 pub mod types;
 

@@ -1,10 +1,11 @@
 //! From a scene's settings to the numbers that kernels take: scene radii become world lengths, degrees become
 //! cosines and sines. The twins take the same.
 
-use super::distance::{DistancePlanner, DistanceUpdate};
+use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteParams, DistanceParams, ExchangeSeamsParams,
+    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
+    ExchangeSeamsParams,
 };
 use super::setup::Setup;
 use super::types::{Physarum, Pose};
@@ -45,6 +46,10 @@ pub struct StepConstants {
     pub advance: AdvanceConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
+    /// For `distance`.
+    pub distance: DistanceConstants,
+    /// For `distance_brute`.
+    pub distance_brute: DistanceBruteConstants,
 }
 
 impl StepConstants {
@@ -56,6 +61,7 @@ impl StepConstants {
             .map(|object| object.physarum.over(&settings.physarum))
             .collect();
         let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
+        let sign_rule = settings.distance.sign as u32;
         Self {
             advance: AdvanceConstants {
                 sensor_noise: any(|p| p.sensor_noise > 0.0),
@@ -66,6 +72,8 @@ impl StepConstants {
                 border_reflects: settings.physarum.border == Border::Reflect,
                 own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
             },
+            distance: DistanceConstants { sign_rule },
+            distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -144,9 +152,15 @@ impl StepParams {
         settings: &Settings,
         setup: &Setup,
         poses: &[Pose],
+        step: u64,
     ) {
-        let reach = settings.distance.reach * setup.radius;
-        self.distance_update = planner.update(&setup.distance, poses, reach);
+        let rules = DistanceRules {
+            reach: settings.distance.reach * setup.radius,
+            method: settings.distance.method,
+            sign: settings.distance.sign,
+        };
+        let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
+        self.distance_update = planner.update(&setup.distance, poses, rules, is_due);
         let thread_count = self.distance_update.thread_count;
         let job_count = self.distance_update.jobs.len() as u32;
         self.distance.thread_count = thread_count;

@@ -109,9 +109,17 @@ fn weights(settings: &Settings) -> Vec<f32> {
 
 /// For each object, the others that its distances are taken to.
 fn others(settings: &Settings) -> Vec<Vec<u32>> {
-    let count = settings.objects.len() as u32;
-    (0..count)
-        .map(|object| (0..count).filter(|&other| other != object).collect())
+    let objects = &settings.objects;
+    let counts = |of: usize, other: usize| {
+        let names = &objects[of].distance_to;
+        other != of && (names.is_empty() || names.contains(&objects[other].name))
+    };
+    let all = 0..objects.len();
+    all.clone()
+        .map(|object| {
+            let others = all.clone().filter(|&other| counts(object, other));
+            others.map(|other| other as u32).collect()
+        })
         .collect()
 }
 

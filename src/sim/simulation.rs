@@ -97,7 +97,13 @@ impl Simulation {
             poses: self.moved_at(self.step),
             physarums: self.changed_physarums(),
         };
-        params.update_distances(&mut self.planner, &self.settings, &self.setup, &self.poses);
+        params.update_distances(
+            &mut self.planner,
+            &self.settings,
+            &self.setup,
+            &self.poses,
+            self.step,
+        );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
     }
@@ -184,6 +190,7 @@ impl Simulation {
             &self.settings,
             &self.setup,
             &self.poses,
+            self.step,
         );
         let (_, record) = step::KERNELS[kernel];
         record(rec, &self.kernels, &self.state, &params);
@@ -318,6 +325,8 @@ fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
             Some(format!("object.{i}.scale"))
         } else if old.motion.model != new.motion.model {
             Some(format!("object.{i}.motion.model"))
+        } else if old.distance_to != new.distance_to {
+            Some(format!("object.{i}.distance_to"))
         } else {
             (old.texel_weight != new.texel_weight).then(|| format!("object.{i}.texel_weight"))
         }

@@ -32,8 +32,8 @@ impl Kernels {
     /// Compiles the kernels of a step.
     pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
         Ok(Self {
-            distance: Pipeline::new(ctx, &())?,
-            distance_brute: Pipeline::new(ctx, &())?,
+            distance: Pipeline::new(ctx, &constants.distance)?,
+            distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
             diffuse_seams: Pipeline::new(ctx, &())?,
@@ -136,6 +136,8 @@ pub struct State {
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
     pub nodes: Texels<u32>,
+    /// What each node is from afar.
+    pub dipoles: Texels<u32>,
     /// One a half-edge, then one a vertex.
     pub pseudonormals: Texels<u32>,
     /// The objects whose distances are being taken.
@@ -191,6 +193,10 @@ impl State {
             )?,
             nodes: Texels::new(
                 &Buffer::from_slice(ctx, "nodes", &setup.distance.trees.nodes)?,
+                4,
+            )?,
+            dipoles: Texels::new(
+                &Buffer::from_slice(ctx, "dipoles", &setup.distance.trees.dipoles)?,
                 4,
             )?,
             pseudonormals: Texels::new(

@@ -164,6 +164,28 @@ pub struct ObjectPair {
     pub is_closed: u32,
 }
 
+/// A question about one object, in its space, and the answer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TreeQuery {
+    /// The place asked about.
+    pub place: Vec3,
+    /// Answer: the face.
+    pub slot: u32,
+    /// For crossings: where the way from `place` ends.
+    pub end: Vec3,
+    /// Answer: the signed distance, or how much of the way.
+    pub result: f32,
+    /// Answer: weight of corner B.
+    pub u: f32,
+    /// Answer: weight of corner C.
+    pub v: f32,
+    /// Nothing.
+    pub pad0: u32,
+    /// Nothing.
+    pub pad1: u32,
+}
+
 /// One object whose distances are taken anew.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

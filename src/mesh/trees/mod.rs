@@ -3,6 +3,7 @@
 //! nothing.
 
 mod build;
+mod dipoles;
 mod pseudonormals;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,7 @@ use glam::{Vec3, Vec4};
 
 use super::surface::{NONE, Surface};
 pub use build::{GREATEST_DEPTH, Node};
+pub use dipoles::Dipole;
 
 /// A triangle by one corner and the ways from it to the other two.
 #[repr(C)]
@@ -55,6 +57,8 @@ pub struct Trees {
     pub faces: Vec<Face>,
     /// Boxes round boxes round faces, object by object.
     pub nodes: Vec<Node>,
+    /// For each node, what its faces look like from afar.
+    pub dipoles: Vec<Dipole>,
     /// Angle-weighted pseudonormals (Baerentzen and Aanaes 2005), object space: one for each half-edge, then one for
     /// each vertex.
     pub pseudonormals: Vec<Vec4>,
@@ -87,6 +91,7 @@ impl Trees {
         });
         let objects = objects.collect();
         Self {
+            dipoles: dipoles::dipoles(&nodes, &faces),
             faces,
             nodes,
             pseudonormals: pseudonormals::pseudonormals(surface),

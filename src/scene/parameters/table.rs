@@ -1,7 +1,9 @@
 //! The rows of the parameter table.
 
 use super::{Effect, Kind, Number, Parameter, Scale};
-use crate::scene::settings::{AtlasMethod, Border, ColorMap, DistanceMethod, Show, Start};
+use crate::scene::settings::{
+    AtlasMethod, Border, ColorMap, DistanceMethod, Show, SignRule, Start,
+};
 
 /// Every parameter of a scene, in the order that people read them.
 pub static PARAMETERS: &[Parameter] = &[
@@ -245,6 +247,22 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How the nearest triangle of another object is found: in a tree of boxes, or by looking at every one, which is slow and a check on the other.",
         effect: Effect::Live,
         kind: word!(distance.method: DistanceMethod),
+    },
+    Parameter {
+        key: "distance.sign",
+        name: "Distance sign",
+        unit: "",
+        help: "How it is told whether a place is inside of an object. pseudonormal: by the normal of the nearest face, edge or vertex. winding: by the winding number, also right where a mesh has holes, and slower. facing: outside if any of equally near faces looks towards the place, which is wrong in creases.",
+        effect: Effect::Live,
+        kind: word!(distance.sign: SignRule),
+    },
+    Parameter {
+        key: "distance.interval",
+        name: "Distance interval",
+        unit: "steps",
+        help: "Distances are taken at most every so many steps, and only where objects have moved.",
+        effect: Effect::Live,
+        kind: whole!(distance.interval: u32, (1.0, 1_000.0), (1.0, 60.0), Linear),
     },
     Parameter {
         key: "distance.reach",

@@ -12,19 +12,22 @@ const NOTHING: u32 = 15 << 28;
 /// More than any square.
 pub const FAR: f32 = 3.0e38;
 
+/// A reach to which everything is near.
+pub const UNLIMITED: f32 = 1.0e18;
+
 /// What rounding may make of a length in a tree, by its largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
-fn box_square(place: Vec3, node: &Node) -> f32 {
+pub(super) fn box_square(place: Vec3, node: &Node) -> f32 {
     let way = (node.low - place).max(place - node.high).max(Vec3::ZERO);
     way.dot(way)
 }
 
-fn slack_of(root: &Node) -> f32 {
+pub(super) fn slack_of(root: &Node) -> f32 {
     ROUNDING * root.low.abs().max(root.high.abs()).max_element()
 }
 
-fn limit_of(distance: f32, slack: f32) -> f32 {
+pub(super) fn limit_of(distance: f32, slack: f32) -> f32 {
     let most = distance + slack;
     (most * most).min(FAR)
 }

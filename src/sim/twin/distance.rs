@@ -2,11 +2,12 @@
 
 use glam::{Vec3, Vec4};
 
-use super::bvh::{is_in_box, nearest_on};
-use super::nearest::{Sides, nearest_on_face, outside_by_pseudonormal};
+use super::bvh::{UNLIMITED, is_in_box, nearest_on};
+use super::nearest::nearest_on_face;
+use super::sign::{Sides, is_outside};
 use crate::mesh::surface::NONE;
-use crate::mesh::trees::{Face, Node};
-use crate::sim::kernels::DistanceParams;
+use crate::mesh::trees::{Dipole, Face, Node};
+use crate::sim::kernels::{DistanceConstants, DistanceParams};
 use crate::sim::types::{DistanceJob, ObjectPair, SurfaceSample};
 
 /// What the kernels of signed distance read.
@@ -26,6 +27,8 @@ pub struct DistanceInputs<'a> {
     pub corners: &'a [u32],
     /// Trees of faces.
     pub nodes: &'a [Node],
+    /// What each node is from afar.
+    pub dipoles: &'a [Dipole],
 }
 
 impl<'a> DistanceInputs<'a> {
@@ -34,6 +37,8 @@ impl<'a> DistanceInputs<'a> {
     pub fn sides(&self, first_vertex_normal: u32) -> Sides<'a> {
         Sides {
             faces: self.faces,
+            nodes: self.nodes,
+            dipoles: self.dipoles,
             pseudonormals: self.pseudonormals,
             corners: self.corners,
             first_vertex_normal,
@@ -43,6 +48,7 @@ impl<'a> DistanceInputs<'a> {
 
 /// Signed distance to other objects, and the nearest triangle of theirs.
 pub fn distance(
+    constants: &DistanceConstants,
     params: &DistanceParams,
     inputs: &DistanceInputs,
     distances: &mut [f32],
@@ -62,14 +68,25 @@ pub fn distance(
             let place = place_in_other(pair, here.position);
             let may_be_inside =
                 pair.is_closed == 1 && is_in_box(inputs.nodes, pair.first_node, place);
-            let reach = if may_be_inside { 1e18 } else { params.reach };
+            let reach = if may_be_inside {
+                UNLIMITED
+            } else {
+                params.reach
+            };
             let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
             if slot == NONE {
                 continue;
             }
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
-            let outside = outside_by_pseudonormal(&sides, slot, place, point.feature);
+            let outside = is_outside(
+                &sides,
+                constants.sign_rule,
+                pair.first_node,
+                slot,
+                place,
+                &point,
+            );
             let distance = point.square.sqrt();
             let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
             if candidate < least {

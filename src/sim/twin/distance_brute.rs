@@ -1,12 +1,14 @@
 //! Twin of `shaders/distance_brute.comp`.
 
 use super::distance::{DistanceInputs, clamped_distance, job_of, place_in_other};
-use super::nearest::{is_nearer, nearest_on_face, outside_by_pseudonormal};
+use super::nearest::{is_nearer, nearest_on_face};
+use super::sign::is_outside;
 use crate::mesh::surface::NONE;
-use crate::sim::kernels::DistanceBruteParams;
+use crate::sim::kernels::{DistanceBruteConstants, DistanceBruteParams};
 
 /// Signed distance to other objects, by looking at every triangle of theirs.
 pub fn distance_brute(
+    constants: &DistanceBruteConstants,
     params: &DistanceBruteParams,
     inputs: &DistanceInputs,
     distances: &mut [f32],
@@ -35,7 +37,14 @@ pub fn distance_brute(
                 }
             }
             let point = nearest_on_face(&inputs.faces[slot as usize], place);
-            let outside = outside_by_pseudonormal(&sides, slot, place, point.feature);
+            let outside = is_outside(
+                &sides,
+                constants.sign_rule,
+                pair.first_node,
+                slot,
+                place,
+                &point,
+            );
             let distance = point.square.sqrt();
             let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
             if candidate < least {

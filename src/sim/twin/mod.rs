@@ -11,7 +11,9 @@ mod distance_brute;
 pub mod exact;
 mod exchange_seams;
 pub mod nearest;
+pub mod sign;
 pub mod trail;
+mod tree_queries;
 pub mod walk;
 mod walk_queries;
 
@@ -21,6 +23,7 @@ pub use diffuse_seams::diffuse_seams;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
+pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
 use super::distance::{DistancePlanner, DistanceSetup};
@@ -81,8 +84,14 @@ impl Simulation {
             .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
         let objects = &self.settings.objects;
         let poses = self.movement.poses(objects, &self.setup.tracks, self.step);
-        params.update_distances(&mut self.planner, &self.settings, &self.setup, &poses);
-        self.distance(&params);
+        params.update_distances(
+            &mut self.planner,
+            &self.settings,
+            &self.setup,
+            &poses,
+            self.step,
+        );
+        self.distance(&constants, &params);
         let gaps = advance(
             &constants.advance,
             &params.advance,
@@ -114,7 +123,7 @@ impl Simulation {
         gaps
     }
 
-    fn distance(&mut self, params: &StepParams) {
+    fn distance(&mut self, constants: &StepConstants, params: &StepParams) {
         if params.distance_update.jobs.is_empty() {
             return;
         }
@@ -127,13 +136,24 @@ impl Simulation {
             pseudonormals: &trees.pseudonormals,
             corners: &self.setup.corners,
             nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
         };
         let (distances, nearest) = (&mut self.distances, &mut self.nearest);
         match self.settings.distance.method {
-            DistanceMethod::Bvh => distance(&params.distance, &inputs, distances, nearest),
-            DistanceMethod::Brute => {
-                distance_brute(&params.distance_brute, &inputs, distances, nearest);
-            }
+            DistanceMethod::Bvh => distance(
+                &constants.distance,
+                &params.distance,
+                &inputs,
+                distances,
+                nearest,
+            ),
+            DistanceMethod::Brute => distance_brute(
+                &constants.distance_brute,
+                &params.distance_brute,
+                &inputs,
+                distances,
+                nearest,
+            ),
         }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
