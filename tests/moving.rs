@@ -254,7 +254,7 @@ fn objects_in_one_place_run() {
 
 /// A triangle whose node goes from the origin to (2, 0, 0) and turns by 90 degrees about Y in two seconds, under a
 /// parent that doubles it.
-fn model(scale_keys: &str, extra_nodes: &str, roots: &str) -> String {
+fn model(folder: &Path, scale_keys: &str, extra_nodes: &str, roots: &str) -> String {
     let mut data = Vec::new();
     let mut put = |values: &[f32]| {
         let offset = data.len();
@@ -275,7 +275,7 @@ fn model(scale_keys: &str, extra_nodes: &str, roots: &str) -> String {
             format!("{{\"buffer\":0,\"byteOffset\":{offset},\"byteLength\":{length}}}")
         })
         .collect();
-    let bytes: String = data.iter().map(|byte| format!("%{byte:02x}")).collect();
+    std::fs::write(folder.join("model.bin"), &data).unwrap();
     format!(
         "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[{roots}]}}],\
          \"nodes\":[{{\"children\":[1],\"scale\":[2,2,2]}},{{\"mesh\":0}}{extra_nodes}],\
@@ -289,7 +289,7 @@ fn model(scale_keys: &str, extra_nodes: &str, roots: &str) -> String {
          {{\"bufferView\":3,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"}},\
          {{\"bufferView\":4,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}}],\
          \"bufferViews\":[{}],\
-         \"buffers\":[{{\"byteLength\":{},\"uri\":\"data:application/octet-stream,{bytes}\"}}]}}",
+         \"buffers\":[{{\"byteLength\":{},\"uri\":\"model.bin\"}}]}}",
         views.join(","),
         data.len()
     )
@@ -308,7 +308,12 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
 #[test]
 fn objects_follow_their_models_animation() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = follow(folder.path(), &model("", "", "0"), "model.gltf").unwrap();
+    let scene = follow(
+        folder.path(),
+        &model(folder.path(), "", "", "0"),
+        "model.gltf",
+    )
+    .unwrap();
     // The parent doubles the way, the object's scale halves it.
     for (time, x, degrees) in [
         (0.0, 0.0, 0.0),
@@ -338,22 +343,22 @@ fn animations_that_are_not_rigid_are_refused() {
     let hand = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/hand_animated.glb");
     for (text, mesh, words) in [
         (
-            model(scaling, "", "0"),
+            model(folder.path(), scaling, "", "0"),
             "model.gltf",
             "scales or skews the model",
         ),
         (
-            model("", ",{\"mesh\":0}", "0,2"),
+            model(folder.path(), "", ",{\"mesh\":0}", "0,2"),
             "model.gltf",
             "its parts have moved differently",
         ),
         (
-            model("", "", "0").replace("\"animations\"", "\"extras\""),
+            model(folder.path(), "", "", "0").replace("\"animations\"", "\"other\""),
             "model.gltf",
             "has no animation",
         ),
         (
-            model("", "", "0").replace("\"node\":1,\"path\"", "\"node\":7,\"path\""),
+            model(folder.path(), "", "", "0").replace("\"node\":1,\"path\"", "\"node\":7,\"path\""),
             "model.gltf",
             "node 7",
         ),
