@@ -59,7 +59,9 @@ void main() {
             }
         }
         vec4 point = nearest_on_face(slot, place);
-        bool outside = is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
+        // On the surface is outside: of two objects in one place, neither covers the other.
+        bool outside = sqrt(point.z) <= slack_of_tree(pair.first_node)
+            || is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
         float distance = sqrt(point.z);
         float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
         if (candidate < least) {

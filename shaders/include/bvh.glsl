@@ -38,6 +38,10 @@ float slack_of(uvec4 root_low, uvec4 root_high) {
     return slack;
 }
 
+float slack_of_tree(uint root) {
+    return slack_of(texelFetch(nodes, int(2u * root)), texelFetch(nodes, int(2u * root + 1u)));
+}
+
 // The square up to which boxes may hold a face that is nearer than a distance.
 float limit_of(float distance, float slack) {
     precise float most = distance + slack;

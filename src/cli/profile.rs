@@ -164,11 +164,11 @@ mod tests {
 
     #[test]
     fn unknown_kernels_are_answered_with_the_nearest_and_all() {
-        assert_eq!(kernel_called("advance").ok(), Some(0));
+        assert_eq!(kernel_called("advance").ok(), Some(1));
         let error = kernel_called("difuse").unwrap_err().to_string();
         assert_eq!(
             error,
-            "there is no kernel `difuse`, did you mean `diffuse`?: those of a step are advance, diffuse, diffuse_seams, exchange_seams"
+            "there is no kernel `difuse`, did you mean `diffuse`?: those of a step are distance, advance, diffuse, diffuse_seams, exchange_seams"
         );
     }
 }

@@ -263,6 +263,7 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("trail", "Trail", true),
     ("particles", "Particles", false),
     ("time", "Time", false),
+    ("distance", "Distances", false),
     ("atlas", "Atlas", false),
     ("", "Scene", false),
 ];

@@ -45,10 +45,15 @@ impl DistanceSetup {
                 ranges.push((first, samples.len() as u32));
             }
         }
+        let trees = if ranges.is_empty() {
+            Trees::default()
+        } else {
+            Trees::build(surface)
+        };
         Self {
             samples,
             ranges,
-            trees: Trees::build(surface),
+            trees,
             others,
         }
     }
@@ -107,6 +112,8 @@ pub struct DistanceUpdate {
 pub struct DistancePlanner {
     /// For each object: its pairs then. `None` before the first time.
     last: Vec<Option<Vec<ObjectPair>>>,
+    /// The poses then.
+    poses: Vec<Pose>,
     /// How they were taken.
     rules: Option<DistanceRules>,
 }
@@ -143,10 +150,11 @@ impl DistancePlanner {
         if self.last.len() != poses.len() || self.rules != Some(rules) {
             self.last = vec![None; poses.len()];
             self.rules = Some(rules);
-        } else if !is_due {
+        } else if !is_due || self.poses == poses {
             return update;
         }
-        let poses: Vec<DAffine3> = poses.iter().map(world_from_object).collect();
+        self.poses = poses.to_vec();
+        let poses: Vec<Placed> = poses.iter().map(Placed::new).collect();
         for (object, last) in self.last.iter_mut().enumerate() {
             let pairs = pairs_of(setup, &poses, object, rules);
             if last.as_ref() == Some(&pairs) {
@@ -179,7 +187,7 @@ impl DistanceUpdate {
 /// The pairs of an object with those others whose boxes come within reach of its own.
 fn pairs_of(
     setup: &DistanceSetup,
-    poses: &[DAffine3],
+    poses: &[Placed],
     object: usize,
     rules: DistanceRules,
 ) -> Vec<ObjectPair> {
@@ -188,9 +196,19 @@ fn pairs_of(
     others
         .map(|&other| (other as usize, &setup.trees.objects[other as usize]))
         .filter_map(|(index, other)| {
-            let other_from_object = poses[index].inverse() * poses[object];
             // What is exactly at reach is clamped; a little more is for rounding.
             let apart = f64::from(rules.reach) * 1.001;
+            let (centre, radius) = own.sphere();
+            let (other_centre, other_radius) = other.sphere();
+            let between = poses[object].world_from_object.transform_point3(centre)
+                - poses[index]
+                    .world_from_object
+                    .transform_point3(other_centre);
+            if between.length() > radius + other_radius + apart {
+                return None;
+            }
+            let other_from_object =
+                poses[index].object_from_world * poses[object].world_from_object;
             if boxes_are_apart(own, other, &other_from_object, apart) {
                 return None;
             }
@@ -207,6 +225,22 @@ fn pairs_of(
             })
         })
         .collect()
+}
+
+/// Where an object stands.
+struct Placed {
+    world_from_object: DAffine3,
+    object_from_world: DAffine3,
+}
+
+impl Placed {
+    fn new(pose: &Pose) -> Self {
+        let world_from_object = world_from_object(pose);
+        Self {
+            world_from_object,
+            object_from_world: world_from_object.inverse(),
+        }
+    }
 }
 
 fn world_from_object(pose: &Pose) -> DAffine3 {

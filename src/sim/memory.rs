@@ -1,10 +1,16 @@
 //! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
+use super::distance::DistanceSetup;
 use super::setup::Setup;
 use super::types::{
+<<<<<<< HEAD
     AtlasMap, ExchangeEntry, ExchangeRow, HalfEdge, Motion, Particle, Physarum, Pose, Seam,
     Triangle, Vertex,
+=======
+    AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, Motion, ObjectPair, Particle,
+    Pose, Seam, Triangle, Vertex,
+>>>>>>> distance
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
@@ -25,7 +31,30 @@ pub fn size_in_bytes(setup: &Setup) -> u64 {
         + count(setup.atlas.exchange.entries.len()) * ENTRY
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
+<<<<<<< HEAD
         + count(setup.poses.len()) * (size_of::<Pose>() + size_of::<Physarum>()) as u64
+=======
+        + count(setup.poses.len()) * size_of::<Pose>() as u64
+        + distance_bytes(setup)
+}
+
+/// What distances between objects take.
+fn distance_bytes(setup: &Setup) -> u64 {
+    let DistanceSetup { samples, trees, .. } = &setup.distance;
+    if setup.distance.is_empty() {
+        return 0;
+    }
+    let fields = 2 * TEXEL * setup.atlas.texel_count() as u64;
+    let objects = setup.poses.len() as u64;
+    fields
+        + size_of_val(&samples[..]) as u64
+        + size_of_val(&trees.faces[..]) as u64
+        + size_of_val(&trees.nodes[..]) as u64
+        + size_of_val(&trees.dipoles[..]) as u64
+        + size_of_val(&trees.pseudonormals[..]) as u64
+        + objects * size_of::<DistanceJob>() as u64
+        + objects * (objects - 1) * PAIR
+>>>>>>> distance
 }
 
 /// How many particles one buffer of the device holds.
@@ -55,6 +84,18 @@ pub fn most_triangles(device: &DeviceInfo) -> u64 {
     // Half-edges are read as texels of 16 bytes.
     let texels = u64::from(device.max_texel_buffer_elements);
     (bytes / (3 * HALFEDGE)).min(texels * 16 / (3 * HALFEDGE))
+}
+
+/// How many objects there may be so that one buffer of the device holds all pairs of them.
+#[must_use]
+pub fn most_objects(device: &DeviceInfo) -> u64 {
+    let pairs = largest_buffer(device).0 / PAIR;
+    // n (n - 1) pairs.
+    let mut most = pairs.isqrt() + 1;
+    while most * (most - 1) > pairs {
+        most -= 1;
+    }
+    most
 }
 
 /// Makes sure that no buffer of the scene is larger than the device allows.
@@ -94,6 +135,28 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
             human(triangles * 3 * HALFEDGE),
             number(most)
         ));
+    }
+    let objects = scene.surface.objects.len() as u64;
+    if objects > 1 {
+        let normals = (3 * triangles + scene.surface.positions.len() as u64) * NORMAL;
+        let limit = largest_buffer(device).0;
+        if normals > limit && triangles <= most {
+            problems.push(format!(
+                "the normals of the edges and vertices of {} triangles take {}, and {holds}: use at most {} for distances between objects",
+                number(triangles),
+                human(normals),
+                number(limit / (4 * NORMAL))
+            ));
+        }
+        let most = most_objects(device);
+        if objects > most {
+            problems.push(format!(
+                "the scene has {} objects, whose pairs take {}, and {holds}: use at most {}",
+                number(objects),
+                human(objects * (objects - 1) * PAIR),
+                number(most)
+            ));
+        }
     }
     match problems.as_slice() {
         [] => Ok(()),
@@ -168,6 +231,8 @@ const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
 const ROW: u64 = size_of::<ExchangeRow>() as u64;
 const ENTRY: u64 = size_of::<ExchangeEntry>() as u64;
+const PAIR: u64 = size_of::<ObjectPair>() as u64;
+const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
 fn particle_bytes(count: u64) -> u64 {
@@ -300,6 +365,23 @@ mod tests {
             assert!(check(&device, &scene("builtin:cube", 64, most)).is_ok());
             assert!(check(&device, &scene("builtin:cube", 64, most + 1)).is_err());
         }
+    }
+
+    #[test]
+    fn the_most_objects_that_are_advised_fit() {
+        for limit in [1 << 20, 5_000_000, 128 << 20] {
+            let most = most_objects(&device(limit));
+            assert!(most * (most - 1) * PAIR <= limit && (most + 1) * most * PAIR > limit);
+        }
+        let mut settings = Settings::default();
+        settings.objects[0].mesh = "builtin:cube".to_owned();
+        settings.objects = vec![settings.objects[0].clone(); 130];
+        settings.particles.count = 64;
+        settings.atlas.size = 64;
+        let scene = Scene::from_settings("test".to_owned(), settings, "".into()).expect("it loads");
+        let message = refusal(&device(1 << 20), &scene);
+        assert_eq!(advised(&message), 128, "{message}");
+        assert!(check(&device(2 << 20), &scene).is_ok());
     }
 
     #[test]

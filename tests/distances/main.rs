@@ -282,3 +282,72 @@ fn rules_of_signs_are_those_of_the_twins() {
     }
     gpu.finish();
 }
+
+/// Two objects in one place: nobody covers the other.
+#[test]
+fn objects_in_one_place_do_not_cover_each_other() {
+    let Some(gpu) = gpu() else { return };
+    let twice = [(TORUS, [0.3, -0.2, 0.1], [20.0, 30.0, 40.0]); 2];
+    let scene = scene(&twice, |_| ());
+    let (kernel, twin) = both(&gpu, &scene);
+    assert!(kernel == twin);
+    let setup = Setup::new(&scene).unwrap();
+    for sample in &setup.distance.samples {
+        let distance = kernel.0[sample.texel as usize];
+        assert!((0.0..1e-5).contains(&distance), "{distance}");
+        let nearest = kernel.1[sample.texel as usize];
+        assert_ne!(setup.atlas.owner[sample.texel as usize], nearest);
+    }
+    gpu.finish();
+}
+
+/// Sensors take the distance in, by kernel and twin alike, and particles stay away from what they are told to.
+#[test]
+fn particles_mind_distances() {
+    let Some(gpu) = gpu() else { return };
+    let mean = |weight: f32| {
+        let scene = scene(
+            &[
+                ("builtin:icosphere?subdivisions=3", [0.0; 3], [0.0; 3]),
+                ("builtin:cube", [0.0, 1.6, 0.0], [0.0; 3]),
+            ],
+            |s| {
+                s.radius = 1.0;
+                s.particles.count = 4000;
+                s.distance.reach = 1.0;
+                s.physarum.sensor_noise = 0.3;
+                s.physarum.sensor_offset = 0.1;
+                s.physarum.speed = 0.02;
+                s.physarum.distance_weight = weight;
+            },
+        );
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
+        gpu.run(|rec| simulation.record_step(rec));
+        twin.step();
+        let (after, by_twin) = (simulation.snapshot().unwrap(), twin.snapshot());
+        let same = after
+            .particles
+            .iter()
+            .zip(&by_twin.particles)
+            .filter(|(a, b)| {
+                a.triangle == b.triangle && (a.u - b.u).abs() < 1e-4 && (a.v - b.v).abs() < 1e-4
+            });
+        assert!(same.count() > 3980, "kernel and twin part");
+        for _ in 0..40 {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        let setup = simulation.setup();
+        let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
+        let snapshot = simulation.snapshot().unwrap();
+        let particles = snapshot.particles.iter();
+        let at = particles.map(|p| distances[setup.atlas.texel_of(p.triangle, p.u, p.v) as usize]);
+        at.sum::<f32>() / 4000.0
+    };
+    let (seek, none, avoid) = (mean(-5.0), mean(0.0), mean(5.0));
+    assert!(
+        seek + 0.05 < none && none + 0.05 < avoid,
+        "{seek}, {none}, {avoid}"
+    );
+    gpu.finish();
+}

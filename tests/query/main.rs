@@ -2,6 +2,7 @@
 //! and the numbering of files.
 
 mod atlas;
+mod sdf;
 mod straight;
 
 use std::f64::consts::{FRAC_PI_2, TAU};

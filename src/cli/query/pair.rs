@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::open_mesh;
 
 /// How far a transform may be off from a rigid one, in the entries of its matrix.
-const RIGID: f64 = 1e-6;
+const RIGID: f64 = 1e-4;
 
 #[derive(Deserialize)]
 struct File {

@@ -36,7 +36,8 @@ impl Node {
 /// Most steps from a root to a leaf: as many boxes a search puts aside at the most, and it has room for no more.
 pub const GREATEST_DEPTH: usize = 32;
 
-/// Faces of a leaf. Fewer and more are slower (measured with 2, 3, 4 and 8).
+/// Faces of a leaf at the most. The kernel `distance` on two tori one on the other takes 168 ms with 1, 137 with 2, 124
+/// with 4 and 120 with 8 (lavapipe, two cores).
 const FACES_A_LEAF: u32 = 4;
 
 struct Bounded(Aabb);

@@ -9,7 +9,7 @@ mod pseudonormals;
 mod tests;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::surface::{NONE, Surface};
 pub use build::{GREATEST_DEPTH, Node};
@@ -50,8 +50,17 @@ pub struct Tree {
     pub is_closed: bool,
 }
 
+impl Tree {
+    /// Centre and radius of the sphere round its box, object space.
+    #[must_use]
+    pub fn sphere(&self) -> (DVec3, f64) {
+        let (low, high) = (self.low.as_dvec3(), self.high.as_dvec3());
+        (0.5 * (low + high), 0.5 * low.distance(high))
+    }
+}
+
 /// All objects of a surface, pooled.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Trees {
     /// Every triangle, object by object, in the order of the leaves.
     pub faces: Vec<Face>,

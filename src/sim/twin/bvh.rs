@@ -23,7 +23,9 @@ pub(super) fn box_square(place: Vec3, node: &Node) -> f32 {
     way.dot(way)
 }
 
-pub(super) fn slack_of(root: &Node) -> f32 {
+/// What rounding may make of a length in a tree.
+#[must_use]
+pub fn slack_of(root: &Node) -> f32 {
     ROUNDING * root.low.abs().max(root.high.abs()).max_element()
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use super::bvh::{UNLIMITED, is_in_box, nearest_on};
+use super::bvh::{UNLIMITED, is_in_box, nearest_on, slack_of};
 use super::nearest::nearest_on_face;
 use super::sign::{Sides, is_outside};
 use crate::mesh::surface::NONE;
@@ -79,15 +79,16 @@ pub fn distance(
             }
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
-            let outside = is_outside(
-                &sides,
-                constants.sign_rule,
-                pair.first_node,
-                slot,
-                place,
-                &point,
-            );
             let distance = point.square.sqrt();
+            let outside = distance <= slack_of(&inputs.nodes[pair.first_node as usize])
+                || is_outside(
+                    &sides,
+                    constants.sign_rule,
+                    pair.first_node,
+                    slot,
+                    place,
+                    &point,
+                );
             let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
             if candidate < least {
                 least = candidate;
