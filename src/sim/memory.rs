@@ -4,13 +4,8 @@
 use super::distance::DistanceSetup;
 use super::setup::Setup;
 use super::types::{
-<<<<<<< HEAD
-    AtlasMap, ExchangeEntry, ExchangeRow, HalfEdge, Motion, Particle, Physarum, Pose, Seam,
-    Triangle, Vertex,
-=======
     AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, Motion, ObjectPair, Particle,
-    Pose, Seam, Triangle, Vertex,
->>>>>>> distance
+    Physarum, Pose, Seam, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
@@ -31,10 +26,7 @@ pub fn size_in_bytes(setup: &Setup) -> u64 {
         + count(setup.atlas.exchange.entries.len()) * ENTRY
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
-<<<<<<< HEAD
         + count(setup.poses.len()) * (size_of::<Pose>() + size_of::<Physarum>()) as u64
-=======
-        + count(setup.poses.len()) * size_of::<Pose>() as u64
         + distance_bytes(setup)
 }
 
@@ -54,7 +46,6 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + size_of_val(&trees.pseudonormals[..]) as u64
         + objects * size_of::<DistanceJob>() as u64
         + objects * (objects - 1) * PAIR
->>>>>>> distance
 }
 
 /// How many particles one buffer of the device holds.
