@@ -72,6 +72,7 @@ impl Clocks {
     ) {
         self.steps += steps;
         self.facts.step = stage.simulation.step();
+        self.facts.seconds = stage.seconds();
         self.facts.particles_drawn = stage.particles_drawn;
         self.facts.flow = stage.flow;
         if let Some(step) = latest_step(frames) {
@@ -99,6 +100,7 @@ impl Clocks {
         let facts = &mut self.facts;
         facts.scene = stage.scene.name.clone();
         facts.step = stage.simulation.step();
+        facts.seconds = stage.seconds();
         facts.triangles = setup.surface.corners.len();
         facts.texels = setup.atlas.owned_count as usize;
         facts.kernels.clear();

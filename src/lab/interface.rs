@@ -60,6 +60,8 @@ pub struct Facts {
     pub scene: String,
     /// Steps taken.
     pub step: u64,
+    /// Seconds of the objects' motion, if any moves.
+    pub seconds: Option<f64>,
     /// Steps a second, lately.
     pub steps_per_second: f64,
     /// Pictures a second, lately.

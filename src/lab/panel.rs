@@ -86,6 +86,10 @@ impl Interface {
                 "paused".to_owned()
             };
             ui.label(RichText::new(speed).monospace().color(theme::WEAK));
+            if let Some(seconds) = facts.seconds {
+                ui.label(RichText::new(format!("{seconds:.1} s")).monospace())
+                    .on_hover_text("Time of the objects' motion");
+            }
         });
         transfers(ui, facts, self.running.transfer.buffer_size);
         if self.is_pending() {

@@ -161,6 +161,13 @@ impl Stage {
         Ok(canvas.image())
     }
 
+    /// Seconds of the objects' motion, if any moves.
+    pub fn seconds(&self) -> Option<f64> {
+        let mut objects = self.simulation.settings().objects.iter();
+        let any_moves = objects.any(|object| !object.motion.is_still());
+        any_moves.then(|| self.simulation.time())
+    }
+
     /// The surface point under a pixel of a picture of `size`.
     pub fn pick(&self, view: &View, pixel: Vec2, size: Vec2) -> Option<Hit> {
         pick::pick(
@@ -185,6 +192,7 @@ impl Stage {
             Domain::Readback,
         )?;
         let mut rec = frames.begin()?;
+        self.simulation.record_poses(&mut rec);
         self.renderer
             .draw(&mut rec, self.simulation.state(), view, &canvas);
         rec.copy_image(canvas.image(), &pixels);

@@ -43,6 +43,10 @@ pub struct AtlasWindow {
 
 /// Zooms of the atlas that make sense.
 const ATLAS_ZOOM_RANGE: (f32, f32) = (0.5, 64.0);
+/// How often in a minute it is looked where moving objects are, so that all of them fit the picture.
+const MOVING_TIMES: u32 = 48;
+/// Of how many vertices of each.
+const MOVING_VERTICES: usize = 64;
 /// Room left round the whole atlas.
 const ATLAS_MARGIN: f32 = 1.04;
 
@@ -89,21 +93,32 @@ impl View {
     }
 }
 
-/// Every vertex of a scene, in world space.
+/// Every vertex of a scene, in world space, and where some of those of moving objects come to in the first minute.
 pub fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
-    let poses = scene.world_from_object();
-    scene
-        .surface
-        .objects
-        .iter()
-        .zip(poses)
-        .flat_map(|(range, world_from_object)| {
-            let vertices = range.vertices.0 as usize..range.vertices.1 as usize;
-            let positions = &scene.surface.positions[vertices];
+    let moving = scene.settings.objects.iter().enumerate();
+    let moving: Vec<usize> = moving
+        .filter(|(_, object)| !object.motion.is_still())
+        .map(|(i, _)| i)
+        .collect();
+    let all: Vec<usize> = (0..scene.surface.objects.len()).collect();
+    let first = std::iter::once((0.0, usize::MAX, all));
+    let later = (1..=MOVING_TIMES).map(move |i| {
+        let time = 60.0 * f64::from(i) / f64::from(MOVING_TIMES);
+        (time, MOVING_VERTICES, moving.clone())
+    });
+    first.chain(later).flat_map(move |(time, most, objects)| {
+        let poses = scene.world_from_object_at(time);
+        objects.into_iter().flat_map(move |object| {
+            let (first, end) = scene.surface.objects[object].vertices;
+            let positions = &scene.surface.positions[first as usize..end as usize];
+            let world_from_object = poses[object];
+            let stride = positions.len().div_ceil(most).max(1);
             positions
                 .iter()
+                .step_by(stride)
                 .map(move |&position| world_from_object.transform_point3(position))
         })
+    })
 }
 
 impl Camera {

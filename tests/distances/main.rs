@@ -144,8 +144,8 @@ fn distances_are_taken_only_where_something_has_moved() {
     let mut setup = Setup::new(&scene).unwrap();
     let mut planner = DistancePlanner::default();
     let mut take = |setup: &Setup, settings: &Settings, step| {
-        let mut params = StepParams::new(settings, setup, step);
-        params.update_distances(&mut planner, settings, setup, step);
+        let mut params = StepParams::new(settings, setup, step, 1);
+        params.update_distances(&mut planner, settings, setup, step, &setup.poses);
         let update = params.distance_update;
         (update.jobs.len(), update.pairs.len())
     };
