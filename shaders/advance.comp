@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances.
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances, physarums.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded).
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
@@ -21,12 +21,13 @@ layout(constant_id = 2) const bool GRAVITY = false;
 layout(constant_id = 3) const bool DECROWDING = false;
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
 layout(constant_id = 5) const bool DISTANCE = false;
+layout(constant_id = 6) const bool OWN_PHYSARUM = false;  // some object has values of its own
 // Selects for transfer those that go into another object.
-layout(constant_id = 6) const bool SELECTS = false;
+layout(constant_id = 7) const bool SELECTS = false;
 // Objects have turns, one after the other in a step.
-layout(constant_id = 7) const bool TURNS = false;
+layout(constant_id = 8) const bool TURNS = false;
 // Turns are over the windows of a ring; else over all particles.
-layout(constant_id = 8) const bool WINDOWS = false;
+layout(constant_id = 9) const bool WINDOWS = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -62,14 +63,57 @@ layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
 layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
 layout(std430, set = 0, binding = 11) readonly buffer Distances { float distances[]; };
-layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]; };
-layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
-layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
+layout(std430, set = 0, binding = 12) readonly buffer Physarums { Physarum physarums[]; };
+layout(std430, set = 0, binding = 13) readonly buffer Windows { Window windows[]; };
+layout(std430, set = 0, binding = 14) buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 15) writeonly buffer ParticleIndices { uint particle_indices[]; };
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
 #include "trail.glsl"
 #include "distances.glsl"
+
+// What particles do on the object that this one is on: those of `params`, or the object's own.
+float own_speed;
+float own_sensor_offset;
+float own_sensor_cos;
+float own_sensor_sin;
+float own_rotation_cos;
+float own_rotation_sin;
+float own_sensor_noise;
+float own_favourite_density;
+float own_gravity_weight;
+float own_decrowding_weight;
+float own_distance_weight;
+
+void take_physarum(uint triangle) {
+    if (OWN_PHYSARUM) {
+        uint object = texelFetch(triangles, int(triangle)).w;
+        own_speed = physarums[object].speed;
+        own_sensor_offset = physarums[object].sensor_offset;
+        own_sensor_cos = physarums[object].sensor_cos;
+        own_sensor_sin = physarums[object].sensor_sin;
+        own_rotation_cos = physarums[object].rotation_cos;
+        own_rotation_sin = physarums[object].rotation_sin;
+        own_sensor_noise = physarums[object].sensor_noise;
+        own_favourite_density = physarums[object].favourite_density;
+        own_gravity_weight = physarums[object].gravity_weight;
+        own_decrowding_weight = physarums[object].decrowding_weight;
+        own_distance_weight = physarums[object].distance_weight;
+        return;
+    }
+    own_speed = params.speed;
+    own_sensor_offset = params.sensor_offset;
+    own_sensor_cos = params.sensor_cos;
+    own_sensor_sin = params.sensor_sin;
+    own_rotation_cos = params.rotation_cos;
+    own_rotation_sin = params.rotation_sin;
+    own_sensor_noise = params.sensor_noise;
+    own_favourite_density = params.favourite_density;
+    own_gravity_weight = params.gravity_weight;
+    own_decrowding_weight = params.decrowding_weight;
+    own_distance_weight = params.distance_weight;
+}
 
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
@@ -86,22 +130,22 @@ float sense(Walker start, vec2 heading) {
     Walker w = start;
     w.heading_p = heading.x;
     w.heading_h = heading.y;
-    w.remaining = params.sensor_offset;
+    w.remaining = own_sensor_offset;
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
     vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
     precise float value = trail_at(position, params.pitch);
-    if (FAVOURITE_DENSITY) {
-        value = -abs(value - params.favourite_density);
+    if (FAVOURITE_DENSITY && own_favourite_density > 0.0) {
+        value = -abs(value - own_favourite_density);
     }
     if (GRAVITY) {
-        value += params.gravity_weight * height_at(w.triangle, uv.x, uv.y);
+        value += own_gravity_weight * height_at(w.triangle, uv.x, uv.y);
     }
     if (DECROWDING) {
-        value -= params.decrowding_weight * float(previous_deposits[texel_at(position, params.pitch)]);
+        value -= own_decrowding_weight * float(previous_deposits[texel_at(position, params.pitch)]);
     }
     if (DISTANCE) {
-        value += params.distance_weight * distance_at(position, params.pitch);
+        value += own_distance_weight * distance_at(position, params.pitch);
     }
     return value;
 }
@@ -140,6 +184,7 @@ void main() {
         if (of_another || flags == stamp || (flags & IN_FLIGHT) != 0u) return;
         flags = stamp;
     }
+    take_physarum(particle.triangle);
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
     Walker w = walker_at(particle.triangle, particle.u, particle.v, heading, motion.pending);
@@ -152,22 +197,22 @@ void main() {
 
     w.entered_by = NONE;
     vec3 value = vec3(
-        sense(w, rotated(heading, params.sensor_cos, params.sensor_sin)),
+        sense(w, rotated(heading, own_sensor_cos, own_sensor_sin)),
         sense(w, heading),
-        sense(w, rotated(heading, params.sensor_cos, -params.sensor_sin)));
+        sense(w, rotated(heading, own_sensor_cos, -own_sensor_sin)));
     if (SENSOR_NOISE) {
-        value += params.sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
+        value += own_sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
     }
     float left = value.x;
     float middle = value.y;
     float right = value.z;
     if (middle < left || middle < right) {
-        heading = rotated(heading, left == right ? 1.0 : params.rotation_cos, sign(left - right) * params.rotation_sin);
+        heading = rotated(heading, left == right ? 1.0 : own_rotation_cos, sign(left - right) * own_rotation_sin);
     }
 
     w.heading_p = heading.x;
     w.heading_h = heading.y;
-    w.remaining = params.speed;
+    w.remaining = own_speed;
     walk(w, params.attempts, BORDER_REFLECTS);
     pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
 
@@ -187,5 +232,5 @@ void main() {
             }
         }
     }
-    motions[i] = Motion(heading.x, heading.y, min(pending, params.speed), flags);
+    motions[i] = Motion(heading.x, heading.y, min(pending, own_speed), flags);
 }

@@ -1,5 +1,5 @@
 // distance_brute: signed distance to other objects by looking at every triangle of theirs; the reference for `distance`.
-// Reads   jobs, pairs, samples, faces, pseudonormals, corners.
+// Reads   jobs, pairs, samples, faces, pseudonormals, corners; for signs nodes, dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
 // One invocation a sample of a job; jobs begin at multiples of the group size.
 // Overflow: cannot happen; nothing is appended.
@@ -10,6 +10,8 @@
 #include "index.glsl"
 
 layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint SIGN_RULE = 0u;
 
 layout(push_constant) uniform Params {
     uint thread_count;
@@ -26,8 +28,10 @@ layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
 layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
+layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 
-#include "nearest.glsl"
+#include "sign.glsl"
 #include "distance.glsl"
 
 void main() {
@@ -43,22 +47,24 @@ void main() {
         ObjectPair pair = pairs[p];
         vec3 place = place_in_other(pair, here.position);
         float square = 3.4e38;
+        uint found = NONE;
         uint slot = pair.first_face;
-        for (uint k = 0u; k < pair.face_count; k++) {
-            float candidate = nearest_on_face(pair.first_face + k, place).z;
-            slot = candidate < square ? pair.first_face + k : slot;
-            square = min(square, candidate);
+        for (uint k = pair.first_face; k < pair.first_face + pair.face_count; k++) {
+            float square_there = nearest_on_face(k, place).z;
+            uint candidate_triangle = triangle_of(k);
+            if (is_nearer(square_there, candidate_triangle, square, found)) {
+                square = square_there;
+                found = candidate_triangle;
+                slot = k;
+            }
         }
-        uint feature = uint(nearest_on_face(slot, place).w);
-        bool outside = outside_by_pseudonormal(slot, place, feature, params.first_vertex_normal);
-        float distance = sqrt(square);
-        bool within = distance < params.reach;
-        // Deep inside a closed object counts as deep inside; far over an open sheet there is no side.
-        float clamped = within ? distance : params.reach;
-        float signed_distance = outside || !(within || pair.is_closed == 1u) ? clamped : -clamped;
-        if (signed_distance < least) {
-            least = signed_distance;
-            triangle = within ? floatBitsToUint(face_word(slot, 0u).w) : NONE;
+        vec4 point = nearest_on_face(slot, place);
+        bool outside = is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
+        float distance = sqrt(point.z);
+        float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
+        if (candidate < least) {
+            least = candidate;
+            triangle = distance < params.reach ? found : NONE;
         }
     }
     distances[here.texel] = least;

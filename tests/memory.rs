@@ -22,7 +22,8 @@ fn the_sum_is_that_of_the_buffers() {
         + s.atlas_maps.size_in_bytes()
         + s.corners.size_in_bytes()
         + s.vertices.size_in_bytes()
-        + s.poses.size_in_bytes();
+        + s.poses.size_in_bytes()
+        + s.physarums.size_in_bytes();
     let tables = size_of_val(&setup.surface.triangles[..])
         + size_of_val(&setup.surface.halfedges[..])
         + size_of_val(&setup.atlas.blocks[..])

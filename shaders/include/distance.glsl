@@ -27,4 +27,12 @@ uint job_of(uint thread, uint job_count) {
     return low;
 }
 
+// The signed distance to an object whose nearest face is known, clamped to reach, as it counts against that to others.
+// Deep inside a closed object is deep inside; far over an open sheet there is no side.
+float clamped_distance(float distance, bool outside, bool is_closed, float reach) {
+    bool within = distance < reach;
+    float clamped = within ? distance : reach;
+    return outside || !(within || is_closed) ? clamped : -clamped;
+}
+
 #endif

@@ -86,6 +86,7 @@ fn keys() -> String {
             "object.N.{key} = \"{default}\"\n    {meaning}\n    A text; restarts."
         );
     }
+    text += "object.N.distance_to = []\n    The names of the objects that this one knows its distance to. Empty for all others.\n    A list of texts; restarts.\n";
     for parameter in OBJECT_PARAMETERS {
         describe(
             &mut text,

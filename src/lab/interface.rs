@@ -9,7 +9,7 @@ use myxo::render::Camera;
 use myxo::render::exposure::Exposure;
 use myxo::render::view::{self, AtlasWindow, View};
 use myxo::scene::Scene;
-use myxo::scene::parameters::PARAMETERS;
+use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
 use myxo::sim::types::Flow;
 
@@ -219,6 +219,18 @@ impl Interface {
         for parameter in PARAMETERS {
             if !parameter.restarts(&self.running, &self.edited) {
                 parameter.copy(&self.edited, &mut live);
+            }
+        }
+        for (i, live) in live.objects.iter_mut().enumerate() {
+            let (Some(running), Some(edited)) =
+                (self.running.objects.get(i), self.edited.objects.get(i))
+            else {
+                continue;
+            };
+            for parameter in OBJECT_PARAMETERS {
+                if !parameter.restarts(running, edited) {
+                    parameter.copy(edited, live);
+                }
             }
         }
         live

@@ -67,6 +67,27 @@ pub fn row<T>(
 fn editor<T>(ui: &mut Ui, parameter: &Parameter<T>, value: &mut T) -> bool {
     match &parameter.kind {
         Kind::Number(number) => slider(ui, number, value),
+        Kind::Own(own) => {
+            let before = (own.get)(value);
+            let mut has = before.is_some();
+            let (low, high) = own.slider;
+            let mut now = before.unwrap_or(low);
+            ui.checkbox(&mut has, "of its own")
+                .on_hover_text("Otherwise the scene's value holds here too.");
+            if has {
+                let slider = Slider::new(&mut now, low..=high)
+                    .logarithmic(own.scale == Scale::Logarithmic)
+                    .clamping(SliderClamping::Never)
+                    .max_decimals(6)
+                    .smallest_positive(smallest_positive(low, high));
+                wide_slider(ui, slider);
+            }
+            let after = has.then(|| now.clamp(own.range.0, own.range.1));
+            if after != before {
+                (own.set)(value, after);
+            }
+            after != before
+        }
         Kind::Choice { words, get, set } => {
             let mut chosen = get(value);
             ui.horizontal_wrapped(|ui| {

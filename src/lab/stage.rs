@@ -20,7 +20,7 @@ use myxo::render::{Canvas, Quality, Renderer, View};
 use myxo::scene::Scene;
 use myxo::scene::settings::{Settings, Strategy};
 use myxo::sim::Simulation;
-use myxo::sim::types::Flow;
+use myxo::sim::types::{Flow, Pose};
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
@@ -49,7 +49,7 @@ pub struct Stage {
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
     /// What the canvas shows, if it is still worth showing.
-    drawn: Option<(View, u64)>,
+    drawn: Option<(View, u64, Vec<Pose>)>,
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
@@ -143,10 +143,12 @@ impl Stage {
         }
         let (_, canvas) = self.canvas.as_ref().expect("made above");
         let step = self.simulation.step();
-        if self.drawn != Some((view, step)) {
+        self.simulation.record_poses(rec);
+        let now = Some((view, step, self.simulation.poses().to_vec()));
+        if self.drawn != now {
             self.renderer
                 .draw(rec, self.simulation.state(), &view, canvas);
-            self.drawn = Some((view, step));
+            self.drawn = now;
             let settings = self.simulation.settings();
             if settings.strategy() != Strategy::None {
                 let transfers = &self.simulation.state().transfers;
@@ -163,7 +165,7 @@ impl Stage {
     pub fn pick(&self, view: &View, pixel: Vec2, size: Vec2) -> Option<Hit> {
         pick::pick(
             &self.scene.surface,
-            &self.scene.world_from_object(),
+            &self.simulation.world_from_object(),
             &view.camera.ray(pixel, size),
         )
     }

@@ -3,6 +3,7 @@
 //!
 //! A name is written as in a web address: `torus`, `torus?major=64&minor=32`.
 
+use super::gear::{Gear, gear};
 use super::primitive::{capsule, cube, icosphere, plane, torus};
 use super::{Mesh, MeshError, embedded};
 
@@ -27,6 +28,14 @@ pub const BUILTINS: &[(&str, &str)] = &[
     (
         "capsule",
         "radius 0.5 about the Y axis, `length=1` between its half spheres' centres; `segments=96` around, `rings=24` a half sphere",
+    ),
+    (
+        "gear",
+        "a toothed wheel about the Y axis, `teeth=24`, `radius=1` of its pitch circle, `thickness=0.3`, `bore=0.3` its hole's radius, `play=0.02` between teeth as a share of the pitch; wheels with the same radius / teeth mesh",
+    ),
+    (
+        "ring_gear",
+        "a ring with teeth inside, `teeth=60`, `radius=2.5`, `thickness=0.3`, `bore=0.3` from the teeth to its rim, `play=0.02`",
     ),
     ("suzanne", "Blender's monkey; 3 parts with open borders"),
     ("trefoil", "a beaded trefoil knot; closed"),
@@ -68,6 +77,23 @@ impl Mesh {
                 let rings = parameters.count("rings", 24, 1, 2048)?;
                 let length = parameters.length("length", 1.0, 0.001, 1000.0)?;
                 capsule(segments, rings, length)
+            }
+            "gear" | "ring_gear" => {
+                let is_ring = name == "ring_gear";
+                let [teeth, radius] = if is_ring { [60.0, 2.5] } else { [24.0, 1.0] };
+                let wheel = Gear {
+                    teeth: parameters.count("teeth", teeth as u32, 9, 1024)?,
+                    radius: parameters.length("radius", radius, 0.001, 1000.0)?,
+                    thickness: parameters.length("thickness", 0.3, 0.001, 1000.0)?,
+                    bore: parameters.length("bore", 0.3, 0.001, 1000.0)?,
+                    play: parameters.length("play", 0.02, 0.0, 0.2)?,
+                    is_ring,
+                };
+                wheel.check().map_err(|problem| MeshError::Parameter {
+                    name: name.to_owned(),
+                    problem,
+                })?;
+                gear(&wheel)
             }
             _ if let Some(model) = embedded::model(name) => model?,
             _ => {
@@ -202,6 +228,8 @@ mod tests {
             ("icosphere", 20_480, 10_242, 0, 0),
             ("plane?columns=3&rows=2", 12, 12, 0, 10),
             ("capsule?segments=5&rings=3&length=0.5", 60, 32, 0, 0),
+            ("gear?teeth=12", 9600, 4800, 1, 0),
+            ("ring_gear?teeth=30&radius=1.25", 15_840, 7920, 1, 0),
         ] {
             let mesh = Mesh::builtin(name).unwrap();
             let report = &mesh.report;
@@ -248,6 +276,9 @@ mod tests {
             "capsule?segments=4096&rings=1&length=0.001",
             "plane?columns=4096&rows=1",
             "cube?divisions=64",
+            "gear?teeth=9&bore=0.05&thickness=10",
+            "gear?teeth=200&radius=1&bore=0.95",
+            "ring_gear?teeth=12&radius=1&play=0.2&thickness=0.1",
         ] {
             let mesh = Mesh::builtin(name).unwrap();
             assert_eq!(mesh.report.oddities(), Vec::<String>::new(), "{name}");
@@ -266,6 +297,11 @@ mod tests {
             ("torus?major", "not of the form NAME=VALUE"),
             ("torus?tube=nan", "not a number from 0.001 to 0.999"),
             ("torus?major=5&major=6", "given twice"),
+            (
+                "gear?bore=0.9",
+                "leaves nothing between its hole and its teeth",
+            ),
+            ("gear?thickness=0.02", "is thinner than"),
         ] {
             let message = Mesh::builtin(name).unwrap_err().to_string();
             assert!(message.contains(words), "{name}: {message}");

@@ -56,6 +56,9 @@ pub enum MeshProblem {
     /// A path that is not a file of a sensible size.
     #[error("{0}")]
     NotAFile(String),
+    /// A model's animation that an object cannot follow.
+    #[error("{0}")]
+    Animation(String),
     /// Nothing to walk on.
     #[error("there are no triangles: {found}. Export the model with its faces")]
     NoTriangles {

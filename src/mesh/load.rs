@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::error::MeshProblem;
 use super::soup::Soup;
-use super::{Mesh, MeshError, gltf, obj};
+use super::{Mesh, MeshError, RigidTrack, gltf, obj};
 
 /// No model, and no file that a model names, is read beyond this size.
 pub(crate) const MOST_BYTES: u64 = 2 << 30;
@@ -50,6 +50,34 @@ impl Mesh {
             Some(name) => Self::builtin(name),
             None => Self::load(folder.join(name_or_path)),
         }
+    }
+}
+
+impl RigidTrack {
+    /// The first animation of a glTF or GLB file, relative to a folder, as the motion of the whole model.
+    ///
+    /// # Errors
+    /// When the model has none, or it does not move the model as a whole and rigidly.
+    pub fn open(name_or_path: &str, folder: &Path) -> Result<Self, MeshError> {
+        let path = folder.join(name_or_path);
+        let bad = |problem| MeshError::Bad {
+            place: name_or_path.to_owned(),
+            problem,
+        };
+        let is_gltf = |path: &Path| {
+            let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+            ending == "glb" || ending == "gltf"
+        };
+        if name_or_path.starts_with("builtin:") || !is_gltf(&path) {
+            let problem = "only glTF models (.glb, .gltf) have animations to follow".to_owned();
+            return Err(bad(MeshProblem::Animation(problem)));
+        }
+        let bytes = read(&path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        // The second wall against what strangers write, as for triangles.
+        catch_unwind(AssertUnwindSafe(|| gltf::read_track(&bytes, folder)))
+            .unwrap_or_else(|panic| Err(MeshProblem::Panicked(panic_text(panic.as_ref()))))
+            .map_err(bad)
     }
 }
 

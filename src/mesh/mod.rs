@@ -20,6 +20,7 @@ pub mod builtin;
 mod edges;
 mod embedded;
 mod error;
+pub mod gear;
 mod gltf;
 mod load;
 mod obj;
@@ -39,6 +40,7 @@ mod weld;
 use glam::{Vec2, Vec3};
 
 pub use error::{MeshError, MeshProblem};
+pub use gltf::RigidTrack;
 pub use report::MeshReport;
 use walk::SurfacePoint;
 

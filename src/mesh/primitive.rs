@@ -220,13 +220,13 @@ fn turn(i: u32, n: u32) -> f64 {
 }
 
 #[derive(Default)]
-struct Builder {
+pub(super) struct Builder {
     positions: Vec<Vec3>,
     corners: Vec<[u32; 3]>,
 }
 
 impl Builder {
-    fn vertex(&mut self, position: DVec3) -> u32 {
+    pub(super) fn vertex(&mut self, position: DVec3) -> u32 {
         self.positions.push(position.as_vec3());
         self.positions.len() as u32 - 1
     }
@@ -235,12 +235,12 @@ impl Builder {
         self.corners.push(corners);
     }
 
-    fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
+    pub(super) fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
         self.triangle([a, b, c]);
         self.triangle([a, c, d]);
     }
 
-    fn finish(self, name: &str) -> Mesh {
+    pub(super) fn finish(self, name: &str) -> Mesh {
         let soup = Soup {
             positions: self.positions,
             triangles: self.corners,

@@ -232,7 +232,7 @@ impl Renderer {
             rec.barrier(
                 Access::Kernel,
                 Access::Vertex,
-                &[trail, &state.particles, &self.brightest],
+                &[trail, &state.particles, &self.brightest, &state.poses],
             );
             let targets = Targets {
                 color: &canvas.color,
@@ -262,7 +262,7 @@ impl Renderer {
             rec.barrier(
                 Access::Vertex,
                 Access::Kernel,
-                &[trail, &state.particles, &self.brightest],
+                &[trail, &state.particles, &self.brightest, &state.poses],
             );
         });
     }

@@ -35,8 +35,7 @@ macro_rules! texts {
 pub const DEFAULT_SCENE: &str = "torus";
 
 /// Every built-in scene. `cube` and `torus` are the reference cases for comparisons.
-pub static SCENES: &[Builtin] =
-    texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid");
+pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "crowd");
 
 /// Every built-in preset: looks, that is, values for `[physarum]` and `[trail]`.
 pub static PRESETS: &[Builtin] =

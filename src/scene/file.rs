@@ -6,6 +6,7 @@ use std::fmt;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::keyframes;
 use super::parameters::{
     Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside, out_of_range,
 };
@@ -251,7 +252,15 @@ impl Reader {
         };
         let value = value.get_ref();
         let outcome = match (field, value) {
-            ("", DeValue::Table(table)) => return self.table(key, table),
+            ("" | "motion" | "physarum", DeValue::Table(table)) => return self.table(key, table),
+            ("motion" | "physarum", other) => Some(wrong_type(key, "a table of keys", other)),
+            ("motion.keyframes", value) => match keyframes::read(key, value) {
+                Ok(frames) => {
+                    object.motion.keyframes = frames;
+                    None
+                }
+                Err(message) => Some(Refusal::Wrong(message)),
+            },
             ("name", DeValue::String(text)) => {
                 object.name = text.to_string();
                 None
@@ -263,6 +272,20 @@ impl Reader {
                 };
                 None
             }
+            ("distance_to", DeValue::Array(names)) => {
+                let names: Option<Vec<String>> = names
+                    .iter()
+                    .map(|name| name.get_ref().as_str().map(str::to_owned))
+                    .collect();
+                match names {
+                    Some(names) => {
+                        object.distance_to = names;
+                        None
+                    }
+                    None => Some(wrong_type(key, "a list of names", value)),
+                }
+            }
+            ("distance_to", other) => Some(wrong_type(key, "a list of names", other)),
             ("name" | "mesh", other) => Some(wrong_type(key, "a text", other)),
             _ => set(OBJECT_PARAMETERS, object, field, key, value),
         };
@@ -383,6 +406,11 @@ fn set<T>(
             }
             set(target, components.map(|c| c as f32));
         }
+        Kind::Own(own) => match number(value) {
+            Some(x) if inside(x, own.range) => (own.set)(target, Some(x)),
+            Some(_) => return Some(out(full, value, parameter)),
+            None => return Some(wrong_type(full, "a number", value)),
+        },
     }
     None
 }
@@ -399,12 +427,12 @@ fn out<T>(key: &str, value: &DeValue<'_>, parameter: &Parameter<T>) -> Refusal {
     )
 }
 
-fn three(array: &DeArray<'_>) -> Option<[f64; 3]> {
+pub(super) fn three(array: &DeArray<'_>) -> Option<[f64; 3]> {
     let numbers: Option<Vec<f64>> = array.iter().map(|item| number(item.get_ref())).collect();
     numbers?.try_into().ok()
 }
 
-fn number(value: &DeValue<'_>) -> Option<f64> {
+pub(super) fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
         // More digits than an i64 holds are out of every range, as what they come to in floats.
         DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
@@ -428,7 +456,7 @@ fn plain(value: &DeValue<'_>) -> String {
     }
 }
 
-fn describe(value: &DeValue<'_>) -> String {
+pub(super) fn describe(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) if text.chars().count() > 40 => "a text".to_owned(),
         DeValue::String(text) => format!("the text \"{text}\""),

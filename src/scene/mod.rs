@@ -4,6 +4,8 @@
 pub mod builtin;
 mod error;
 pub mod file;
+mod keyframes;
+pub mod motion;
 pub mod parameters;
 pub mod settings;
 pub mod suggest;
@@ -14,8 +16,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, Vec3};
 
-use crate::mesh::Mesh;
 use crate::mesh::surface::Surface;
+use crate::mesh::{Mesh, RigidTrack};
 
 pub use error::SceneError;
 pub use settings::Settings;
@@ -43,6 +45,8 @@ pub struct Scene {
     pub settings: Settings,
     /// One mesh for each object, in the mesh's own coordinates.
     pub meshes: Vec<Mesh>,
+    /// The animation of each object's model, where the object follows it.
+    pub tracks: Vec<Option<RigidTrack>>,
     /// All objects pooled, scaled to world lengths.
     pub surface: Surface,
     /// The scene radius in world units, by which all lengths are multiplied; positive.
@@ -158,31 +162,45 @@ impl Scene {
             })?;
             meshes.push(mesh);
         }
-        Self::from_meshes(name, settings, meshes, folder)
+        let tracks = tracks(&settings.objects, &folder)?;
+        Self::from_meshes_and_tracks(name, settings, meshes, tracks, folder)
     }
 
-    /// A scene of meshes that are in memory already, one for each object of the settings, whose `mesh` is not read.
+    /// A scene of meshes that are in memory already, one for each object of the settings, whose `mesh` is read only
+    /// for the animation of an object that follows its model's.
     ///
     /// # Errors
-    /// When the scene is too small or too large to measure lengths by.
+    /// When the scene is too small or too large to measure lengths by, or an object cannot follow its model.
     ///
     /// # Panics
     /// When there are not as many meshes as objects.
     pub fn from_meshes(
         name: String,
+        settings: Settings,
+        meshes: Vec<Mesh>,
+        folder: PathBuf,
+    ) -> Result<Self, SceneError> {
+        let tracks = tracks(&settings.objects, &folder)?;
+        Self::from_meshes_and_tracks(name, settings, meshes, tracks, folder)
+    }
+
+    fn from_meshes_and_tracks(
+        name: String,
         mut settings: Settings,
         meshes: Vec<Mesh>,
+        tracks: Vec<Option<RigidTrack>>,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
         assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
+        check_distance_to(&name, &settings.objects)?;
         let pooled: Vec<_> = meshes
             .iter()
             .zip(&settings.objects)
             .map(|(mesh, object)| (mesh, object.scale))
             .collect();
         let surface = Surface::build(&pooled);
-        let (center, measured) = bounds(&surface, &poses(&settings.objects));
+        let (center, measured) = bounds(&surface, &poses(&settings.objects, &tracks, 0.0));
         if settings.radius == 0.0 {
             settings.radius = measured;
         }
@@ -196,16 +214,24 @@ impl Scene {
             radius: settings.radius,
             settings,
             meshes,
+            tracks,
             surface,
             center,
             folder,
         })
     }
 
-    /// The rigid pose of each object: takes the surface's coordinates, which are scaled, to world coordinates.
+    /// The rigid pose of each object before anything moves: takes the surface's coordinates, which are scaled, to
+    /// world coordinates.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
-        poses(&self.settings.objects)
+        self.world_from_object_at(0.0)
+    }
+
+    /// The same after so many seconds of motion.
+    #[must_use]
+    pub fn world_from_object_at(&self, time: f64) -> Vec<Affine3A> {
+        poses(&self.settings.objects, &self.tracks, time)
     }
 
     /// The scene as a file that gives the same wherever it is saved: every key, the radius as measured, and mesh
@@ -283,11 +309,68 @@ fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
     }
 }
 
-fn poses(objects: &[ObjectSettings]) -> Vec<Affine3A> {
+/// Every name that an object's `distance_to` lists must be another object's.
+fn check_distance_to(scene: &str, objects: &[ObjectSettings]) -> Result<(), SceneError> {
+    let mut problems = Vec::new();
+    for (i, object) in objects.iter().enumerate() {
+        let others = || {
+            let names = objects.iter().map(|other| other.name.as_str());
+            names.filter(|name| *name != object.name)
+        };
+        for wanted in &object.distance_to {
+            if others().any(|name| name == wanted) {
+                continue;
+            }
+            let known: Vec<&str> = others().collect();
+            let message = if *wanted == object.name {
+                format!("object.{i}.distance_to names the object itself")
+            } else if known.is_empty() {
+                format!("object.{i}.distance_to: there is no other object")
+            } else {
+                format!(
+                    "object.{i}.distance_to: there is no object \"{wanted}\"; the others are {}",
+                    known.join(", ")
+                )
+            };
+            problems.push(Problem {
+                place: String::new(),
+                message,
+            });
+        }
+    }
+    if problems.is_empty() {
+        return Ok(());
+    }
+    Err(SceneError::Problems {
+        scene: PathBuf::from(scene),
+        problems,
+    })
+}
+
+fn poses(objects: &[ObjectSettings], tracks: &[Option<RigidTrack>], time: f64) -> Vec<Affine3A> {
+    let objects = objects.iter().zip(tracks);
     objects
-        .iter()
-        .map(ObjectSettings::world_from_object)
+        .map(|(object, track)| motion::single(motion::pose_at(object, track.as_ref(), time)))
         .collect()
+}
+
+/// The animations of the models that objects follow.
+fn tracks(
+    objects: &[ObjectSettings],
+    folder: &Path,
+) -> Result<Vec<Option<RigidTrack>>, SceneError> {
+    let open = |object: &ObjectSettings| {
+        if object.motion.model == settings::ModelAnimation::Still {
+            return Ok(None);
+        }
+        RigidTrack::open(&object.mesh, folder)
+            .map(Some)
+            .map_err(|source| SceneError::Object {
+                object: format!("{}: motion.model", object.name),
+                source,
+            })
+    };
+    objects.iter().map(open).collect()
 }
 
 /// The centre of the box round everything, and the distance from it to the vertex farthest away, in the world.

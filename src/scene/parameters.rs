@@ -1,11 +1,15 @@
 //! The table of everything that can be changed about a scene: what it is called, what it may be, and whether a
 //! change waits for a restart. Validation, the panel, `--set` and the manual all read this table and no other.
 
+#[macro_use]
+mod macros;
+mod objects;
 mod table;
 
 use super::settings::Settings;
 
-pub use table::{OBJECT_PARAMETERS, PARAMETERS};
+pub use objects::OBJECT_PARAMETERS;
+pub use table::PARAMETERS;
 
 /// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) for the keys of
 /// one `[[object]]`.
@@ -57,6 +61,23 @@ pub enum Kind<T: 'static> {
         /// Sets the components.
         set: fn(&mut T, [f32; 3]),
     },
+    /// A number that an object has for itself, or shares with the scene.
+    Own(Own<T>),
+}
+
+/// A number that an object may have for itself.
+#[derive(Debug)]
+pub struct Own<T: 'static> {
+    /// What is allowed, ends included.
+    pub range: (f64, f64),
+    /// What a slider offers.
+    pub slider: (f64, f64),
+    /// How a slider spreads it.
+    pub scale: Scale,
+    /// Reads the value; `None` where it is the scene's.
+    pub get: fn(&T) -> Option<f64>,
+    /// Writes the value.
+    pub set: fn(&mut T, Option<f64>),
 }
 
 /// A number, its range and its slider.
@@ -134,6 +155,7 @@ impl<T> Parameter<T> {
             Kind::Number(number) => (number.get)(a) != (number.get)(b),
             Kind::Choice { get, .. } => get(a) != get(b),
             Kind::Vector { get, .. } => get(a) != get(b),
+            Kind::Own(own) => (own.get)(a) != (own.get)(b),
         }
     }
 
@@ -143,6 +165,7 @@ impl<T> Parameter<T> {
             Kind::Number(number) => (number.set)(to, (number.get)(from)),
             Kind::Choice { get, set, .. } => set(to, get(from)),
             Kind::Vector { get, set, .. } => set(to, get(from)),
+            Kind::Own(own) => (own.set)(to, (own.get)(from)),
         }
     }
 
@@ -160,6 +183,9 @@ impl<T> Parameter<T> {
                 let (low, high) = number.range;
                 format!("{whole}{} to {}{unit}", grouped(low), grouped(high))
             }
+            Kind::Own(Own {
+                range: (low, high), ..
+            }) => format!("{} to {}{unit}", grouped(*low), grouped(*high)),
             Kind::Choice { words, .. } => any_of(words),
             Kind::Vector {
                 range: (low, high), ..
@@ -190,6 +216,10 @@ impl<T> Parameter<T> {
                 let [x, y, z] = get(settings);
                 format!("[{x}, {y}, {z}]")
             }
+            Kind::Own(own) => match (own.get)(settings) {
+                Some(value) => format!("{}", value as f32),
+                None => "the scene's".to_owned(),
+            },
         }
     }
 
@@ -200,6 +230,7 @@ impl<T> Parameter<T> {
             Kind::Vector { range, get, .. } => {
                 get(settings).iter().all(|&c| inside(f64::from(c), *range))
             }
+            Kind::Own(own) => (own.get)(settings).is_none_or(|value| inside(value, own.range)),
         };
         if !fits {
             problems.push(OutOfRange {

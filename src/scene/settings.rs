@@ -4,8 +4,10 @@
 //! Conventions, stated once: lengths are in scene radii unless a key says world units, angles are in degrees,
 //! the scene's up axis is +Y. What a key may hold is said by [`super::parameters`], not here.
 
-use glam::{Affine3A, EulerRot, Quat, Vec3};
+use glam::Affine3A;
 use serde::Serialize;
+
+use super::motion::{self, MotionSettings};
 
 /// A whole scene file. `Settings::default()` is a valid scene: one torus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -131,6 +133,8 @@ impl Default for PhysarumSettings {
 /// `[time]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TimeSettings {
+    /// Seconds of the objects' motion that pass in a step.
+    pub dt: f32,
     /// The most steps a second in the window; 0 for no cap.
     pub steps_per_second: f32,
 }
@@ -138,6 +142,7 @@ pub struct TimeSettings {
 impl Default for TimeSettings {
     fn default() -> Self {
         Self {
+            dt: 1.0 / 60.0,
             steps_per_second: 0.0,
         }
     }
@@ -221,13 +226,24 @@ impl Settings {
 /// `[distance]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DistanceSettings {
+    /// How the nearest triangle is found.
+    pub method: DistanceMethod,
+    /// How it is told whether a place is inside of an object.
+    pub sign: SignRule,
+    /// Distances are taken at most every so many steps.
+    pub interval: u32,
     /// The farthest that distances between objects are told, in scene radii.
     pub reach: f32,
 }
 
 impl Default for DistanceSettings {
     fn default() -> Self {
-        Self { reach: 0.2 }
+        Self {
+            method: DistanceMethod::Bvh,
+            sign: SignRule::Pseudonormal,
+            interval: 1,
+            reach: 0.2,
+        }
     }
 }
 
@@ -303,6 +319,14 @@ pub struct ObjectSettings {
     pub scale: f32,
     /// For `charts`: texels per surface area, relative to the other objects.
     pub texel_weight: f32,
+    /// The names of the objects that this one knows its distance to; empty for all others.
+    pub distance_to: Vec<String>,
+    /// How it moves.
+    #[serde(skip_serializing_if = "MotionSettings::is_default")]
+    pub motion: MotionSettings,
+    /// What its particles do otherwise than the scene's.
+    #[serde(skip_serializing_if = "OwnPhysarum::is_empty")]
+    pub physarum: OwnPhysarum,
 }
 
 impl Default for ObjectSettings {
@@ -314,18 +338,81 @@ impl Default for ObjectSettings {
             rotation: [0.0; 3],
             scale: 1.0,
             texel_weight: 1.0,
+            distance_to: Vec::new(),
+            motion: MotionSettings::default(),
+            physarum: OwnPhysarum::default(),
         }
     }
 }
 
 impl ObjectSettings {
-    /// The rigid pose: takes scaled object coordinates to world coordinates. The scale is not in it.
+    /// Where it stands before anything moves: takes scaled object coordinates to world coordinates. The scale is not
+    /// in it.
     #[must_use]
     pub fn world_from_object(&self) -> Affine3A {
-        let [x, y, z] = self.rotation.map(f32::to_radians);
-        // ZYX applied right to left: the X rotation comes first.
-        let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
-        Affine3A::from_rotation_translation(rotation, Vec3::from_array(self.position))
+        let rotation = motion::euler(self.rotation).as_quat();
+        Affine3A::from_rotation_translation(rotation, self.position.into())
+    }
+}
+
+/// `physarum` of an `[[object]]`: values that stand over the scene's while a particle is on this object. What an object
+/// does not name, it shares with the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct OwnPhysarum {
+    /// As [`PhysarumSettings::speed`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f32>,
+    /// As [`PhysarumSettings::rotation_angle`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_angle: Option<f32>,
+    /// As [`PhysarumSettings::sensor_angle`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor_angle: Option<f32>,
+    /// As [`PhysarumSettings::sensor_offset`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor_offset: Option<f32>,
+    /// As [`PhysarumSettings::sensor_noise`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor_noise: Option<f32>,
+    /// As [`PhysarumSettings::favourite_density`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub favourite_density: Option<f32>,
+    /// As [`PhysarumSettings::gravity_weight`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity_weight: Option<f32>,
+    /// As [`PhysarumSettings::decrowding_weight`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub decrowding_weight: Option<f32>,
+    /// As [`PhysarumSettings::distance_weight`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_weight: Option<f32>,
+}
+
+impl OwnPhysarum {
+    /// Does it share everything with the scene?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The scene's values with these over them.
+    #[must_use]
+    pub fn over(&self, scene: &PhysarumSettings) -> PhysarumSettings {
+        let mut own = scene.clone();
+        for (own, value) in [
+            (&mut own.speed, self.speed),
+            (&mut own.rotation_angle, self.rotation_angle),
+            (&mut own.sensor_angle, self.sensor_angle),
+            (&mut own.sensor_offset, self.sensor_offset),
+            (&mut own.sensor_noise, self.sensor_noise),
+            (&mut own.favourite_density, self.favourite_density),
+            (&mut own.gravity_weight, self.gravity_weight),
+            (&mut own.decrowding_weight, self.decrowding_weight),
+            (&mut own.distance_weight, self.distance_weight),
+        ] {
+            *own = value.unwrap_or(*own);
+        }
+        own
     }
 }
 
@@ -420,6 +507,65 @@ choice! {
         Grid = "grid",
         /// The model's own texture coordinates.
         Mesh = "mesh",
+    }
+}
+
+choice! {
+    /// Does an object follow the animation of its model?
+    ModelAnimation {
+        /// It stays where the file puts it.
+        #[default]
+        Still = "still",
+        /// It goes where the file's first animation takes its nodes.
+        Follow = "follow",
+    }
+}
+
+choice! {
+    /// What happens after the last keyframe.
+    Repeat {
+        /// The first comes again.
+        #[default]
+        Loop = "loop",
+        /// The object stays there.
+        Once = "once",
+        /// They are gone through backwards, and forwards again.
+        Mirror = "mirror",
+    }
+}
+
+choice! {
+    /// How an object goes from keyframe to keyframe.
+    Easing {
+        /// At an even rate.
+        #[default]
+        Linear = "linear",
+        /// Coming to rest at each.
+        Smooth = "smooth",
+    }
+}
+
+choice! {
+    /// How the nearest triangle of another object is found.
+    DistanceMethod {
+        /// In a tree of boxes.
+        #[default]
+        Bvh = "bvh",
+        /// By looking at every one: slow, and a check on the others.
+        Brute = "brute",
+    }
+}
+
+choice! {
+    /// How it is told whether a place is inside of an object.
+    SignRule {
+        /// By the angle-weighted normal of the nearest face, edge or vertex.
+        #[default]
+        Pseudonormal = "pseudonormal",
+        /// By the generalized winding number.
+        Winding = "winding",
+        /// Outside if any of equally near faces looks towards the place.
+        Facing = "facing",
     }
 }
 

@@ -1,4 +1,5 @@
 //! Tests of scenes as their users meet them: files, overrides, messages.
 
 mod loading;
+mod moving;
 mod reading;

@@ -11,6 +11,7 @@ use std::path::Path;
 use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 
+use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::TransferState;
@@ -35,6 +36,7 @@ struct Header {
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
+    movement: SavedMovement,
 }
 
 /// A checkpoint as it lies in a file.
@@ -130,6 +132,7 @@ impl Checkpoint {
     fn write_to(&self, file: &mut WholeFile) -> std::io::Result<()> {
         let Snapshot {
             step,
+            movement,
             particles,
             motions,
             trail,
@@ -145,6 +148,7 @@ impl Checkpoint {
             flux: transfers.flux.len() as u64,
             scene: self.scene.clone(),
             layout: self.layout,
+            movement: movement.clone(),
         })?;
         let mut out = Checked {
             inner: BufWriter::new(file),
@@ -219,6 +223,7 @@ impl Checkpoint {
             layout: header.layout,
             snapshot: Snapshot {
                 step: header.step,
+                movement: header.movement,
                 particles: array(&mut rest, header.particles).ok_or_else(cut_short)?,
                 motions: array(&mut rest, header.particles).ok_or_else(cut_short)?,
                 trail: array(&mut rest, header.texels).ok_or_else(cut_short)?,
@@ -281,6 +286,7 @@ mod tests {
             layout: 7,
             snapshot: Snapshot {
                 step: 41,
+                movement: SavedMovement::default(),
                 particles: (0..33)
                     .map(|id| Particle {
                         triangle: id,

@@ -8,6 +8,7 @@ use super::types::{DistanceJob, ObjectPair, Pose, SurfaceSample};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::{Tree, Trees};
+use crate::scene::settings::{DistanceMethod, SignRule};
 
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
@@ -106,8 +107,19 @@ pub struct DistanceUpdate {
 pub struct DistancePlanner {
     /// For each object: its pairs then. `None` before the first time.
     last: Vec<Option<Vec<ObjectPair>>>,
-    /// The reach then.
-    reach: f32,
+    /// How they were taken.
+    rules: Option<DistanceRules>,
+}
+
+/// How distances are taken; all are taken anew when that changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistanceRules {
+    /// A world length.
+    pub reach: f32,
+    /// By which kernel.
+    pub method: DistanceMethod,
+    /// How sides are told.
+    pub sign: SignRule,
 }
 
 impl DistancePlanner {
@@ -116,19 +128,27 @@ impl DistancePlanner {
         self.last.clear();
     }
 
-    /// What must be taken anew with these poses, and takes it for done. `reach` is a world length.
-    pub fn update(&mut self, setup: &DistanceSetup, poses: &[Pose], reach: f32) -> DistanceUpdate {
+    /// What must be taken anew with these poses, and takes it for done. What has only moved waits until that is due.
+    pub fn update(
+        &mut self,
+        setup: &DistanceSetup,
+        poses: &[Pose],
+        rules: DistanceRules,
+        is_due: bool,
+    ) -> DistanceUpdate {
         let mut update = DistanceUpdate::default();
         if setup.is_empty() {
             return update;
         }
-        if self.last.len() != poses.len() || self.reach != reach {
+        if self.last.len() != poses.len() || self.rules != Some(rules) {
             self.last = vec![None; poses.len()];
-            self.reach = reach;
+            self.rules = Some(rules);
+        } else if !is_due {
+            return update;
         }
         let poses: Vec<DAffine3> = poses.iter().map(world_from_object).collect();
         for (object, last) in self.last.iter_mut().enumerate() {
-            let pairs = pairs_of(setup, &poses, object, reach);
+            let pairs = pairs_of(setup, &poses, object, rules);
             if last.as_ref() == Some(&pairs) {
                 continue;
             }
@@ -161,7 +181,7 @@ fn pairs_of(
     setup: &DistanceSetup,
     poses: &[DAffine3],
     object: usize,
-    reach: f32,
+    rules: DistanceRules,
 ) -> Vec<ObjectPair> {
     let own = &setup.trees.objects[object];
     let others = setup.others[object].iter();
@@ -170,7 +190,7 @@ fn pairs_of(
         .filter_map(|(index, other)| {
             let other_from_object = poses[index].inverse() * poses[object];
             // What is exactly at reach is clamped; a little more is for rounding.
-            let apart = f64::from(reach) * 1.001;
+            let apart = f64::from(rules.reach) * 1.001;
             if boxes_are_apart(own, other, &other_from_object, apart) {
                 return None;
             }
@@ -182,7 +202,8 @@ fn pairs_of(
                 first_face: other.first_face,
                 face_count: other.face_count,
                 first_node: other.first_node,
-                is_closed: u32::from(other.is_closed),
+                // Winding numbers know an inside of whatever encloses most of a place.
+                is_closed: u32::from(other.is_closed || rules.sign == SignRule::Winding),
             })
         })
         .collect()

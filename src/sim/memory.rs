@@ -3,7 +3,8 @@
 
 use super::setup::Setup;
 use super::types::{
-    AtlasMap, ExchangeEntry, ExchangeRow, HalfEdge, Motion, Particle, Pose, Seam, Triangle, Vertex,
+    AtlasMap, ExchangeEntry, ExchangeRow, HalfEdge, Motion, Particle, Physarum, Pose, Seam,
+    Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
@@ -24,7 +25,7 @@ pub fn size_in_bytes(setup: &Setup) -> u64 {
         + count(setup.atlas.exchange.entries.len()) * ENTRY
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
-        + count(setup.poses.len()) * size_of::<Pose>() as u64
+        + count(setup.poses.len()) * (size_of::<Pose>() + size_of::<Physarum>()) as u64
 }
 
 /// How many particles one buffer of the device holds.

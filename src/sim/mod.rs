@@ -16,9 +16,11 @@ pub mod diffusion;
 pub mod distance;
 pub mod kernels;
 pub mod memory;
+pub mod movement;
 pub mod queries;
 pub mod start;
 pub mod transfers;
+pub mod tree_queries;
 pub mod twin;
 pub mod types;
 

@@ -1,15 +1,17 @@
 //! From a scene's settings to the numbers that kernels take: scene radii become world lengths, degrees become
 //! cosines and sines. The twins take the same.
 
-use super::distance::{DistancePlanner, DistanceUpdate};
+use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteParams, ExchangeSeamsParams, MoveBorderConstants,
+    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
+    ExchangeSeamsParams, MoveBorderConstants,
 };
 use super::setup::Setup;
 use super::turns::{Turn, border_constants};
+use super::types::{Physarum, Pose};
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
-use crate::scene::settings::{Border, Settings, Strategy};
+use crate::scene::settings::{Border, DistanceMethod, PhysarumSettings, Settings, Strategy};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
 /// slower with, and nobody can see them.
@@ -20,6 +22,10 @@ pub const TINY_TRAIL: f32 = 1e-20;
 pub struct StepParams {
     /// Which distances are taken anew; none at first.
     pub distance_update: DistanceUpdate,
+    /// How they are taken.
+    pub distance_method: DistanceMethod,
+    /// For `distance`.
+    pub distance: DistanceParams,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteParams,
     /// The objects' turns, or one for all of them.
@@ -43,26 +49,38 @@ pub struct StepConstants {
     pub move_border: MoveBorderConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
+    /// For `distance`.
+    pub distance: DistanceConstants,
+    /// For `distance_brute`.
+    pub distance_brute: DistanceBruteConstants,
 }
 
 impl StepConstants {
     /// The optional terms that these settings use.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
-        let physarum = &settings.physarum;
+        let objects = settings.objects.iter();
+        let kinds: Vec<PhysarumSettings> = objects
+            .map(|object| object.physarum.over(&settings.physarum))
+            .collect();
+        let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
+        let sign_rule = settings.distance.sign as u32;
         Self {
             advance: AdvanceConstants {
-                sensor_noise: physarum.sensor_noise > 0.0,
-                favourite_density: physarum.favourite_density > 0.0,
-                gravity: physarum.gravity_weight != 0.0,
-                decrowding: physarum.decrowding_weight != 0.0,
-                distance: physarum.distance_weight != 0.0 && settings.objects.len() > 1,
-                border_reflects: physarum.border == Border::Reflect,
+                sensor_noise: any(|p| p.sensor_noise > 0.0),
+                favourite_density: any(|p| p.favourite_density > 0.0),
+                gravity: any(|p| p.gravity_weight != 0.0),
+                decrowding: any(|p| p.decrowding_weight != 0.0),
+                distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
+                border_reflects: settings.physarum.border == Border::Reflect,
+                own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
                 selects: settings.strategy() != Strategy::None,
                 turns: settings.strategy().has_turns(),
                 windows: settings.strategy().has_windows(),
             },
             move_border: border_constants(settings),
+            distance: DistanceConstants { sign_rule },
+            distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -77,10 +95,10 @@ impl StepParams {
         let physarum = &settings.physarum;
         let atlas = &setup.atlas;
         let radius = setup.radius;
+        let first_vertex_normal = setup.surface.halfedges.len() as u32;
         let in_halves = settings.trail.diffusion > GREATEST_DIFFUSION;
         let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
-        let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
-        let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+        let everywhere = physarum_row(physarum, radius);
         let advance = AdvanceParams {
             particle_count: setup.particles.len() as u32,
             seed: seed_word(settings.seed),
@@ -88,25 +106,32 @@ impl StepParams {
             time_step: step as u32,
             attempts: physarum.edge_crossing_attempts,
             pitch: atlas.pitch,
-            speed: physarum.speed * radius,
-            sensor_offset: physarum.sensor_offset * radius,
-            sensor_cos,
-            sensor_sin,
-            rotation_cos,
-            rotation_sin,
-            sensor_noise: physarum.sensor_noise,
-            favourite_density: physarum.favourite_density,
-            gravity_weight: physarum.gravity_weight / radius,
-            decrowding_weight: physarum.decrowding_weight,
-            distance_weight: physarum.distance_weight / radius,
+            speed: everywhere.speed,
+            sensor_offset: everywhere.sensor_offset,
+            sensor_cos: everywhere.sensor_cos,
+            sensor_sin: everywhere.sensor_sin,
+            rotation_cos: everywhere.rotation_cos,
+            rotation_sin: everywhere.rotation_sin,
+            sensor_noise: everywhere.sensor_noise,
+            favourite_density: everywhere.favourite_density,
+            gravity_weight: everywhere.gravity_weight,
+            decrowding_weight: everywhere.decrowding_weight,
+            distance_weight: everywhere.distance_weight,
             ..AdvanceParams::default()
         };
         Self {
             distance_update: DistanceUpdate::default(),
+            distance_method: settings.distance.method,
+            distance: DistanceParams {
+                thread_count: 0,
+                job_count: 0,
+                first_vertex_normal,
+                reach: settings.distance.reach * radius,
+            },
             distance_brute: DistanceBruteParams {
                 thread_count: 0,
                 job_count: 0,
-                first_vertex_normal: setup.surface.halfedges.len() as u32,
+                first_vertex_normal,
                 reach: settings.distance.reach * radius,
             },
             turn: Turn::new(settings, setup, advance, capacity),
@@ -129,17 +154,28 @@ impl StepParams {
         }
     }
 
-    /// Lets the step take the distances that have changed since the planner was last asked.
+    /// Lets the step take the distances that have changed since the planner was last asked; `poses` are the step's.
     pub fn update_distances(
         &mut self,
         planner: &mut DistancePlanner,
         settings: &Settings,
         setup: &Setup,
+        poses: &[Pose],
+        step: u64,
     ) {
-        let reach = settings.distance.reach * setup.radius;
-        self.distance_update = planner.update(&setup.distance, &setup.poses, reach);
-        self.distance_brute.thread_count = self.distance_update.thread_count;
-        self.distance_brute.job_count = self.distance_update.jobs.len() as u32;
+        let rules = DistanceRules {
+            reach: settings.distance.reach * setup.radius,
+            method: settings.distance.method,
+            sign: settings.distance.sign,
+        };
+        let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
+        self.distance_update = planner.update(&setup.distance, poses, rules, is_due);
+        let thread_count = self.distance_update.thread_count;
+        let job_count = self.distance_update.jobs.len() as u32;
+        self.distance.thread_count = thread_count;
+        self.distance.job_count = job_count;
+        self.distance_brute.thread_count = thread_count;
+        self.distance_brute.job_count = job_count;
     }
 
     /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first
@@ -153,6 +189,34 @@ impl StepParams {
             (half.diffuse_seams.deposit, half.diffuse_seams.decay) = (0.0, 1.0);
             half
         })
+    }
+}
+
+/// What particles do on each object: the scene's values with the object's own over them.
+#[must_use]
+pub fn physarums(settings: &Settings, radius: f32) -> Vec<Physarum> {
+    let objects = settings.objects.iter();
+    objects
+        .map(|object| physarum_row(&object.physarum.over(&settings.physarum), radius))
+        .collect()
+}
+
+fn physarum_row(physarum: &PhysarumSettings, radius: f32) -> Physarum {
+    let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
+    let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+    Physarum {
+        speed: physarum.speed * radius,
+        sensor_offset: physarum.sensor_offset * radius,
+        sensor_cos,
+        sensor_sin,
+        rotation_cos,
+        rotation_sin,
+        sensor_noise: physarum.sensor_noise,
+        favourite_density: physarum.favourite_density,
+        gravity_weight: physarum.gravity_weight / radius,
+        decrowding_weight: physarum.decrowding_weight,
+        distance_weight: physarum.distance_weight / radius,
+        pad0: 0.0,
     }
 }
 

@@ -8,6 +8,7 @@ use super::params::seed_word;
 use super::start::{self, StartPlace};
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
+use crate::mesh::RigidTrack;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
@@ -28,8 +29,10 @@ pub struct Setup {
     pub corners: Vec<u32>,
     /// Object space.
     pub vertices: Vec<Vertex>,
-    /// World from object, one an object.
+    /// World from object at step 0, one an object.
     pub poses: Vec<Pose>,
+    /// The animations that objects follow, one an object.
+    pub tracks: Vec<Option<RigidTrack>>,
     /// What the distances between objects are taken from.
     pub distance: DistanceSetup,
     /// Scene radius, world units: what lengths in settings are multiplied by.
@@ -66,6 +69,7 @@ impl Setup {
                 .into_iter()
                 .map(Pose::from)
                 .collect(),
+            tracks: scene.tracks.clone(),
             distance: DistanceSetup::new(&scene.surface, &atlas, others(settings)),
             surface: scene.surface.clone(),
             radius: scene.radius,
@@ -105,9 +109,17 @@ fn weights(settings: &Settings) -> Vec<f32> {
 
 /// For each object, the others that its distances are taken to.
 fn others(settings: &Settings) -> Vec<Vec<u32>> {
-    let count = settings.objects.len() as u32;
-    (0..count)
-        .map(|object| (0..count).filter(|&other| other != object).collect())
+    let objects = &settings.objects;
+    let counts = |of: usize, other: usize| {
+        let names = &objects[of].distance_to;
+        other != of && (names.is_empty() || names.contains(&objects[other].name))
+    };
+    let all = 0..objects.len();
+    all.clone()
+        .map(|object| {
+            let others = all.clone().filter(|&other| counts(object, other));
+            others.map(|other| other as u32).collect()
+        })
         .collect()
 }
 

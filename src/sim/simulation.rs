@@ -2,21 +2,24 @@
 
 use std::sync::Arc;
 
+use glam::{Affine3A, DAffine3};
+
 use super::distance::DistancePlanner;
 use super::memory;
-use super::params::{StepConstants, StepParams};
+use super::movement::Movement;
+use super::params::{StepConstants, StepParams, physarums};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
-use super::step;
+use super::step::{self, Changes};
 use super::transfers::{Transfers, arranged};
-use super::types::Pose;
+use super::types::{Physarum, Pose};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
-use crate::scene::settings::{ObjectSettings, Settings};
+use crate::scene::settings::Settings;
 
 /// A scene that grows, step by step.
 pub struct Simulation {
@@ -26,6 +29,11 @@ pub struct Simulation {
     constants: StepConstants,
     kernels: Kernels,
     state: State,
+    movement: Movement,
+    /// What the commands recorded so far leave in `state.poses`.
+    poses: Vec<Pose>,
+    /// Likewise in `state.physarums`.
+    physarums: Vec<Physarum>,
     planner: DistancePlanner,
     step: u64,
 }
@@ -72,6 +80,9 @@ impl Simulation {
             kernels: Kernels::new(ctx, &constants)?,
             state: State::new(ctx, &scene.settings, &setup)?,
             ctx: ctx.clone(),
+            movement: Movement::new(&scene.settings),
+            poses: setup.poses.clone(),
+            physarums: Vec::new(),
             setup,
             settings: scene.settings.clone(),
             constants,
@@ -88,9 +99,88 @@ impl Simulation {
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
         let mut params = self.params();
-        params.update_distances(&mut self.planner, &self.settings, &self.setup);
-        step::record(rec, &self.kernels, &mut self.state, &params);
+        let changes = Changes {
+            poses: self.moved_at(self.step),
+            physarums: self.changed_physarums(),
+        };
+        params.update_distances(
+            &mut self.planner,
+            &self.settings,
+            &self.setup,
+            &self.poses,
+            self.step,
+        );
+        step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
+    }
+
+    /// Records nothing but the poses that the last step had, or those set since from outside: for pictures between
+    /// steps.
+    pub fn record_poses(&mut self, rec: &mut Recorder) {
+        let changes = Changes {
+            poses: self.moved_at(self.last_step()),
+            physarums: None,
+        };
+        step::pose(rec, &self.state, &changes);
+    }
+
+    /// What particles do on each object, if some have values of their own and they are others than those recorded last.
+    fn changed_physarums(&mut self) -> Option<Vec<Physarum>> {
+        if !self.constants.advance.own_physarum {
+            return None;
+        }
+        let physarums = physarums(&self.settings, self.setup.radius);
+        if physarums == self.physarums {
+            return None;
+        }
+        self.physarums.clone_from(&physarums);
+        Some(physarums)
+    }
+
+    /// The poses at a step, if they are others than those recorded last.
+    fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
+        let objects = &self.settings.objects;
+        let poses = self.movement.poses(objects, &self.setup.tracks, step);
+        if poses == self.poses {
+            return None;
+        }
+        self.poses.clone_from(&poses);
+        Some(poses)
+    }
+
+    /// The step whose poses are shown: the last that was recorded, or the first.
+    fn last_step(&self) -> u64 {
+        self.step.saturating_sub(1)
+    }
+
+    /// Sets where an object is from the next step on, whatever the scene says about it; `None` gives it back to the
+    /// scene. The pose takes scaled object coordinates to world coordinates. Does not wait for the device.
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid.
+    pub fn set_pose(&mut self, object: usize, world_from_object: Option<DAffine3>) -> Result<()> {
+        self.movement.set_pose(object, world_from_object)
+    }
+
+    /// Where each object was in the last step, and is in pictures.
+    #[must_use]
+    pub fn world_from_object(&self) -> Vec<Affine3A> {
+        let objects = &self.settings.objects;
+        let tracks = &self.setup.tracks;
+        self.movement
+            .world_from_object(objects, tracks, self.last_step())
+    }
+
+    /// The same, as pictures take it; changes only when something has moved.
+    #[must_use]
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Seconds of the objects' motion in the last step.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.movement.time_at(self.last_step())
     }
 
     /// Records number `kernel` of [`step::KERNELS`] and nothing else of the next step, to measure it. The state is
@@ -101,7 +191,13 @@ impl Simulation {
     pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
         let mut params = self.params();
         // All distances, whatever has changed: that is what can be measured alone.
-        params.update_distances(&mut DistancePlanner::default(), &self.settings, &self.setup);
+        params.update_distances(
+            &mut DistancePlanner::default(),
+            &self.settings,
+            &self.setup,
+            &self.poses,
+            self.step,
+        );
         let (_, record) = step::KERNELS[kernel];
         record(rec, &self.kernels, &self.state, &params);
     }
@@ -124,15 +220,6 @@ impl Simulation {
                 "{key} cannot change while the simulation runs: restart it"
             )));
         }
-        let poses = settings
-            .objects
-            .iter()
-            .map(ObjectSettings::world_from_object);
-        let poses: Vec<Pose> = poses.map(Pose::from).collect();
-        if poses != self.setup.poses {
-            self.ctx.upload(&self.state.poses, &poses)?;
-            self.setup.poses = poses;
-        }
         let rearranges = settings.strategy() != self.settings.strategy()
             || settings.transfer.buffer_size != self.settings.transfer.buffer_size;
         if rearranges && settings.objects.len() > 1 {
@@ -145,6 +232,16 @@ impl Simulation {
             self.constants = constants;
         }
         self.settings = settings.clone();
+        // The last step's pose stays where it was; the next step comes by the new rate.
+        self.movement.set_dt(settings.time.dt, self.last_step());
+        self.upload_poses()
+    }
+
+    /// Brings the objects to where the last step's time has them, at once.
+    fn upload_poses(&mut self) -> Result<()> {
+        if let Some(poses) = self.moved_at(self.last_step()) {
+            self.ctx.upload(&self.state.poses, &poses)?;
+        }
         Ok(())
     }
 
@@ -179,6 +276,7 @@ impl Simulation {
     pub fn snapshot(&self) -> Result<Snapshot> {
         Ok(Snapshot {
             step: self.step,
+            movement: self.movement.save(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -206,21 +304,33 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        self.upload_particles(snapshot, &self.settings.clone())?;
+        let movement = snapshot.movement.restore();
+        let objects = snapshot.movement.object_count();
+        if movement.is_none() || objects != self.settings.objects.len() {
+            return Err(Error::Invalid(format!(
+                "the checkpoint has the poses of {objects} objects, or they are damaged; the scene has {}",
+                self.settings.objects.len()
+            )));
+        }
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.planner.forget();
         self.step = snapshot.step;
-        Ok(())
+        if let Some(movement) = movement {
+            self.movement = movement;
+            self.movement.set_dt(self.settings.time.dt, self.step);
+        }
+        self.upload_poses()?;
+        self.upload_particles(snapshot, &self.settings.clone())
     }
 }
 
 impl Simulation {
     /// Uploads particles, and what is in flight, in the order that the settings' strategy needs.
     fn upload_particles(&mut self, snapshot: &Snapshot, settings: &Settings) -> Result<()> {
-        let state = arranged(snapshot, &self.setup, settings.strategy());
+        let state = arranged(snapshot, &self.setup, &self.poses, settings.strategy());
         self.ctx.upload(&self.state.particles, &state.particles)?;
         self.ctx.upload(&self.state.motions, &state.motions)?;
         self.state.transfers = Transfers::new(&self.ctx, settings, &self.setup, &state.transfers)?;
@@ -239,6 +349,10 @@ fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
             Some(format!("object.{i}.mesh"))
         } else if old.scale != new.scale {
             Some(format!("object.{i}.scale"))
+        } else if old.motion.model != new.motion.model {
+            Some(format!("object.{i}.motion.model"))
+        } else if old.distance_to != new.distance_to {
+            Some(format!("object.{i}.distance_to"))
         } else {
             (old.texel_weight != new.texel_weight).then(|| format!("object.{i}.texel_weight"))
         }

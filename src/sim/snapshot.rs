@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Transfer};
@@ -11,6 +12,8 @@ use super::types::{Motion, Particle, Transfer};
 pub struct Snapshot {
     /// Steps done.
     pub step: u64,
+    /// The objects' time, and their poses from outside.
+    pub movement: SavedMovement,
     /// Where particles are.
     pub particles: Vec<Particle>,
     /// Where they are going.
@@ -33,12 +36,13 @@ pub struct Census {
 }
 
 impl Snapshot {
-    /// The state before the first step.
+    /// Particles before the first step; no poses from outside.
     #[must_use]
     pub fn start(setup: &Setup) -> Self {
         let texels = setup.atlas.density.len();
         Self {
             step: 0,
+            movement: SavedMovement::default(),
             particles: setup.particles.clone(),
             motions: setup.motions.clone(),
             trail: vec![0.0; texels],
@@ -211,6 +215,7 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
+            movement: SavedMovement::default(),
             particles,
             motions,
             trail: vec![0.5, 0.25, 0.0, 1.0],

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::kernels::{
-    Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams,
+    Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
     DistanceBrute, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
 };
 use super::params::StepConstants;
@@ -11,7 +11,8 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Pose, Seam, SurfaceSample, Vertex,
+    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, Seam, SurfaceSample,
+    Vertex,
 };
 use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -20,6 +21,8 @@ use crate::scene::settings::Settings;
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
     /// Takes distances between objects.
+    pub distance: Pipeline<Distance>,
+    /// The same by looking at every triangle.
     pub distance_brute: Pipeline<DistanceBrute>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
@@ -49,7 +52,8 @@ impl Kernels {
     /// Compiles the kernels of a step.
     pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
         Ok(Self {
-            distance_brute: Pipeline::new(ctx, &())?,
+            distance: Pipeline::new(ctx, &constants.distance)?,
+            distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -148,6 +152,8 @@ pub struct State {
     pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
+    /// One an object: what particles do there.
+    pub physarums: Buffer<Physarum>,
     /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
     /// Like all that follows of length 1 where there is one object.
     pub distances: Buffer<f32>,
@@ -157,6 +163,10 @@ pub struct State {
     pub samples: Buffer<SurfaceSample>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
+    /// Boxes round faces, object by object.
+    pub nodes: Texels<u32>,
+    /// What each node is from afar.
+    pub dipoles: Texels<u32>,
     /// One a half-edge, then one a vertex.
     pub pseudonormals: Texels<u32>,
     /// The objects whose distances are being taken.
@@ -168,7 +178,12 @@ pub struct State {
 impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
-        let start = arranged(&Snapshot::start(setup), setup, settings.strategy());
+        let start = arranged(
+            &Snapshot::start(setup),
+            setup,
+            &setup.poses,
+            settings.strategy(),
+        );
         let texels = setup.atlas.density.len();
         let objects = setup.poses.len();
         let field = if objects > 1 { texels } else { 1 };
@@ -204,11 +219,20 @@ impl State {
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+            physarums: Buffer::zeroed(ctx, "physarums", objects)?,
             distances: Buffer::zeroed(ctx, "distances", field)?,
             nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
             samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
+                4,
+            )?,
+            nodes: Texels::new(
+                &Buffer::from_slice(ctx, "nodes", &setup.distance.trees.nodes)?,
+                4,
+            )?,
+            dipoles: Texels::new(
+                &Buffer::from_slice(ctx, "dipoles", &setup.distance.trees.dipoles)?,
                 4,
             )?,
             pseudonormals: Texels::new(

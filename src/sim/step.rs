@@ -2,17 +2,18 @@
 
 use super::kernels::{
     AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
-    DiffuseSeamsArgs, DistanceBruteArgs, ExchangeSeamsArgs, MoveBorderArgs, RespawnArgs,
-    TransferInArgs, TransferOutArgs,
+    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, ExchangeSeamsArgs, MoveBorderArgs,
+    RespawnArgs, TransferInArgs, TransferOutArgs,
 };
 use super::params::StepParams;
 use super::state::{Kernels, State};
 use super::turns::Turn;
+use super::types::{Physarum, Pose};
 use crate::gpu::{
     Access::{Copy, Indirect, Kernel},
     Recorder, Threads,
 };
-use crate::scene::settings::Strategy;
+use crate::scene::settings::{DistanceMethod, Strategy};
 
 /// Which groups an indirect dispatch takes: one invocation a transfer, or one a particle of the window.
 const TRANSFERS: usize = 0;
@@ -24,17 +25,33 @@ pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
 
 /// The kernels of a step, in order, by name.
 pub const KERNELS: [(&str, Record); 5] = [
-    ("distance_brute", distance_brute),
+    ("distance", distance),
     ("advance", advance),
     ("diffuse", diffuse),
     ("diffuse_seams", diffuse_seams),
     ("exchange_seams", exchange_seams),
 ];
 
-/// Records one step. Each barrier names what it separates; the recorder refuses a dispatch that reads what was
-/// written and not yet made visible.
-pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParams) {
-    distance_brute(rec, k, s, params);
+/// What the host has found to be others than in the step before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// World from object, one an object.
+    pub poses: Option<Vec<Pose>>,
+    /// What particles do, one an object.
+    pub physarums: Option<Vec<Physarum>>,
+}
+
+/// Records one step, after which the objects are where `changes` say. Each barrier names what
+/// it separates; the recorder refuses a dispatch that reads what was written and not yet made visible.
+pub fn record(
+    rec: &mut Recorder,
+    k: &Kernels,
+    s: &mut State,
+    params: &StepParams,
+    changes: &Changes,
+) {
+    pose(rec, s, changes);
+    distance(rec, k, s, params);
     walk_and_change_objects(rec, k, s, &params.turn);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
@@ -46,46 +63,6 @@ pub fn record(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &StepParam
     exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
-}
-
-/// Where nothing has moved there are no jobs, and nothing is recorded.
-fn distance_brute(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    let update = &params.distance_update;
-    if update.jobs.is_empty() {
-        return;
-    }
-    rec.update_long(&s.distance_jobs, &update.jobs);
-    rec.update_long(&s.distance_pairs, &update.pairs);
-    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
-    rec.dispatch(
-        &k.distance_brute,
-        Threads(update.thread_count),
-        DistanceBruteArgs {
-            jobs: &s.distance_jobs,
-            pairs: &s.distance_pairs,
-            samples: &s.samples,
-            faces: &s.faces,
-            pseudonormals: &s.pseudonormals,
-            corners: &s.corners,
-            distances: &s.distances,
-            nearest: &s.nearest,
-        },
-        params.distance_brute,
-    );
-    // Gutter texels are filled from those that were written; the next update writes other jobs.
-    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
-    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
-    rec.dispatch(
-        &k.exchange_seams,
-        Threads(params.exchange_seams.seam_count),
-        ExchangeSeamsArgs {
-            seams: &s.seams,
-            trail: &s.distances,
-        },
-        params.exchange_seams,
-    );
-    // What follows reads distances.
-    rec.barrier(Kernel, Kernel, &[&s.distances]);
 }
 
 /// Every particle advances once. Those that go into another object change to it, as the strategy says.
@@ -124,6 +101,83 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
     }
 }
 
+/// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.
+/// What particles do on each object comes the same way.
+pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
+    // Kernels and pictures before this one have read the old ones; a picture's own barriers end in `Kernel`.
+    if let Some(poses) = &changes.poses {
+        rec.barrier(Kernel, Copy, &[&s.poses]);
+        rec.update_long(&s.poses, poses);
+        rec.barrier(Copy, Kernel, &[&s.poses]);
+    }
+    if let Some(physarums) = &changes.physarums {
+        rec.barrier(Kernel, Copy, &[&s.physarums]);
+        rec.update_long(&s.physarums, physarums);
+        rec.barrier(Copy, Kernel, &[&s.physarums]);
+    }
+}
+
+/// Where nothing has moved there are no jobs, and nothing is recorded.
+fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let update = &params.distance_update;
+    if update.jobs.is_empty() {
+        return;
+    }
+    rec.update_long(&s.distance_jobs, &update.jobs);
+    rec.update_long(&s.distance_pairs, &update.pairs);
+    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
+    match params.distance_method {
+        DistanceMethod::Bvh => rec.dispatch(
+            &k.distance,
+            Threads(update.thread_count),
+            DistanceArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+                nodes: &s.nodes,
+                dipoles: &s.dipoles,
+            },
+            params.distance,
+        ),
+        DistanceMethod::Brute => rec.dispatch(
+            &k.distance_brute,
+            Threads(update.thread_count),
+            DistanceBruteArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+                nodes: &s.nodes,
+                dipoles: &s.dipoles,
+            },
+            params.distance_brute,
+        ),
+    }
+    // Gutter texels are filled from those that were written; the next update writes other jobs.
+    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
+    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.dispatch(
+        &k.exchange_seams,
+        Threads(params.exchange_seams.seam_count),
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &s.distances,
+        },
+        params.exchange_seams,
+    );
+    // What follows reads distances.
+    rec.barrier(Kernel, Kernel, &[&s.distances]);
+}
+
 /// Alone it is the first turn, or the only one.
 fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     advance_turn(rec, k, s, &params.turn);
@@ -142,6 +196,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         corners: &s.corners,
         vertices: &s.vertices,
         poses: &s.poses,
+        physarums: &s.physarums,
         distances: &s.distances,
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
@@ -155,7 +210,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         rec.dispatch(&k.advance, threads, args, turn.advance);
     }
     // diffuse takes up what advance has deposited and clears what it has read; the next turn or step moves particles
-    // on; those that were selected leave.
+    // on; those that were selected leave; distances are taken anew.
     rec.barrier(
         Kernel,
         Kernel,
@@ -166,6 +221,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             &s.motions,
             &s.transfers.flow,
             &s.transfers.particle_indices,
+            &s.distances,
         ],
     );
 }
@@ -254,7 +310,6 @@ fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             &s.particles,
             &s.motions,
             &s.nearest,
-            &s.distances,
         ],
     );
 }

@@ -10,7 +10,7 @@ use super::snapshot::Snapshot;
 use super::turns::Turn;
 use super::twin::ring::dispatch_groups;
 use super::twin::transfer::Ground;
-use super::types::{Flow, Motion, Particle, Transfer, Window};
+use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
 use crate::gpu::{Access, Buffer, Context, DispatchGroups, GpuError, Readback, Recorder};
 use crate::mesh::surface::Surface;
 use crate::scene::settings::{Settings, Strategy};
@@ -151,16 +151,21 @@ pub fn capacity(settings: &Settings, setup: &Setup, in_flight: usize) -> u32 {
 }
 
 /// Puts a state in the order that a strategy needs: with windows, each object's particles together; without turns,
-/// nobody in flight. A state that is in order stays as it is.
+/// nobody in flight: they land where `poses` have the objects. A state that is in order stays as it is.
 #[must_use]
-pub fn arranged(snapshot: &Snapshot, setup: &Setup, strategy: Strategy) -> Snapshot {
+pub fn arranged(
+    snapshot: &Snapshot,
+    setup: &Setup,
+    poses: &[Pose],
+    strategy: Strategy,
+) -> Snapshot {
     let mut state = snapshot.clone();
     let objects = setup.poses.len();
     if objects > 1 {
         state.transfers.flux.resize(objects * objects, 0);
     }
     if !strategy.has_turns() {
-        land_all(&mut state, setup);
+        land_all(&mut state, setup, poses);
         if !snapshot.transfers.windows.is_empty() || !snapshot.transfers.in_flight.is_empty() {
             state.motions.iter_mut().for_each(|motion| motion.flags = 0);
         }
@@ -174,8 +179,8 @@ pub fn arranged(snapshot: &Snapshot, setup: &Setup, strategy: Strategy) -> Snaps
 }
 
 /// Everybody in flight arrives.
-fn land_all(state: &mut Snapshot, setup: &Setup) {
-    let ground = Ground::of(setup);
+fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
+    let ground = Ground::of(setup, poses);
     for transfer in std::mem::take(&mut state.transfers.in_flight) {
         let slot = transfer.particle as usize;
         ground.land(

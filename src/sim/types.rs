@@ -190,6 +190,36 @@ pub struct Pose {
     pub z: Vec4,
 }
 
+/// What particles do on one object; as the parameters of `advance` with the same names.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Physarum {
+    /// World length of a step.
+    pub speed: f32,
+    /// World length from the particle to each sensor.
+    pub sensor_offset: f32,
+    /// Of the angle between middle and side sensors.
+    pub sensor_cos: f32,
+    /// Likewise.
+    pub sensor_sin: f32,
+    /// Of the angle of one turn.
+    pub rotation_cos: f32,
+    /// Likewise.
+    pub rotation_sin: f32,
+    /// Standard deviation, trail units.
+    pub sensor_noise: f32,
+    /// Trail units; 0 for none.
+    pub favourite_density: f32,
+    /// Trail units a world length of height.
+    pub gravity_weight: f32,
+    /// Trail units a particle.
+    pub decrowding_weight: f32,
+    /// Trail units a world length of signed distance.
+    pub distance_weight: f32,
+    /// Nothing.
+    pub pad0: f32,
+}
+
 impl From<Affine3A> for Pose {
     fn from(world_from_object: Affine3A) -> Self {
         let rows = glam::Mat4::from(world_from_object).transpose();
@@ -229,6 +259,28 @@ pub struct ObjectPair {
     pub first_node: u32,
     /// 1 if it has an inside, 0 if it has an open border.
     pub is_closed: u32,
+}
+
+/// A question about one object, in its space, and the answer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TreeQuery {
+    /// The place asked about.
+    pub place: Vec3,
+    /// Answer: the face.
+    pub slot: u32,
+    /// For crossings: where the way from `place` ends.
+    pub end: Vec3,
+    /// Answer: the signed distance, or how much of the way.
+    pub result: f32,
+    /// Answer: weight of corner B.
+    pub u: f32,
+    /// Answer: weight of corner C.
+    pub v: f32,
+    /// Nothing.
+    pub pad0: u32,
+    /// Nothing.
+    pub pad1: u32,
 }
 
 /// One object whose distances are taken anew.

@@ -3,6 +3,8 @@
 mod atlas;
 mod diffuse;
 mod geodesic;
+mod pair;
+mod sdf;
 mod table;
 
 use std::path::Path;
@@ -25,6 +27,7 @@ enum Kind {
     Atlas(atlas::Atlas),
     Diffuse(diffuse::Diffuse),
     Geodesic(geodesic::Geodesic),
+    Sdf(sdf::Sdf),
 }
 
 impl Query {
@@ -34,6 +37,7 @@ impl Query {
             Kind::Atlas(atlas) => atlas.run(),
             Kind::Diffuse(diffuse) => diffuse.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
+            Kind::Sdf(sdf) => sdf.run(),
         }
     }
 }

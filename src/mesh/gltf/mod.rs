@@ -5,6 +5,7 @@
 //! checked arithmetic in [`accessor`], and only files beside the model are opened in [`resource`].
 
 mod accessor;
+mod animation;
 mod glb;
 mod resource;
 
@@ -17,6 +18,7 @@ use std::path::Path;
 use super::error::MeshProblem;
 use super::load::Extent;
 use super::soup::{MOST_TRIANGLES, Soup};
+pub use animation::RigidTrack;
 pub(crate) use glb::is_glb;
 use resource::Buffers;
 
@@ -52,6 +54,15 @@ pub(crate) fn read(bytes: &[u8], folder: &Path, extent: Extent) -> Result<Soup, 
         Extent::FirstPrimitive => reader.add_first_primitive()?,
     }
     reader.finish()
+}
+
+/// Reads the first animation of a file, as [`read`] reads its triangles.
+pub(crate) fn read_track(bytes: &[u8], folder: &Path) -> Result<RigidTrack, MeshProblem> {
+    let (json, blob) = glb::split(bytes)?;
+    let root: Root = serde_json::from_slice(json)
+        .map_err(|error| damaged(format!("the glTF description cannot be read: {error}")))?;
+    check_version(&root)?;
+    animation::track(&root, &mut Buffers::new(&root, blob, folder))
 }
 
 fn damaged(problem: String) -> MeshProblem {
@@ -129,8 +140,7 @@ impl Reader<'_> {
                 .map(|mesh| (mesh, DMat4::IDENTITY))
                 .collect());
         }
-        let mut stack: Vec<(usize, DMat4)> = self
-            .top_nodes()?
+        let mut stack: Vec<(usize, DMat4)> = top_nodes(root)?
             .into_iter()
             .rev()
             .map(|node| (node, DMat4::IDENTITY))
@@ -162,29 +172,6 @@ impl Reader<'_> {
             stack.extend(children.map(|child| (child.value(), world_from_node)));
         }
         Ok(instances)
-    }
-
-    /// The nodes that the default scene begins with; without scenes, those that are nobody's child.
-    fn top_nodes(&self) -> Result<Vec<usize>, MeshProblem> {
-        let root = self.root;
-        if !root.scenes.is_empty() {
-            let index = root.scene.map_or(0, |scene| scene.value());
-            let scene = get(&root.scenes, index, "scene")?;
-            return Ok(scene.nodes.iter().map(|node| node.value()).collect());
-        }
-        let mut is_child = vec![false; root.nodes.len()];
-        for child in root
-            .nodes
-            .iter()
-            .flat_map(|node| node.children.iter().flatten())
-        {
-            if let Some(is_child) = is_child.get_mut(child.value()) {
-                *is_child = true;
-            }
-        }
-        Ok((0..root.nodes.len())
-            .filter(|&node| !is_child[node])
-            .collect())
     }
 
     fn add_primitive(
@@ -305,6 +292,28 @@ impl Reader<'_> {
             }
         }
     }
+}
+
+/// The nodes that the default scene begins with; without scenes, those that are nobody's child.
+fn top_nodes(root: &Root) -> Result<Vec<usize>, MeshProblem> {
+    if !root.scenes.is_empty() {
+        let index = root.scene.map_or(0, |scene| scene.value());
+        let scene = get(&root.scenes, index, "scene")?;
+        return Ok(scene.nodes.iter().map(|node| node.value()).collect());
+    }
+    let mut is_child = vec![false; root.nodes.len()];
+    for child in root
+        .nodes
+        .iter()
+        .flat_map(|node| node.children.iter().flatten())
+    {
+        if let Some(is_child) = is_child.get_mut(child.value()) {
+            *is_child = true;
+        }
+    }
+    Ok((0..root.nodes.len())
+        .filter(|&node| !is_child[node])
+        .collect())
 }
 
 /// A node's transform. Rotations are made unit, and one that is zero is none.

@@ -2,12 +2,18 @@
 //! their corners, and the pseudonormals of their edges and vertices. All in object space, so that rigid motion costs
 //! nothing.
 
+mod build;
+mod dipoles;
 mod pseudonormals;
+#[cfg(test)]
+mod tests;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use super::surface::{NONE, Surface};
+pub use build::{GREATEST_DEPTH, Node};
+pub use dipoles::Dipole;
 
 /// A triangle by one corner and the ways from it to the other two.
 #[repr(C)]
@@ -47,8 +53,12 @@ pub struct Tree {
 /// All objects of a surface, pooled.
 #[derive(Clone, Debug)]
 pub struct Trees {
-    /// Every triangle, object by object.
+    /// Every triangle, object by object, in the order of the leaves.
     pub faces: Vec<Face>,
+    /// Boxes round boxes round faces, object by object.
+    pub nodes: Vec<Node>,
+    /// For each node, what its faces look like from afar.
+    pub dipoles: Vec<Dipole>,
     /// Angle-weighted pseudonormals (Baerentzen and Aanaes 2005), object space: one for each half-edge, then one for
     /// each vertex.
     pub pseudonormals: Vec<Vec4>,
@@ -60,26 +70,32 @@ impl Trees {
     /// Of every object of a surface.
     #[must_use]
     pub fn build(surface: &Surface) -> Self {
-        let faces = (0..surface.corners.len() as u32)
+        let mut faces: Vec<Face> = (0..surface.corners.len() as u32)
             .map(|triangle| face(surface, triangle))
             .collect();
+        let mut nodes = Vec::new();
         let objects = surface.objects.iter().map(|range| {
             let (first, end) = range.triangles;
+            let first_node = nodes.len() as u32;
+            build::append_tree(&mut nodes, &mut faces[first as usize..end as usize], first);
             let (low, high) = bounds(surface, range.vertices);
             let halfedges = &surface.halfedges[3 * first as usize..3 * end as usize];
             Tree {
                 first_face: first,
                 face_count: end - first,
-                first_node: 0,
+                first_node,
                 low,
                 high,
                 is_closed: halfedges.iter().all(|halfedge| halfedge.twin != NONE),
             }
         });
+        let objects = objects.collect();
         Self {
+            dipoles: dipoles::dipoles(&nodes, &faces),
             faces,
+            nodes,
             pseudonormals: pseudonormals::pseudonormals(surface),
-            objects: objects.collect(),
+            objects,
         }
     }
 }

@@ -2,50 +2,8 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, ObjectSettings, Show, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DistanceMethod, Show, SignRule, Start, Strategy,
 };
-
-macro_rules! real {
-    ($($field:ident).+, $range:expr, $slider:expr, $scale:ident) => {
-        Kind::Number(Number {
-            range: $range,
-            slider: $slider,
-            scale: Scale::$scale,
-            integer: false,
-            get: |s| s.$($field).+ as f64,
-            set: |s, value| s.$($field).+ = value as f32,
-        })
-    };
-}
-
-macro_rules! whole {
-    ($($field:ident).+: $type:ty, $range:expr, $slider:expr, $scale:ident) => {
-        Kind::Number(Number {
-            range: $range,
-            slider: $slider,
-            scale: Scale::$scale,
-            integer: true,
-            get: |s| s.$($field).+ as f64,
-            set: |s, value| s.$($field).+ = value.round() as $type,
-        })
-    };
-}
-
-macro_rules! word {
-    ($($field:ident).+: $type:ty) => {
-        Kind::Choice {
-            words: <$type>::WORDS,
-            get: |s| s.$($field).+ as usize,
-            set: |s, i| s.$($field).+ = <$type>::ALL[i],
-        }
-    };
-}
-
-macro_rules! vector {
-    ($($field:ident).+, $range:expr) => {
-        Kind::Vector { range: $range, get: |s| s.$($field).+, set: |s, value| s.$($field).+ = value }
-    };
-}
 
 /// Every parameter of a scene, in the order that people read them.
 pub static PARAMETERS: &[Parameter] = &[
@@ -219,6 +177,14 @@ pub static PARAMETERS: &[Parameter] = &[
         ),
     },
     Parameter {
+        key: "time.dt",
+        name: "Time step",
+        unit: "seconds",
+        help: "Seconds of the objects' motion that pass in a step. 0 holds them where they are.",
+        effect: Effect::Live,
+        kind: real!(time.dt, (0.0, 3_600.0), (0.0, 0.1), Linear),
+    },
+    Parameter {
         key: "time.steps_per_second",
         name: "Steps per second",
         unit: "steps per second",
@@ -297,6 +263,30 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How many particles may be under way between objects at once. Those that find it full stay on their object, and are counted. A smaller size than are under way takes effect when they have arrived.",
         effect: Effect::Live,
         kind: whole!(transfer.buffer_size: u32, (1.0, 2_097_152.0), (1_024.0, 1_048_576.0), Logarithmic),
+    },
+    Parameter {
+        key: "distance.method",
+        name: "Distance method",
+        unit: "",
+        help: "How the nearest triangle of another object is found: in a tree of boxes, or by looking at every one, which is slow and a check on the other.",
+        effect: Effect::Live,
+        kind: word!(distance.method: DistanceMethod),
+    },
+    Parameter {
+        key: "distance.sign",
+        name: "Distance sign",
+        unit: "",
+        help: "How it is told whether a place is inside of an object. pseudonormal: by the normal of the nearest face, edge or vertex. winding: by the winding number, also right where a mesh has holes, and slower. facing: outside if any of equally near faces looks towards the place, which is wrong in creases.",
+        effect: Effect::Live,
+        kind: word!(distance.sign: SignRule),
+    },
+    Parameter {
+        key: "distance.interval",
+        name: "Distance interval",
+        unit: "steps",
+        help: "Distances are taken at most every so many steps, and only where objects have moved.",
+        effect: Effect::Live,
+        kind: whole!(distance.interval: u32, (1.0, 1_000.0), (1.0, 60.0), Linear),
     },
     Parameter {
         key: "distance.reach",
@@ -398,42 +388,5 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "Colour behind the objects: red, green and blue as the eye sees them (sRGB).",
         effect: Effect::Live,
         kind: vector!(picture.background, (0.0, 1.0)),
-    },
-];
-
-/// The parameters of one `[[object]]`, beside its name and mesh. Poses change while a simulation runs; a scale does
-/// not, because walks and texels are measured in world lengths.
-pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
-    Parameter {
-        key: "position",
-        name: "Position",
-        unit: "world units",
-        help: "Where the object's origin stands.",
-        effect: Effect::Live,
-        kind: vector!(position, (-1e9, 1e9)),
-    },
-    Parameter {
-        key: "rotation",
-        name: "Rotation",
-        unit: "degrees",
-        help: "About the world's X axis, then Y, then Z.",
-        effect: Effect::Live,
-        kind: vector!(rotation, (-36_000.0, 36_000.0)),
-    },
-    Parameter {
-        key: "scale",
-        name: "Scale",
-        unit: "",
-        help: "Multiplies the mesh's coordinates.",
-        effect: Effect::Restart,
-        kind: real!(scale, (1e-6, 1e6), (0.05, 20.0), Logarithmic),
-    },
-    Parameter {
-        key: "texel_weight",
-        name: "Texel weight",
-        unit: "",
-        help: "For the atlas method charts: texels per surface area, relative to the other objects. 4 gives an object twice the resolution.",
-        effect: Effect::Restart,
-        kind: real!(texel_weight, (0.01, 100.0), (0.1, 10.0), Logarithmic),
     },
 ];

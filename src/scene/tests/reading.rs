@@ -50,6 +50,10 @@ fn nudge<T>(parameter: &Parameter<T>, target: &mut T) {
             (number.set)(target, value);
         }
         Kind::Choice { words, get, set } => set(target, (get(target) + 1) % words.len()),
+        Kind::Own(own) => {
+            let middle = own.slider.0 * 0.375 + own.slider.1 * 0.625;
+            (own.set)(target, (own.get)(target).is_none().then_some(middle));
+        }
         Kind::Vector { range, get, set } => {
             set(
                 target,
@@ -114,7 +118,12 @@ fn the_table_and_the_file_have_the_same_keys() {
             }
         }
     }
-    let table: toml::Table = Settings::default()
+    // Of motion and of an object's own values, files have only what is said.
+    let mut settings = Settings::default();
+    for parameter in OBJECT_PARAMETERS {
+        nudge(parameter, &mut settings.objects[0]);
+    }
+    let table: toml::Table = settings
         .to_toml()
         .parse()
         .expect("what is written can be read");
@@ -126,7 +135,8 @@ fn the_table_and_the_file_have_the_same_keys() {
             .iter()
             .map(|p| format!("object.{}", p.key)),
     );
-    in_table.extend(["object.name".to_owned(), "object.mesh".to_owned()]);
+    let others = ["name", "mesh", "motion.keyframes"];
+    in_table.extend(others.map(|key| format!("object.{key}")));
     in_file.sort();
     in_table.sort();
     assert_eq!(in_file, in_table);

@@ -5,7 +5,7 @@ use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
-use crate::sim::types::{Flow, Motion, Particle, Pose, Vertex, Walker, Window};
+use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Walker, Window};
 
 /// What `advance` reads.
 pub struct AdvanceInputs<'a> {
@@ -25,6 +25,8 @@ pub struct AdvanceInputs<'a> {
     pub vertices: &'a [Vertex],
     /// World from object.
     pub poses: &'a [Pose],
+    /// What particles do on each object.
+    pub physarums: &'a [Physarum],
     /// Signed distance to other objects, with filled gutters.
     pub distances: &'a [f32],
 }
@@ -73,6 +75,7 @@ pub fn advance(
             }
             flags = stamp;
         }
+        let own = physarum_on(constants, params, inputs, particle.triangle);
 
         let mut heading = [motion.heading_p, motion.heading_h];
         let mut w = Walker::at(
@@ -105,16 +108,18 @@ pub fn advance(
                 constants,
                 params,
                 inputs,
+                &own,
                 w,
-                rotated(heading, params.sensor_cos, params.sensor_sin),
+                rotated(heading, own.sensor_cos, own.sensor_sin),
             ),
-            sense(constants, params, inputs, w, heading),
+            sense(constants, params, inputs, &own, w, heading),
             sense(
                 constants,
                 params,
                 inputs,
+                &own,
                 w,
-                rotated(heading, params.sensor_cos, -params.sensor_sin),
+                rotated(heading, own.sensor_cos, -own.sensor_sin),
             ),
         ];
         if constants.sensor_noise {
@@ -125,15 +130,15 @@ pub fn advance(
                 Purpose::SensorNoise,
             ));
             for k in 0..3 {
-                value[k] += params.sensor_noise * noise[k];
+                value[k] += own.sensor_noise * noise[k];
             }
         }
         let [left, middle, right] = value;
         if middle < left || middle < right {
             let (cos, sin) = if left > right {
-                (params.rotation_cos, params.rotation_sin)
+                (own.rotation_cos, own.rotation_sin)
             } else if left < right {
-                (params.rotation_cos, -params.rotation_sin)
+                (own.rotation_cos, -own.rotation_sin)
             } else {
                 (1.0, 0.0)
             };
@@ -148,7 +153,7 @@ pub fn advance(
 
         w.heading_p = heading[0];
         w.heading_h = heading[1];
-        w.remaining = params.speed;
+        w.remaining = own.speed;
         walk::<false>(
             inputs.triangles,
             inputs.halfedges,
@@ -188,7 +193,7 @@ pub fn advance(
         motions[i] = Motion {
             heading_p: heading[0],
             heading_h: heading[1],
-            pending: pending.min(params.speed),
+            pending: pending.min(own.speed),
             flags,
         };
     }
@@ -200,13 +205,14 @@ fn sense(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
+    own: &Physarum,
     start: Walker,
     heading: [f32; 2],
 ) -> f32 {
     let mut w = start;
     w.heading_p = heading[0];
     w.heading_h = heading[1];
-    w.remaining = params.sensor_offset;
+    w.remaining = own.sensor_offset;
     walk::<false>(
         inputs.triangles,
         inputs.halfedges,
@@ -217,20 +223,46 @@ fn sense(
     let [u, v] = w.uv();
     let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
     let mut value = trail_at(inputs.trail, position, params.pitch);
-    if constants.favourite_density {
-        value = -(value - params.favourite_density).abs();
+    if constants.favourite_density && own.favourite_density > 0.0 {
+        value = -(value - own.favourite_density).abs();
     }
     if constants.gravity {
-        value += params.gravity_weight * height_at(inputs, w.triangle, u, v);
+        value += own.gravity_weight * height_at(inputs, w.triangle, u, v);
     }
     if constants.decrowding {
-        value -= params.decrowding_weight
+        value -= own.decrowding_weight
             * inputs.previous_deposits[texel_at(position, params.pitch) as usize] as f32;
     }
     if constants.distance {
-        value += params.distance_weight * trail_at(inputs.distances, position, params.pitch);
+        value += own.distance_weight * trail_at(inputs.distances, position, params.pitch);
     }
     value
+}
+
+/// What particles do on the object that this triangle belongs to: those of `params`, or the object's own.
+fn physarum_on(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    triangle: u32,
+) -> Physarum {
+    if constants.own_physarum {
+        return inputs.physarums[inputs.triangles[triangle as usize].object as usize];
+    }
+    Physarum {
+        speed: params.speed,
+        sensor_offset: params.sensor_offset,
+        sensor_cos: params.sensor_cos,
+        sensor_sin: params.sensor_sin,
+        rotation_cos: params.rotation_cos,
+        rotation_sin: params.rotation_sin,
+        sensor_noise: params.sensor_noise,
+        favourite_density: params.favourite_density,
+        gravity_weight: params.gravity_weight,
+        decrowding_weight: params.decrowding_weight,
+        distance_weight: params.distance_weight,
+        pad0: 0.0,
+    }
 }
 
 /// Height of a point along the scene's up axis, world units.

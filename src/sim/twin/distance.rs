@@ -1,9 +1,13 @@
-//! Twin of `shaders/include/distance.glsl`: what the kernels of signed distance share.
+//! Twin of `shaders/distance.comp` and of `shaders/include/distance.glsl`, which `distance_brute` shares.
 
 use glam::{Vec3, Vec4};
 
-use super::nearest::Sides;
-use crate::mesh::trees::Face;
+use super::bvh::{UNLIMITED, is_in_box, nearest_on};
+use super::nearest::nearest_on_face;
+use super::sign::{Sides, is_outside};
+use crate::mesh::surface::NONE;
+use crate::mesh::trees::{Dipole, Face, Node};
+use crate::sim::kernels::{DistanceConstants, DistanceParams};
 use crate::sim::types::{DistanceJob, ObjectPair, SurfaceSample};
 
 /// What the kernels of signed distance read.
@@ -21,6 +25,10 @@ pub struct DistanceInputs<'a> {
     pub pseudonormals: &'a [Vec4],
     /// Three vertex indices a triangle.
     pub corners: &'a [u32],
+    /// Trees of faces.
+    pub nodes: &'a [Node],
+    /// What each node is from afar.
+    pub dipoles: &'a [Dipole],
 }
 
 impl<'a> DistanceInputs<'a> {
@@ -29,10 +37,69 @@ impl<'a> DistanceInputs<'a> {
     pub fn sides(&self, first_vertex_normal: u32) -> Sides<'a> {
         Sides {
             faces: self.faces,
+            nodes: self.nodes,
+            dipoles: self.dipoles,
             pseudonormals: self.pseudonormals,
             corners: self.corners,
             first_vertex_normal,
         }
+    }
+}
+
+/// Signed distance to other objects, and the nearest triangle of theirs.
+pub fn distance(
+    constants: &DistanceConstants,
+    params: &DistanceParams,
+    inputs: &DistanceInputs,
+    distances: &mut [f32],
+    nearest: &mut [u32],
+) {
+    let sides = inputs.sides(params.first_vertex_normal);
+    for i in 0..params.thread_count {
+        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
+        if i - job.first_thread >= job.sample_count {
+            continue;
+        }
+        let here = inputs.samples[(job.first_sample + (i - job.first_thread)) as usize];
+
+        let mut least = params.reach;
+        let mut triangle = NONE;
+        for pair in &inputs.pairs[job.first_pair as usize..][..job.pair_count as usize] {
+            let place = place_in_other(pair, here.position);
+            let may_be_inside =
+                pair.is_closed == 1 && is_in_box(inputs.nodes, pair.first_node, place);
+            let reach = if may_be_inside {
+                UNLIMITED
+            } else {
+                params.reach
+            };
+            let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
+            if slot == NONE {
+                continue;
+            }
+            let face = &inputs.faces[slot as usize];
+            let point = nearest_on_face(face, place);
+            let outside = is_outside(
+                &sides,
+                constants.sign_rule,
+                pair.first_node,
+                slot,
+                place,
+                &point,
+            );
+            let distance = point.square.sqrt();
+            let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
+            if candidate < least {
+                least = candidate;
+                triangle = if distance < params.reach {
+                    face.triangle
+                } else {
+                    NONE
+                };
+            }
+        }
+        distances[here.texel as usize] = least;
+        nearest[here.texel as usize] = triangle;
     }
 }
 
@@ -56,4 +123,16 @@ pub fn job_of(jobs: &[DistanceJob], thread: u32) -> usize {
         }
     }
     low
+}
+
+/// The signed distance to an object whose nearest face is known, clamped to reach, as it counts against that to others.
+#[must_use]
+pub fn clamped_distance(distance: f32, outside: bool, is_closed: bool, reach: f32) -> f32 {
+    let within = distance < reach;
+    let clamped = if within { distance } else { reach };
+    if outside || !(within || is_closed) {
+        clamped
+    } else {
+        -clamped
+    }
 }

@@ -1,12 +1,14 @@
 //! Twin of `shaders/distance_brute.comp`.
 
-use super::distance::{DistanceInputs, job_of, place_in_other};
-use super::nearest::{nearest_on_face, outside_by_pseudonormal};
+use super::distance::{DistanceInputs, clamped_distance, job_of, place_in_other};
+use super::nearest::{is_nearer, nearest_on_face};
+use super::sign::is_outside;
 use crate::mesh::surface::NONE;
-use crate::sim::kernels::DistanceBruteParams;
+use crate::sim::kernels::{DistanceBruteConstants, DistanceBruteParams};
 
 /// Signed distance to other objects, by looking at every triangle of theirs.
 pub fn distance_brute(
+    constants: &DistanceBruteConstants,
     params: &DistanceBruteParams,
     inputs: &DistanceInputs,
     distances: &mut [f32],
@@ -25,31 +27,29 @@ pub fn distance_brute(
         for pair in &inputs.pairs[job.first_pair as usize..][..job.pair_count as usize] {
             let place = place_in_other(pair, here.position);
             let mut square = 3.4e38;
+            let mut found = NONE;
             let mut slot = pair.first_face;
-            for candidate_slot in pair.first_face..pair.first_face + pair.face_count {
-                let candidate =
-                    nearest_on_face(&inputs.faces[candidate_slot as usize], place).square;
-                if candidate < square {
-                    (slot, square) = (candidate_slot, candidate);
+            for k in pair.first_face..pair.first_face + pair.face_count {
+                let face = &inputs.faces[k as usize];
+                let square_there = nearest_on_face(face, place).square;
+                if is_nearer(square_there, face.triangle, square, found) {
+                    (square, found, slot) = (square_there, face.triangle, k);
                 }
             }
-            let feature = nearest_on_face(&inputs.faces[slot as usize], place).feature;
-            let outside = outside_by_pseudonormal(&sides, slot, place, feature);
-            let distance = square.sqrt();
-            let within = distance < params.reach;
-            let clamped = if within { distance } else { params.reach };
-            let signed_distance = if outside || !(within || pair.is_closed == 1) {
-                clamped
-            } else {
-                -clamped
-            };
-            if signed_distance < least {
-                least = signed_distance;
-                triangle = if within {
-                    inputs.faces[slot as usize].triangle
-                } else {
-                    NONE
-                };
+            let point = nearest_on_face(&inputs.faces[slot as usize], place);
+            let outside = is_outside(
+                &sides,
+                constants.sign_rule,
+                pair.first_node,
+                slot,
+                place,
+                &point,
+            );
+            let distance = point.square.sqrt();
+            let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
+            if candidate < least {
+                least = candidate;
+                triangle = if distance < params.reach { found } else { NONE };
             }
         }
         distances[here.texel as usize] = least;

@@ -3,6 +3,7 @@
 //! [`Simulation`] runs the whole step by them, so the model can be tested where there is no GPU.
 
 mod advance;
+pub mod bvh;
 mod diffuse;
 mod diffuse_seams;
 pub mod distance;
@@ -12,8 +13,10 @@ mod exchange_seams;
 pub mod nearest;
 mod respawn;
 pub mod ring;
+pub mod sign;
 pub mod trail;
 pub mod transfer;
+mod tree_queries;
 mod turns;
 pub mod walk;
 mod walk_queries;
@@ -21,23 +24,25 @@ mod walk_queries;
 pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance};
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
-pub use distance::DistanceInputs;
+pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use exchange_seams::exchange_seams;
 pub use respawn::respawn;
+pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
 use turns::TwinTransfers;
 
-use super::distance::DistancePlanner;
+use super::distance::{DistancePlanner, DistanceSetup};
+use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::arranged;
 use super::turns::Turn;
-use super::types::{Motion, Particle};
+use super::types::{Motion, Particle, Pose};
 use crate::mesh::surface::NONE;
-use crate::scene::settings::{Settings, Strategy};
+use crate::scene::settings::{DistanceMethod, Settings, Strategy};
 
 /// The simulation by twins: the same state and the same step as [`super::Simulation`], on the host.
 #[derive(Clone, Debug)]
@@ -51,10 +56,13 @@ pub struct Simulation {
     next_trail: Vec<f32>,
     deposits: Vec<u32>,
     previous_deposits: Vec<u32>,
+    movement: Movement,
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
     transfers: TwinTransfers,
+    /// Where objects are in the present step.
+    poses: Vec<Pose>,
     step: u64,
 }
 
@@ -63,12 +71,19 @@ impl Simulation {
     #[must_use]
     pub fn new(setup: Setup, settings: Settings) -> Self {
         let texels = setup.atlas.density.len();
-        let start = arranged(&Snapshot::start(&setup), &setup, settings.strategy());
+        let start = arranged(
+            &Snapshot::start(&setup),
+            &setup,
+            &setup.poses,
+            settings.strategy(),
+        );
         Self {
             transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
             particles: start.particles,
             motions: start.motions,
+            poses: setup.poses.clone(),
             setup,
+            movement: Movement::new(&settings),
             settings,
             trail: vec![0.0; texels],
             next_trail: vec![0.0; texels],
@@ -86,8 +101,18 @@ impl Simulation {
         let constants = StepConstants::new(&self.settings);
         let capacity = self.transfers.capacity();
         let mut params = StepParams::new(&self.settings, &self.setup, self.step, capacity);
-        params.update_distances(&mut self.planner, &self.settings, &self.setup);
-        self.distance(&params);
+        self.movement
+            .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
+        let objects = &self.settings.objects;
+        self.poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        params.update_distances(
+            &mut self.planner,
+            &self.settings,
+            &self.setup,
+            &self.poses,
+            self.step,
+        );
+        self.distance(&constants, &params);
         let gaps = self.walk_and_change_objects(&constants, &params.turn);
         if let Some(first_half) = params.first_half() {
             self.diffuse(&constants, &first_half);
@@ -137,24 +162,38 @@ impl Simulation {
         }
     }
 
-    fn distance(&mut self, params: &StepParams) {
+    fn distance(&mut self, constants: &StepConstants, params: &StepParams) {
         if params.distance_update.jobs.is_empty() {
             return;
         }
-        let distance = &self.setup.distance;
-        distance_brute(
-            &params.distance_brute,
-            &DistanceInputs {
-                jobs: &params.distance_update.jobs,
-                pairs: &params.distance_update.pairs,
-                samples: &distance.samples,
-                faces: &distance.trees.faces,
-                pseudonormals: &distance.trees.pseudonormals,
-                corners: &self.setup.corners,
-            },
-            &mut self.distances,
-            &mut self.nearest,
-        );
+        let DistanceSetup { samples, trees, .. } = &self.setup.distance;
+        let inputs = DistanceInputs {
+            jobs: &params.distance_update.jobs,
+            pairs: &params.distance_update.pairs,
+            samples,
+            faces: &trees.faces,
+            pseudonormals: &trees.pseudonormals,
+            corners: &self.setup.corners,
+            nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
+        };
+        let (distances, nearest) = (&mut self.distances, &mut self.nearest);
+        match self.settings.distance.method {
+            DistanceMethod::Bvh => distance(
+                &constants.distance,
+                &params.distance,
+                &inputs,
+                distances,
+                nearest,
+            ),
+            DistanceMethod::Brute => distance_brute(
+                &constants.distance_brute,
+                &params.distance_brute,
+                &inputs,
+                distances,
+                nearest,
+            ),
+        }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
 
@@ -194,11 +233,24 @@ impl Simulation {
         (&self.distances, &self.nearest)
     }
 
+    /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid.
+    pub fn set_pose(
+        &mut self,
+        object: usize,
+        world_from_object: Option<glam::DAffine3>,
+    ) -> crate::Result<()> {
+        self.movement.set_pose(object, world_from_object)
+    }
+
     /// The state after the last step.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             step: self.step,
+            movement: self.movement.save(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
             trail: self.trail.clone(),
@@ -208,8 +260,16 @@ impl Simulation {
     }
 
     /// Goes on from a snapshot of the same scene.
+    ///
+    /// # Panics
+    /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
-        let state = arranged(snapshot, &self.setup, self.settings.strategy());
+        let movement = snapshot.movement.restore();
+        self.movement = movement.expect("the poses are sound");
+        let last = snapshot.step.saturating_sub(1);
+        let objects = &self.settings.objects;
+        self.poses = self.movement.poses(objects, &self.setup.tracks, last);
+        let state = arranged(snapshot, &self.setup, &self.poses, self.settings.strategy());
         self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
         self.particles = state.particles;
         self.motions = state.motions;

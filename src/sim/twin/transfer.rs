@@ -95,14 +95,14 @@ pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
 }
 
 impl<'a> Ground<'a> {
-    /// Of a scene.
+    /// Of a scene whose objects stand somewhere.
     #[must_use]
-    pub fn of(setup: &'a Setup) -> Self {
+    pub fn of(setup: &'a Setup, poses: &'a [Pose]) -> Self {
         Self {
             triangles: &setup.surface.triangles,
             corners: &setup.corners,
             vertices: &setup.vertices,
-            poses: &setup.poses,
+            poses,
         }
     }
 }

@@ -10,6 +10,7 @@ use super::{Simulation, StepConstants};
 use crate::gpu::DispatchGroups;
 use crate::scene::settings::{Settings, Strategy};
 use crate::sim::Setup;
+use crate::sim::params::physarums;
 use crate::sim::transfers::{TransferState, area_shares, capacity, object_triangles};
 use crate::sim::turns::Turn;
 use crate::sim::types::{Flow, Transfer, Window};
@@ -83,7 +84,8 @@ impl Simulation {
                 previous_deposits: &self.previous_deposits,
                 corners: &self.setup.corners,
                 vertices: &self.setup.vertices,
-                poses: &self.setup.poses,
+                poses: &self.poses,
+                physarums: &physarums(&self.settings, self.setup.radius),
                 distances: &self.distances,
             },
             advance::Turn {
@@ -100,7 +102,7 @@ impl Simulation {
     pub(super) fn transfer_in(&mut self, turn: &Turn) {
         transfer_in(
             &turn.transfer_in,
-            &Ground::of(&self.setup),
+            &Ground::of(&self.setup, &self.poses),
             &self.transfers.arriving,
             &mut self.transfers.departing,
             &mut self.transfers.flow,
@@ -122,7 +124,7 @@ impl Simulation {
     pub(super) fn transfer_out(&mut self, turn: &Turn) {
         transfer_out(
             &turn.transfer_out,
-            &Ground::of(&self.setup),
+            &Ground::of(&self.setup, &self.poses),
             &self.transfers.flow,
             &self.transfers.particle_indices,
             &self.particles,

@@ -1,0 +1,208 @@
+// bvh: searches in the tree of one object, in object space: the nearest face to a place, and the first face that a
+// segment crosses. Twin of src/sim/twin/bvh.rs.
+// The includer declares `nodes` first, a texel buffer of two words, and what nearest.glsl needs.
+//
+// A box is passed over only if it is farther than the nearest face by more than rounding. So the result is the face
+// that a look at every one would give, whatever the order.
+
+#ifndef MYXO_BVH
+#define MYXO_BVH
+
+#include "nearest.glsl"
+
+// As in src/mesh/trees/build.rs.
+const uint LEAF = 1u << 28u;
+const uint GREATEST_DEPTH = 32u;
+
+// A leaf without faces.
+const uint NOTHING = 15u << 28u;
+
+// More than any square.
+const float FAR = 3.0e38;
+
+// A reach to which everything is near.
+const float UNLIMITED = 1.0e18;
+
+// What rounding may make of a length in a tree, by its largest coordinate.
+const float ROUNDING = 1.0e-6;
+
+float box_square(vec3 place, vec3 low, vec3 high) {
+    precise vec3 way = max(max(low - place, place - high), vec3(0.0));
+    return dot_of(way, way);
+}
+
+// What rounding may make of a length in a tree.
+float slack_of(uvec4 root_low, uvec4 root_high) {
+    vec3 extent = max(abs(uintBitsToFloat(root_low.xyz)), abs(uintBitsToFloat(root_high.xyz)));
+    precise float slack = ROUNDING * max(max(extent.x, extent.y), extent.z);
+    return slack;
+}
+
+// The square up to which boxes may hold a face that is nearer than a distance.
+float limit_of(float distance, float slack) {
+    precise float most = distance + slack;
+    precise float square = most * most;
+    return min(square, FAR);
+}
+
+// Does a place lie in the box round an object?
+bool is_in_box(uint root, vec3 place) {
+    vec3 low = uintBitsToFloat(texelFetch(nodes, int(2u * root)).xyz);
+    vec3 high = uintBitsToFloat(texelFetch(nodes, int(2u * root + 1u)).xyz);
+    return all(greaterThanEqual(place, low)) && all(lessThanEqual(place, high));
+}
+
+// The slot of the face nearest to a place, NONE if none is nearer than reach (or little more). Ask nearest_on_face for
+// the point on it.
+uint nearest_on(uint root, vec3 place, float reach) {
+    uint stack_link[GREATEST_DEPTH];
+    float stack_square[GREATEST_DEPTH];
+    uint top = 0u;
+
+    uvec4 low = texelFetch(nodes, int(2u * root));
+    uvec4 high = texelFetch(nodes, int(2u * root + 1u));
+    float slack = slack_of(low, high);
+    float limit = limit_of(reach, slack);
+    float best_square = FAR;
+    uint best_triangle = NONE;
+    uint best_slot = NONE;
+    uint link = low.w;
+    bool searches = box_square(place, uintBitsToFloat(low.xyz), uintBitsToFloat(high.xyz)) <= limit;
+    while (searches) {
+        // Down to a leaf, the nearer box first; the other one is put aside.
+        while (link < LEAF) {
+            int child = int(2u * link);
+            uvec4 low_a = texelFetch(nodes, child);
+            uvec4 high_a = texelFetch(nodes, child + 1);
+            uvec4 low_b = texelFetch(nodes, child + 2);
+            uvec4 high_b = texelFetch(nodes, child + 3);
+            float square_a = box_square(place, uintBitsToFloat(low_a.xyz), uintBitsToFloat(high_a.xyz));
+            float square_b = box_square(place, uintBitsToFloat(low_b.xyz), uintBitsToFloat(high_b.xyz));
+            bool a_first = square_a <= square_b;
+            float far_square = a_first ? square_b : square_a;
+            if (far_square <= limit) {
+                stack_link[top] = a_first ? low_b.w : low_a.w;
+                stack_square[top] = far_square;
+                top++;
+            }
+            link = min(square_a, square_b) > limit ? NOTHING : a_first ? low_a.w : low_b.w;
+        }
+        uint end = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
+        for (uint slot = link % LEAF; slot < end; slot++) {
+            uvec4 first = texelFetch(faces, int(3u * slot));
+            precise vec3 way = place - uintBitsToFloat(first.xyz);
+            float square = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u)).z;
+            if (is_nearer(square, first.w, best_square, best_triangle)) {
+                best_square = square;
+                best_triangle = first.w;
+                best_slot = slot;
+            }
+        }
+        limit = min(limit, limit_of(sqrt(best_square), slack));
+        searches = false;
+        while (top > 0u && !searches) {
+            top--;
+            link = stack_link[top];
+            searches = stack_square[top] <= limit;
+        }
+    }
+    return best_slot;
+}
+
+// Where a segment crosses a surface first.
+struct Crossing {
+    uint slot;  // NONE if nowhere
+    float t;    // how much of the way from its start
+    float u;    // weights of B and C
+    float v;
+};
+
+// How far outside of a triangle, in weights, a crossing still counts: so that none slips through between two.
+const float CROSSING_MARGIN = 1.0e-6;
+
+// Where in [0, 1] a segment enters a box, FAR if it doesn't.
+float entry_of(vec3 from, vec3 inverse, vec3 low, vec3 high) {
+    precise vec3 to_low = (low - from) * inverse;
+    precise vec3 to_high = (high - from) * inverse;
+    vec3 enters = min(to_low, to_high);
+    vec3 leaves = max(to_low, to_high);
+    float enter = max(max(enters.x, enters.y), max(enters.z, 0.0));
+    float leave = min(min(leaves.x, leaves.y), min(leaves.z, 1.0));
+    return enter <= leave ? enter : FAR;
+}
+
+// The first face that the segment from a place to another crosses, both included; the lowest triangle of several at once.
+// Moeller and Trumbore (1997).
+Crossing first_crossing(uint root, vec3 from, vec3 to) {
+    uint stack_link[GREATEST_DEPTH];
+    float stack_entry[GREATEST_DEPTH];
+    uint top = 0u;
+
+    Crossing best;
+    best.slot = NONE;
+    best.t = FAR;
+    best.u = 0.0;
+    best.v = 0.0;
+    uint best_triangle = NONE;
+
+    precise vec3 way = to - from;
+    // Along an axis that the segment does not move on, it is in the slab or far outside.
+    vec3 inverse = vec3(way.x == 0.0 ? FAR : 1.0 / way.x, way.y == 0.0 ? FAR : 1.0 / way.y, way.z == 0.0 ? FAR : 1.0 / way.z);
+    uvec4 root_low = texelFetch(nodes, int(2u * root));
+    uvec4 root_high = texelFetch(nodes, int(2u * root + 1u));
+    vec3 slack = vec3(slack_of(root_low, root_high));
+    uint link = root_low.w;
+    bool searches = entry_of(from, inverse, uintBitsToFloat(root_low.xyz) - slack, uintBitsToFloat(root_high.xyz) + slack) < FAR;
+    while (searches) {
+        while (link < LEAF) {
+            int child = int(2u * link);
+            uvec4 low_a = texelFetch(nodes, child);
+            uvec4 high_a = texelFetch(nodes, child + 1);
+            uvec4 low_b = texelFetch(nodes, child + 2);
+            uvec4 high_b = texelFetch(nodes, child + 3);
+            float entry_a = entry_of(from, inverse, uintBitsToFloat(low_a.xyz) - slack, uintBitsToFloat(high_a.xyz) + slack);
+            float entry_b = entry_of(from, inverse, uintBitsToFloat(low_b.xyz) - slack, uintBitsToFloat(high_b.xyz) + slack);
+            bool a_first = entry_a <= entry_b;
+            float far_entry = a_first ? entry_b : entry_a;
+            if (far_entry < FAR && far_entry <= best.t) {
+                stack_link[top] = a_first ? low_b.w : low_a.w;
+                stack_entry[top] = far_entry;
+                top++;
+            }
+            float near_entry = min(entry_a, entry_b);
+            link = near_entry == FAR || near_entry > best.t ? NOTHING : a_first ? low_a.w : low_b.w;
+        }
+        uint end = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
+        for (uint slot = link % LEAF; slot < end; slot++) {
+            uvec4 first = texelFetch(faces, int(3u * slot));
+            vec3 ab = face_word(slot, 1u);
+            vec3 ac = face_word(slot, 2u);
+            precise vec3 start = from - uintBitsToFloat(first.xyz);
+            vec3 across = cross_of(way, ac);
+            float volume = dot_of(ab, across);
+            vec3 along = cross_of(start, ab);
+            precise float u = dot_of(start, across) / volume;
+            precise float v = dot_of(way, along) / volume;
+            precise float t = dot_of(ac, along) / volume;
+            precise float w = (1.0 - u) - v;
+            // No comparison holds for what is parallel.
+            bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && t >= 0.0 && t <= 1.0;
+            if (crosses && is_nearer(t, first.w, best.t, best_triangle)) {
+                best.slot = slot;
+                best.t = t;
+                best.u = clamp(u, 0.0, 1.0);
+                best.v = clamp(v, 0.0, 1.0 - best.u);
+                best_triangle = first.w;
+            }
+        }
+        searches = false;
+        while (top > 0u && !searches) {
+            top--;
+            link = stack_link[top];
+            searches = stack_entry[top] <= best.t;
+        }
+    }
+    return best;
+}
+
+#endif

@@ -1,0 +1,51 @@
+// tree_queries: nearest points and crossings on one object, for `myxo query sdf`.
+// Reads   nodes, dipoles, faces, pseudonormals, corners.
+// Writes  queries in place: what was asked for, behind what was asked.
+// One invocation a query.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const bool CROSSINGS = false;
+layout(constant_id = 1) const uint SIGN_RULE = 0u;
+
+layout(push_constant) uniform Params {
+    uint query_count;
+    uint root;                 // the object's first node
+    uint first_vertex_normal;  // behind those of the half-edges
+} params;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 1) uniform usamplerBuffer dipoles;
+layout(set = 0, binding = 2) uniform usamplerBuffer faces;
+layout(set = 0, binding = 3) uniform usamplerBuffer pseudonormals;
+layout(std430, set = 0, binding = 4) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 5) buffer Queries { TreeQuery queries[]; };
+
+#include "sign.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.query_count) return;
+    TreeQuery query = queries[i];
+    if (CROSSINGS) {
+        Crossing crossing = first_crossing(params.root, query.place, query.end);
+        query.slot = crossing.slot;
+        query.result = crossing.t;
+        query.u = crossing.u;
+        query.v = crossing.v;
+    } else {
+        query.slot = nearest_on(params.root, query.place, UNLIMITED);
+        vec4 point = nearest_on_face(query.slot, query.place);
+        bool outside = is_outside(params.root, query.slot, query.place, point, params.first_vertex_normal);
+        query.result = outside ? sqrt(point.z) : -sqrt(point.z);
+        query.u = point.x;
+        query.v = point.y;
+    }
+    queries[i] = query;
+}

@@ -1,0 +1,115 @@
+//! Trees that hold every face once and no deeper than searches have room for.
+
+use super::*;
+use crate::mesh::{Mesh, suite};
+
+/// Every face lies in one leaf, within all boxes above it; no leaf is deeper than allowed.
+fn assert_sound(trees: &Trees, surface: &Surface) {
+    let mut seen = vec![false; trees.faces.len()];
+    for (object, tree) in trees.objects.iter().enumerate() {
+        let mut open = vec![(tree.first_node, Vec3::NEG_INFINITY, Vec3::INFINITY, 0)];
+        while let Some((index, low, high, depth)) = open.pop() {
+            assert!(depth <= GREATEST_DEPTH, "{depth} deep");
+            let node = trees.nodes[index as usize];
+            assert!(node.low.cmpge(low).all() && node.high.cmple(high).all());
+            if node.link < Node::LEAF {
+                open.extend([0, 1].map(|k| (node.link + k, node.low, node.high, depth + 1)));
+                continue;
+            }
+            let (first, count) = (node.link % Node::LEAF, node.link / Node::LEAF);
+            assert!(count > 0);
+            for slot in first..first + count {
+                let face = trees.faces[slot as usize];
+                assert!(!std::mem::replace(&mut seen[slot as usize], true));
+                assert_eq!(
+                    surface.triangles[face.triangle as usize].object,
+                    object as u32
+                );
+                for corner in [face.a, face.a + face.ab, face.a + face.ac] {
+                    assert!(corner.cmpge(node.low).all() && corner.cmple(node.high).all());
+                }
+            }
+        }
+    }
+    assert!(seen.iter().all(|&seen| seen), "a face is in no leaf");
+}
+
+#[test]
+fn trees_hold_every_face_once() {
+    let meshes = suite::all();
+    let objects: Vec<(&Mesh, f32)> = meshes.iter().map(|mesh| (mesh, 1.5)).collect();
+    let surface = Surface::build(&objects);
+    let trees = Trees::build(&surface);
+    assert_sound(&trees, &surface);
+    for (tree, mesh) in trees.objects.iter().zip(&meshes) {
+        let (low, high) = mesh.bounds();
+        assert_eq!(
+            (tree.low, tree.high),
+            (1.5 * low, 1.5 * high),
+            "{}",
+            mesh.name
+        );
+    }
+}
+
+/// Triangles in one another, each half as large as the last.
+#[test]
+fn trees_of_nested_triangles_are_not_too_deep() {
+    let mut faces: Vec<Face> = (0..110)
+        .map(|i| {
+            let size = 0.5f32.powi(i);
+            Face {
+                a: Vec3::ZERO,
+                triangle: i as u32,
+                ab: Vec3::X * size,
+                pad0: 0,
+                ac: Vec3::Y * size,
+                pad1: 0,
+            }
+        })
+        .collect();
+    let mut nodes = Vec::new();
+    build::append_tree(&mut nodes, &mut faces, 0);
+    let leaves = nodes.iter().filter(|node| node.link >= Node::LEAF);
+    let held: u32 = leaves.map(|node| node.link / Node::LEAF).sum();
+    assert_eq!(held, 110);
+    let mut triangles: Vec<u32> = faces.iter().map(|face| face.triangle).collect();
+    triangles.sort_unstable();
+    assert!(triangles.into_iter().eq(0..110));
+    assert!(build::depth(&nodes) <= GREATEST_DEPTH);
+}
+
+/// On closed meshes every pseudonormal of a vertex looks away from the volume: a small way along it leads outside.
+#[test]
+fn pseudonormals_of_a_cube_look_outwards() {
+    let mesh = Mesh::builtin("cube").unwrap();
+    let surface = Surface::build(&[(&mesh, 2.0)]);
+    let trees = Trees::build(&surface);
+    let (edges, vertices) = trees.pseudonormals.split_at(surface.halfedges.len());
+    for (vertex, normal) in vertices.iter().enumerate() {
+        let outwards = surface.positions[vertex].normalize();
+        assert!(normal.truncate().distance(outwards) < 1e-6, "{normal}");
+    }
+    for (h, normal) in edges.iter().enumerate() {
+        let corners = surface.corners[h / 3].map(|v| surface.positions[v as usize]);
+        let middle = corners[h % 3].midpoint(corners[(h + 1) % 3]);
+        // A diagonal lies in a face of the cube, another edge between two: there it looks along two axes.
+        let outwards = middle.signum() * (middle.abs().cmpgt(Vec3::splat(1e-3))).select_one();
+        assert!(
+            normal.truncate().distance(outwards.normalize()) < 1e-6,
+            "{normal}"
+        );
+        assert!((normal.truncate().length() - 1.0).abs() < 1e-6);
+    }
+}
+
+trait SelectOne {
+    fn select_one(self) -> Vec3;
+}
+
+impl SelectOne for glam::BVec3 {
+    /// 1 where true.
+    fn select_one(self) -> Vec3 {
+        Vec3::select(self, Vec3::ONE, Vec3::ZERO)
+    }
+}

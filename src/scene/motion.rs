@@ -1,0 +1,218 @@
+//! How objects move: what a scene file says about it, and where an object is at a time.
+//!
+//! Everything is evaluated from the time itself, in double precision, and nothing is summed up from step to step: an
+//! hour in, a gear is where it would be had the hour been skipped. An object's pose is rigid, and put together as
+//!
+//! `orbit * position * keyframe * rotation * (swing * spin about the pivot)`, the last of them first,
+//!
+//! where `position` has what `slide` adds, and a keyframe turns and moves the object from where it stands. A model's own
+//! animation, where it is used, takes the keyframe's place.
+
+use glam::{Affine3A, DAffine3, DQuat, DVec3, EulerRot};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+use super::settings::{Easing, ModelAnimation, ObjectSettings, Repeat};
+use crate::mesh::RigidTrack;
+
+/// `motion` of an `[[object]]`. The default stands still.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MotionSettings {
+    /// Degrees a second about each of the object's own axes; together they are one turn about one axis.
+    pub spin: [f32; 3],
+    /// Degrees a second about axes through `orbit_center`, along the world's.
+    pub orbit: [f32; 3],
+    /// World units.
+    pub orbit_center: [f32; 3],
+    /// Degrees to either side, about the object's own axes.
+    pub swing: [f32; 3],
+    /// Seconds there and back.
+    pub swing_period: f32,
+    /// Turns of the swing's cycle that it is ahead: 0.25 begins at the end of the swing.
+    pub swing_phase: f32,
+    /// World units to either side.
+    pub slide: [f32; 3],
+    /// Seconds there and back.
+    pub slide_period: f32,
+    /// Turns of the slide's cycle that it is ahead.
+    pub slide_phase: f32,
+    /// What spin and swing turn about, from the object's origin, along its own axes, in world units.
+    pub pivot: [f32; 3],
+    /// Does the object follow the animation in its model?
+    pub model: ModelAnimation,
+    /// What happens after the last keyframe.
+    pub repeat: Repeat,
+    /// How it goes from keyframe to keyframe.
+    pub easing: Easing,
+    /// Seconds after which keyframes begin again; the last keyframe's time where that is later.
+    pub period: f32,
+    /// Where it is at some times, counted from where the object stands; their times ascend.
+    pub keyframes: Vec<Keyframe>,
+}
+
+impl Default for MotionSettings {
+    fn default() -> Self {
+        Self {
+            spin: [0.0; 3],
+            orbit: [0.0; 3],
+            orbit_center: [0.0; 3],
+            swing: [0.0; 3],
+            swing_period: 4.0,
+            swing_phase: 0.0,
+            slide: [0.0; 3],
+            slide_period: 4.0,
+            slide_phase: 0.0,
+            pivot: [0.0; 3],
+            model: ModelAnimation::Still,
+            repeat: Repeat::Loop,
+            easing: Easing::Linear,
+            period: 0.0,
+            keyframes: Vec::new(),
+        }
+    }
+}
+
+impl MotionSettings {
+    /// Is the object where it stands, at all times?
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        let zero = |vector: &[f32; 3]| *vector == [0.0; 3];
+        [&self.spin, &self.orbit, &self.swing, &self.slide]
+            .into_iter()
+            .all(zero)
+            && self.model == ModelAnimation::Still
+            && self.keyframes.is_empty()
+    }
+
+    /// Is nothing said about motion? Then files do not mention it.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Where an object is at one time, counted from where it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Keyframe {
+    /// Seconds from the beginning; not negative.
+    pub time: f32,
+    /// World units.
+    pub position: [f32; 3],
+    /// Degrees about the world's X axis, then Y, then Z.
+    pub rotation: [f32; 3],
+}
+
+/// Where an object is at a time in seconds: takes its scaled coordinates to world coordinates. `track` is its model's
+/// animation, if it has one and follows it.
+#[must_use]
+pub fn pose_at(object: &ObjectSettings, track: Option<&RigidTrack>, time: f64) -> DAffine3 {
+    let motion = &object.motion;
+    let keyframe = match track {
+        Some(track) => {
+            let (rotation, translation) = track.at(time);
+            let translation = f64::from(object.scale) * translation;
+            // A model is animated in its own coordinates, which position and rotation take to the world.
+            let stands = DAffine3::from_rotation_translation(euler(object.rotation), DVec3::ZERO);
+            stands * DAffine3::from_rotation_translation(rotation, translation)
+        }
+        None => {
+            let (rotation, translation) = between_keyframes(motion, time);
+            DAffine3::from_rotation_translation(rotation * euler(object.rotation), translation)
+        }
+    };
+    let slid = double(motion.slide) * cycle(time, motion.slide_period, motion.slide_phase).sin();
+    let place = DAffine3::from_translation(double(object.position) + slid);
+    let swung = cycle(time, motion.swing_period, motion.swing_phase).sin();
+    let turned = turn(swung * double(motion.swing)) * turn_for(motion.spin, time);
+    let pivot = double(motion.pivot);
+    let own = DAffine3::from_rotation_translation(turned, pivot - turned * pivot);
+    let orbit = turn_for(motion.orbit, time);
+    let center = double(motion.orbit_center);
+    let round = DAffine3::from_rotation_translation(orbit, center - orbit * center);
+    round * place * keyframe * own
+}
+
+/// In the precision that devices work with.
+#[must_use]
+pub fn single(pose: DAffine3) -> Affine3A {
+    Affine3A::from_cols_array(&pose.to_cols_array().map(|value| value as f32))
+}
+
+/// The rotation that scene files mean: about X, then Y, then Z, each about the world's axis.
+pub(super) fn euler(degrees: [f32; 3]) -> DQuat {
+    let [x, y, z] = degrees.map(|angle| f64::from(angle).to_radians());
+    // ZYX applied right to left: the X rotation comes first.
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
+}
+
+fn double(vector: [f32; 3]) -> DVec3 {
+    DVec3::from_array(vector.map(f64::from))
+}
+
+/// Where in its cycle something is, in radians; exact for any time, because whole cycles are taken off first.
+fn cycle(time: f64, period: f32, phase: f32) -> f64 {
+    ((time / f64::from(period)).fract() + f64::from(phase)) * TAU
+}
+
+/// A rotation by a vector of degrees: about its direction, by its length.
+fn turn(degrees: DVec3) -> DQuat {
+    let angle = degrees.length();
+    if angle == 0.0 {
+        return DQuat::IDENTITY;
+    }
+    DQuat::from_axis_angle(degrees / angle, angle.to_radians())
+}
+
+/// What a turning rate, degrees a second, comes to; whole turns are taken off before they cost digits.
+fn turn_for(rate: [f32; 3], time: f64) -> DQuat {
+    let rate = double(rate);
+    let speed = rate.length();
+    if speed == 0.0 {
+        return DQuat::IDENTITY;
+    }
+    let degrees = (speed * time) % 360.0;
+    DQuat::from_axis_angle(rate / speed, degrees.to_radians())
+}
+
+/// Between two keyframes the rotation takes the shorter way round, at an even rate.
+fn between_keyframes(motion: &MotionSettings, time: f64) -> (DQuat, DVec3) {
+    let frames = &motion.keyframes;
+    let (Some(first), Some(last)) = (frames.first(), frames.last()) else {
+        return (DQuat::IDENTITY, DVec3::ZERO);
+    };
+    let (begin, end) = (f64::from(first.time), f64::from(last.time));
+    let length = end.max(f64::from(motion.period));
+    let time = match motion.repeat {
+        Repeat::Once => time.clamp(begin, end),
+        Repeat::Loop if length > 0.0 => time.rem_euclid(length),
+        Repeat::Mirror if end > 0.0 => {
+            let there_and_back = time.rem_euclid(2.0 * end);
+            there_and_back.min(2.0 * end - there_and_back).max(begin)
+        }
+        Repeat::Loop | Repeat::Mirror => begin,
+    };
+    let next = frames.partition_point(|frame| f64::from(frame.time) <= time);
+    // Only a loop has a time before the first keyframe or after the last: the way from the last to the first.
+    let (from, from_time) = match next {
+        0 => (last, end - length),
+        next => (&frames[next - 1], f64::from(frames[next - 1].time)),
+    };
+    let (to, to_time) = match frames.get(next) {
+        Some(frame) => (frame, f64::from(frame.time)),
+        None if motion.repeat == Repeat::Loop => (first, begin + length),
+        None => (last, end),
+    };
+    let way = to_time - from_time;
+    let share = if way > 0.0 {
+        (time - from_time) / way
+    } else {
+        0.0
+    };
+    let share = match motion.easing {
+        Easing::Linear => share,
+        Easing::Smooth => share * share * (3.0 - 2.0 * share),
+    };
+    let rotation = euler(from.rotation).slerp(euler(to.rotation), share);
+    let position = double(from.position).lerp(double(to.position), share);
+    (rotation, position)
+}

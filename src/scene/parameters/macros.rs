@@ -1,0 +1,56 @@
+//! Short forms for the rows of the parameter tables.
+
+macro_rules! real {
+    ($($field:ident).+, $range:expr, $slider:expr, $scale:ident) => {
+        Kind::Number(Number {
+            range: $range,
+            slider: $slider,
+            scale: Scale::$scale,
+            integer: false,
+            get: |s| s.$($field).+ as f64,
+            set: |s, value| s.$($field).+ = value as f32,
+        })
+    };
+}
+
+macro_rules! whole {
+    ($($field:ident).+: $type:ty, $range:expr, $slider:expr, $scale:ident) => {
+        Kind::Number(Number {
+            range: $range,
+            slider: $slider,
+            scale: Scale::$scale,
+            integer: true,
+            get: |s| s.$($field).+ as f64,
+            set: |s, value| s.$($field).+ = value.round() as $type,
+        })
+    };
+}
+
+macro_rules! word {
+    ($($field:ident).+: $type:ty) => {
+        Kind::Choice {
+            words: <$type>::WORDS,
+            get: |s| s.$($field).+ as usize,
+            set: |s, i| s.$($field).+ = <$type>::ALL[i],
+        }
+    };
+}
+
+macro_rules! vector {
+    ($($field:ident).+, $range:expr) => {
+        Kind::Vector { range: $range, get: |s| s.$($field).+, set: |s, value| s.$($field).+ = value }
+    };
+}
+
+/// A number that an object may have for itself.
+macro_rules! own {
+    ($field:ident, $range:expr, $slider:expr, $scale:ident) => {
+        Kind::Own(Own {
+            range: $range,
+            slider: $slider,
+            scale: Scale::$scale,
+            get: |s| s.physarum.$field.map(f64::from),
+            set: |s, value| s.physarum.$field = value.map(|value| value as f32),
+        })
+    };
+}

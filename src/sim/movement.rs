@@ -1,0 +1,247 @@
+//! Where every object is, step by step: motion from the scene, or poses that are set from outside.
+//!
+//! The host computes poses in double precision and sends them along with the step's own commands, so a step that waits
+//! for its turn keeps the poses that it was recorded with, and nobody waits for anybody.
+
+use glam::{Affine3A, DAffine3, DMat3};
+
+use super::types::Pose;
+use crate::error::{Error, Result};
+use crate::mesh::RigidTrack;
+use crate::scene::motion::{pose_at, single};
+use crate::scene::settings::{ObjectSettings, Settings};
+
+/// How far the rows of a pose from outside may be from orthonormal.
+const RIGID_WITHIN: f64 = 1e-3;
+
+/// The objects' time, and the poses that were set from outside. It is part of the state: a checkpoint keeps it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Movement {
+    /// The step that `time` belongs to.
+    step: u64,
+    /// Seconds of motion at that step.
+    time: f64,
+    /// Seconds a step from there on.
+    dt: f64,
+    /// The poses that stand over the scene's, one an object.
+    outside: Vec<Option<DAffine3>>,
+}
+
+/// What a checkpoint writes of it: numbers as bits, because texts round them.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct SavedMovement {
+    step: u64,
+    time: u64,
+    dt: u64,
+    outside: Vec<Option<[u64; 12]>>,
+}
+
+impl Movement {
+    /// At step 0, which is second 0.
+    #[must_use]
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            step: 0,
+            time: 0.0,
+            dt: f64::from(settings.time.dt),
+            outside: vec![None; settings.objects.len()],
+        }
+    }
+
+    /// Seconds of motion at a step: as many as steps times the time step, as long as that has never changed.
+    #[must_use]
+    pub fn time_at(&self, step: u64) -> f64 {
+        let steps = step as i64 - self.step as i64;
+        self.time + steps as f64 * self.dt
+    }
+
+    /// From `step` on, another time step: the time goes on from where it is.
+    pub fn set_dt(&mut self, dt: f32, step: u64) {
+        let dt = f64::from(dt);
+        if dt != self.dt {
+            self.time = self.time_at(step);
+            self.step = step;
+            self.dt = dt;
+        }
+    }
+
+    /// Sets where an object is from the next step on, whatever the scene says; `None` gives it back to the scene.
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid: only rotations and translations keep lengths.
+    pub fn set_pose(&mut self, object: usize, world_from_object: Option<DAffine3>) -> Result<()> {
+        let count = self.outside.len();
+        let Some(outside) = self.outside.get_mut(object) else {
+            return Err(Error::Invalid(format!(
+                "there is no object {object}: the scene has {count}, counted from 0"
+            )));
+        };
+        if let Some(pose) = &world_from_object {
+            check_rigid(pose).map_err(|problem| {
+                Error::Invalid(format!("the pose of object {object} {problem}"))
+            })?;
+        }
+        *outside = world_from_object;
+        Ok(())
+    }
+
+    /// Has the object a pose from outside?
+    #[must_use]
+    pub fn is_set(&self, object: usize) -> bool {
+        self.outside.get(object).is_some_and(Option::is_some)
+    }
+
+    /// Where every object is at a step.
+    #[must_use]
+    pub fn world_from_object(
+        &self,
+        objects: &[ObjectSettings],
+        tracks: &[Option<RigidTrack>],
+        step: u64,
+    ) -> Vec<Affine3A> {
+        let time = self.time_at(step);
+        let objects = objects.iter().zip(tracks).zip(&self.outside);
+        objects
+            .map(|((object, track), outside)| {
+                single(outside.unwrap_or_else(|| pose_at(object, track.as_ref(), time)))
+            })
+            .collect()
+    }
+
+    /// The same, as kernels take it.
+    #[must_use]
+    pub fn poses(
+        &self,
+        objects: &[ObjectSettings],
+        tracks: &[Option<RigidTrack>],
+        step: u64,
+    ) -> Vec<Pose> {
+        let poses = self.world_from_object(objects, tracks, step);
+        poses.into_iter().map(Pose::from).collect()
+    }
+
+    /// What a checkpoint writes.
+    #[must_use]
+    pub fn save(&self) -> SavedMovement {
+        SavedMovement {
+            step: self.step,
+            time: self.time.to_bits(),
+            dt: self.dt.to_bits(),
+            outside: self
+                .outside
+                .iter()
+                .map(|pose| pose.map(|pose| pose.to_cols_array().map(f64::to_bits)))
+                .collect(),
+        }
+    }
+}
+
+impl SavedMovement {
+    /// What was saved; nothing when it is damaged.
+    #[must_use]
+    pub fn restore(&self) -> Option<Movement> {
+        let outside = self
+            .outside
+            .iter()
+            .map(|pose| pose.map(|pose| DAffine3::from_cols_array(&pose.map(f64::from_bits))));
+        let movement = Movement {
+            step: self.step,
+            time: f64::from_bits(self.time),
+            dt: f64::from_bits(self.dt),
+            outside: outside.collect(),
+        };
+        let poses = movement.outside.iter().flatten();
+        let is_sound = movement.time.is_finite()
+            && movement.dt.is_finite()
+            && poses.into_iter().all(|pose| check_rigid(pose).is_ok());
+        is_sound.then_some(movement)
+    }
+
+    /// Objects that it was saved for.
+    #[must_use]
+    pub fn object_count(&self) -> usize {
+        self.outside.len()
+    }
+}
+
+fn check_rigid(pose: &DAffine3) -> Result<(), &'static str> {
+    if !pose.is_finite() {
+        return Err("is not finite");
+    }
+    let turn: DMat3 = pose.matrix3;
+    if turn.determinant() < 0.0 {
+        return Err("mirrors it: mirror the mesh instead");
+    }
+    let off = turn.transpose() * turn - DMat3::IDENTITY;
+    if !off.abs_diff_eq(DMat3::ZERO, RIGID_WITHIN) {
+        return Err(
+            "is not rigid: only rotations and translations keep the lengths that particles walk",
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DQuat, DVec3};
+
+    #[test]
+    fn time_goes_on_from_where_it_is_when_the_step_changes() {
+        let mut settings = Settings::default();
+        settings.time.dt = 0.25;
+        let mut movement = Movement::new(&settings);
+        assert_eq!(movement.time_at(8), 2.0);
+        movement.set_dt(0.5, 8);
+        assert_eq!((movement.time_at(8), movement.time_at(10)), (2.0, 3.0));
+        // The step before is where the new rate would have had it; nothing later depends on that.
+        movement.set_dt(0.0, 10);
+        assert_eq!(movement.time_at(1_000_000), 3.0);
+    }
+
+    #[test]
+    fn poses_from_outside_stand_until_they_are_taken_back() {
+        let mut settings = Settings::default();
+        settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
+        let mut movement = Movement::new(&settings);
+        let scene = movement.poses(&settings.objects, &[None], 60);
+        let set = DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.3), DVec3::Y);
+        movement.set_pose(0, Some(set)).unwrap();
+        for step in [0, 60] {
+            let poses = movement.poses(&settings.objects, &[None], step);
+            assert_eq!(poses, [Pose::from(single(set))]);
+        }
+        let saved = movement.save().restore().unwrap();
+        assert_eq!(
+            saved.poses(&settings.objects, &[None], 61),
+            movement.poses(&settings.objects, &[None], 61)
+        );
+        movement.set_pose(0, None).unwrap();
+        assert_eq!(movement.poses(&settings.objects, &[None], 60), scene);
+    }
+
+    #[test]
+    fn poses_that_are_not_rigid_are_refused() {
+        let mut movement = Movement::new(&Settings::default());
+        let scaled = |x, y, z| DAffine3::from_scale(DVec3::new(x, y, z));
+        for (object, pose, words) in [
+            (
+                1,
+                DAffine3::IDENTITY,
+                "there is no object 1: the scene has 1",
+            ),
+            (0, scaled(2.0, 2.0, 2.0), "is not rigid"),
+            (0, scaled(1.0, 1.1, 1.0), "is not rigid"),
+            (0, scaled(0.0, 0.0, 0.0), "is not rigid"),
+            (0, scaled(-1.0, 1.0, 1.0), "mirrors it"),
+            (0, scaled(f64::NAN, 1.0, 1.0), "is not finite"),
+        ] {
+            let error = movement
+                .set_pose(object, Some(pose))
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(words), "{error}");
+            assert!(!movement.is_set(0));
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Nearest points and crossings on one mesh on the GPU, by the code that the simulation uses: what `myxo query sdf`
+//! answers.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::kernels::{TreeQueries, TreeQueriesArgs, TreeQueriesConstants, TreeQueriesParams};
+use super::types::TreeQuery;
+use crate::error::Result;
+use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
+use crate::mesh::surface::Surface;
+use crate::mesh::trees::Trees;
+use crate::scene::settings::SignRule;
+
+/// Queries of one dispatch, so that none runs for seconds.
+const BATCH: usize = 1 << 16;
+
+impl TreeQuery {
+    /// What is nearest to a place?
+    #[must_use]
+    pub fn nearest(place: Vec3) -> Self {
+        Self::crossing(place, place)
+    }
+
+    /// Where does the way from a place to another cross the surface first?
+    #[must_use]
+    pub fn crossing(place: Vec3, end: Vec3) -> Self {
+        Self {
+            place,
+            slot: 0,
+            end,
+            result: 0.0,
+            u: 0.0,
+            v: 0.0,
+            pad0: 0,
+            pad1: 0,
+        }
+    }
+}
+
+/// What the queries ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// The nearest point and the signed distance to it.
+    Nearest(SignRule),
+    /// The first crossing, and how much of the way it is at.
+    Crossing,
+}
+
+impl Question {
+    /// What is compiled into the kernel.
+    #[must_use]
+    pub fn constants(self) -> TreeQueriesConstants {
+        match self {
+            Self::Nearest(rule) => TreeQueriesConstants {
+                crossings: false,
+                sign_rule: rule as u32,
+            },
+            Self::Crossing => TreeQueriesConstants {
+                crossings: true,
+                sign_rule: 0,
+            },
+        }
+    }
+}
+
+/// Answers every query about the first object of a surface, in place. A slot is a place in [`Trees::faces`].
+///
+/// # Errors
+/// When the device fails or has too little memory.
+pub fn tree_queries(
+    ctx: &Arc<Context>,
+    surface: &Surface,
+    trees: &Trees,
+    question: Question,
+    queries: &mut [TreeQuery],
+) -> Result<()> {
+    let pipeline = Pipeline::<TreeQueries>::new(ctx, &question.constants())?;
+    let nodes = Texels::new(&Buffer::from_slice(ctx, "nodes", &trees.nodes)?, 4)?;
+    let dipoles = Texels::new(&Buffer::from_slice(ctx, "dipoles", &trees.dipoles)?, 4)?;
+    let faces = Texels::new(&Buffer::from_slice(ctx, "faces", &trees.faces)?, 4)?;
+    let pseudonormals = Texels::new(
+        &Buffer::from_slice(ctx, "pseudonormals", &trees.pseudonormals)?,
+        4,
+    )?;
+    let corners = Buffer::from_slice(ctx, "corners", surface.corners.as_flattened())?;
+    let mut frames = Frames::new(ctx, 1)?;
+    for batch in queries.chunks_mut(BATCH) {
+        let buffer = Buffer::from_slice(ctx, "queries", batch)?;
+        let mut rec = frames.begin()?;
+        rec.dispatch(
+            &pipeline,
+            Threads::of(batch.len()),
+            TreeQueriesArgs {
+                nodes: &nodes,
+                dipoles: &dipoles,
+                faces: &faces,
+                pseudonormals: &pseudonormals,
+                corners: &corners,
+                queries: &buffer,
+            },
+            TreeQueriesParams {
+                query_count: batch.len() as u32,
+                root: trees.objects[0].first_node,
+                first_vertex_normal: surface.halfedges.len() as u32,
+            },
+        );
+        rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
+        frames.submit(rec)?;
+        frames.wait_idle()?;
+        batch.copy_from_slice(&ctx.download(&buffer)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,139 @@
+//! Twin of `shaders/include/sign.glsl`: on which side of a surface a place lies, by one of three rules.
+
+use glam::{Vec3, Vec4};
+
+use super::bvh::{box_square, limit_of, slack_of};
+use super::nearest::{FEATURE_CORNER, FEATURE_EDGE, NearestPoint, nearest_on_face};
+use crate::mesh::trees::{Dipole, Face, Node};
+
+/// By the normal of the nearest face, edge or vertex.
+pub const SIGN_PSEUDONORMAL: u32 = 0;
+/// By how often the surface winds round the place.
+pub const SIGN_WINDING: u32 = 1;
+/// Outside if any of equally near faces looks towards the place.
+pub const SIGN_FACING: u32 = 2;
+
+/// From how many radii away faces together count as one dipole.
+const DIPOLE_FAR: f32 = 2.0;
+
+/// What tells the sides of a surface.
+#[derive(Clone, Copy)]
+pub struct Sides<'a> {
+    /// Every triangle.
+    pub faces: &'a [Face],
+    /// Trees of them.
+    pub nodes: &'a [Node],
+    /// What each node is from afar.
+    pub dipoles: &'a [Dipole],
+    /// Of half-edges, then of vertices.
+    pub pseudonormals: &'a [Vec4],
+    /// Three vertex indices a triangle.
+    pub corners: &'a [u32],
+    /// Where those of vertices begin.
+    pub first_vertex_normal: u32,
+}
+
+fn outside_by_pseudonormal(sides: &Sides, slot: u32, place: Vec3, feature: u32) -> bool {
+    let face = &sides.faces[slot as usize];
+    let mut way = place - face.a;
+    if feature == FEATURE_EDGE + 1 || feature == FEATURE_CORNER + 1 {
+        way -= face.ab;
+    } else if feature == FEATURE_CORNER + 2 {
+        way -= face.ac;
+    }
+    let normal = if feature >= FEATURE_CORNER {
+        let vertex = sides.corners[(3 * face.triangle + feature - FEATURE_CORNER) as usize];
+        sides.pseudonormals[(sides.first_vertex_normal + vertex) as usize].truncate()
+    } else if feature >= FEATURE_EDGE {
+        sides.pseudonormals[(3 * face.triangle + feature - FEATURE_EDGE) as usize].truncate()
+    } else {
+        face.ab.cross(face.ac)
+    };
+    way.dot(normal) >= 0.0
+}
+
+fn solid_angle(face: &Face, place: Vec3) -> f32 {
+    let a = face.a - place;
+    let b = a + face.ab;
+    let c = a + face.ac;
+    let length_a = a.dot(a).sqrt();
+    let length_b = b.dot(b).sqrt();
+    let length_c = c.dot(c).sqrt();
+    let volume = a.dot(b.cross(c));
+    let rest = ((length_a * length_b) * length_c + a.dot(b) * length_c)
+        + (b.dot(c) * length_a + c.dot(a) * length_b);
+    if volume == 0.0 {
+        0.0
+    } else {
+        2.0 * volume.atan2(rest)
+    }
+}
+
+/// The solid angle of all faces of a tree.
+#[must_use]
+pub fn solid_angle_of_tree(sides: &Sides, root: u32, place: Vec3) -> f32 {
+    let mut stack = vec![root];
+    let mut sum = 0.0;
+    while let Some(node) = stack.pop() {
+        let dipole = &sides.dipoles[node as usize];
+        let way = dipole.centre - place;
+        let square = way.dot(way);
+        let near = DIPOLE_FAR * dipole.radius;
+        let link = sides.nodes[node as usize].link;
+        if square > near * near {
+            sum += dipole.normal.dot(way) / (square * square.sqrt());
+        } else if link < Node::LEAF {
+            stack.extend([link, link + 1]);
+        } else {
+            let first = link % Node::LEAF;
+            for slot in first..first + link / Node::LEAF {
+                sum += solid_angle(&sides.faces[slot as usize], place);
+            }
+        }
+    }
+    sum
+}
+
+fn faces_place(face: &Face, place: Vec3) -> bool {
+    (place - face.a).dot(face.ab.cross(face.ac)) > 0.0
+}
+
+fn any_nearest_faces_place(sides: &Sides, root: u32, place: Vec3, distance: f32) -> bool {
+    let limit = limit_of(distance, slack_of(&sides.nodes[root as usize]));
+    let mut stack = vec![root];
+    let mut any_does = false;
+    while let Some(node) = stack.pop().filter(|_| !any_does) {
+        let node = &sides.nodes[node as usize];
+        if box_square(place, node) > limit {
+            continue;
+        }
+        if node.link < Node::LEAF {
+            stack.extend([node.link, node.link + 1]);
+        } else {
+            let first = node.link % Node::LEAF;
+            for slot in first..first + node.link / Node::LEAF {
+                let face = &sides.faces[slot as usize];
+                any_does |=
+                    nearest_on_face(face, place).square <= limit && faces_place(face, place);
+            }
+        }
+    }
+    any_does
+}
+
+/// Is a place outside, by a rule? `slot` is the nearest face, and `point` the nearest point on it.
+#[must_use]
+pub fn is_outside(
+    sides: &Sides,
+    rule: u32,
+    root: u32,
+    slot: u32,
+    place: Vec3,
+    point: &NearestPoint,
+) -> bool {
+    match rule {
+        SIGN_WINDING => solid_angle_of_tree(sides, root, place) < std::f32::consts::TAU,
+        SIGN_FACING => any_nearest_faces_place(sides, root, place, point.square.sqrt()),
+        _ => outside_by_pseudonormal(sides, slot, place, point.feature),
+    }
+}
