@@ -8,6 +8,7 @@ mod keyframes;
 pub mod motion;
 pub mod parameters;
 pub mod settings;
+mod strategy;
 pub mod suggest;
 #[cfg(test)]
 mod tests;

@@ -211,18 +211,6 @@ impl Default for TransferSettings {
     }
 }
 
-impl Settings {
-    /// The strategy of transfer that takes effect: with a single object there is nothing to change to.
-    #[must_use]
-    pub fn strategy(&self) -> Strategy {
-        if self.objects.len() > 1 {
-            self.transfer.strategy
-        } else {
-            Strategy::None
-        }
-    }
-}
-
 /// `[distance]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DistanceSettings {
@@ -469,20 +457,6 @@ choice! {
         Parallel = "parallel",
         /// They change objects at once; all objects' particles advance together.
         Direct = "direct",
-    }
-}
-
-impl Strategy {
-    /// Do objects have turns, one after the other in a step?
-    #[must_use]
-    pub fn has_turns(self) -> bool {
-        matches!(self, Self::Scattered | Self::Sequential | Self::Parallel)
-    }
-
-    /// Do objects have windows of the particle buffer?
-    #[must_use]
-    pub fn has_windows(self) -> bool {
-        matches!(self, Self::Sequential | Self::Parallel)
     }
 }
 
