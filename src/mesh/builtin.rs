@@ -229,7 +229,7 @@ mod tests {
             ("plane?columns=3&rows=2", 12, 12, 0, 10),
             ("capsule?segments=5&rings=3&length=0.5", 60, 32, 0, 0),
             ("gear?teeth=12", 9600, 4800, 1, 0),
-            ("ring_gear?teeth=30&radius=1.25", 15_840, 7920, 1, 0),
+            ("ring_gear?teeth=30&radius=1.25", 19_800, 9900, 1, 0),
         ] {
             let mesh = Mesh::builtin(name).unwrap();
             let report = &mesh.report;
