@@ -5,10 +5,10 @@ use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
     DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
-    ExchangeSeamsParams, MoveBorderConstants,
+    ExchangeSeamsParams, MoveBorderConstants, TransferOutConstants,
 };
 use super::setup::Setup;
-use super::turns::{Turn, border_constants};
+use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
 use crate::scene::settings::{Border, DistanceMethod, PhysarumSettings, Settings, Strategy};
@@ -47,6 +47,8 @@ pub struct StepConstants {
     pub advance: AdvanceConstants,
     /// For `move_border`.
     pub move_border: MoveBorderConstants,
+    /// For `transfer_out`.
+    pub transfer_out: TransferOutConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
     /// For `distance`.
@@ -79,6 +81,7 @@ impl StepConstants {
                 own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
             },
             move_border: border_constants(settings),
+            transfer_out: departure_constants(settings),
             distance: DistanceConstants { sign_rule },
             distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {
