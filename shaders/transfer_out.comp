@@ -1,8 +1,11 @@
-// transfer_out: particles that were selected leave in world space, towards the triangle that their texel is nearest to.
-// Reads   particle_indices, particles, motions, nearest, atlas_maps, triangles, corners, vertices, poses.
+// transfer_out: particles that were selected leave in world space, towards where their last step goes on on the object
+// that they have gone into.
+// Reads   particle_indices, particles, motions, nearest, atlas_maps, triangles, halfedges, corners, vertices, poses, physarums,
+//         roots, nodes, faces, pseudonormals, dipoles.
 // Writes  departing, behind the transfers that were copied on; flux, by atomic adds.
 // One invocation an entry of the lists; the first were copied on and return at once.
-// One that finds no triangle near flies back to where it is.
+// Where the last step does not cross the other object (that one moved, or counts as covering from afar), the particle
+// goes to the nearest point of it. One that has no triangle near flies back to where it is.
 // Overflow: cannot happen; selection has taken a place in the lists for each.
 
 #version 460
@@ -12,10 +15,18 @@
 
 layout(local_size_x = 64) in;
 
+layout(constant_id = 0) const bool BORDER_REFLECTS = true;
+layout(constant_id = 1) const uint SIGN_RULE = 0u;
+// Some object has values of its own.
+layout(constant_id = 2) const bool OWN_PHYSARUM = false;
+
 layout(push_constant) uniform Params {
-    uint capacity;      // of the lists of transfers
-    uint pitch;         // texels from one atlas row to the next
+    uint capacity;             // of the lists of transfers
+    uint pitch;                // texels from one atlas row to the next
     uint object_count;
+    uint attempts;             // edge crossings that one walk may make
+    float speed;               // world length of a step
+    uint first_vertex_normal;  // behind those of the half-edges
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
@@ -28,11 +39,19 @@ layout(std430, set = 0, binding = 6) writeonly buffer Departing { Transfer depar
 // From each object (rows) to each.
 layout(std430, set = 0, binding = 7) buffer Flux { uint flux[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer triangles;
-layout(std430, set = 0, binding = 9) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 10) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 11) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 9) uniform usamplerBuffer halfedges;
+layout(std430, set = 0, binding = 10) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 11) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430, set = 0, binding = 12) readonly buffer Poses { Pose poses[]; };
+layout(std430, set = 0, binding = 13) readonly buffer Physarums { Physarum physarums[]; };
+layout(std430, set = 0, binding = 14) readonly buffer Roots { uint roots[]; };
+layout(set = 0, binding = 15) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 16) uniform usamplerBuffer faces;
+layout(set = 0, binding = 17) uniform usamplerBuffer pseudonormals;
+layout(set = 0, binding = 18) uniform usamplerBuffer dipoles;
 
-#include "transfer.glsl"
+const bool WALK_CARRIES = false;
+#include "crossing.glsl"
 #include "atlas.glsl"
 
 // What the texel with the largest weight of the four around says, of those that know a triangle. Gutter texels know
@@ -57,16 +76,68 @@ uint nearest_triangle(vec2 position) {
     return found;
 }
 
+// Where the last step met the target first, found by walking back; and what was walked since then.
+Meeting meeting_behind(Particle particle, Motion motion, uint target, float way, out float rest) {
+    Meeting first;
+    first.slot = NONE;
+    rest = 0.0;
+    float walked = 0.0;
+    Walker w = walker_at(particle.triangle, particle.u, particle.v, vec2(-motion.heading_p, -motion.heading_h), way);
+    vec3 newer = place_of(poses[target], flight_of_walker(w));
+    bool goes_on = true;
+    for (uint i = 0u; goes_on; i += 1u) {
+        // To the next edge, over it, and to the one behind it: in a call there is one straight segment.
+        float before = w.remaining;
+        walk(w, min(i, 1u), BORDER_REFLECTS);
+        Flight back = flight_of_walker(w);
+        vec3 older = place_of(poses[target], back);
+        Meeting meeting = meeting_between(target, older, newer, back, -1.0);
+        goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < params.attempts;
+        float segment = before - w.remaining;
+        if (meeting.slot != NONE) {
+            first = meeting;
+            rest = walked + (1.0 - meeting.t) * segment;
+        }
+        walked += segment;
+        newer = older;
+    }
+    return first;
+}
+
+// Where it goes on on the target.
+Walker walker_on_target(Meeting meeting, uint source, float rest) {
+    Walker outer = walker_from(meeting, 1.0, rest);
+    Walker inner = walker_from(meeting, -1.0, rest);
+    walk(outer, params.attempts, BORDER_REFLECTS);
+    walk(inner, params.attempts, BORDER_REFLECTS);
+    if (inner_is_better(source, outer, inner, rest, params.first_vertex_normal)) return inner;
+    return outer;
+}
+
 void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving || i < flow[0].carried) return;
     uint slot = particle_indices[i];
     Particle particle = particles[slot];
+    Motion motion = motions[slot];
     uint source = texelFetch(triangles, int(particle.triangle)).w;
     uint near = nearest_triangle(atlas_position(atlas_maps[particle.triangle], particle.u, particle.v));
     uint triangle = near == NONE ? particle.triangle : near;
     uint target = texelFetch(triangles, int(triangle)).w;
-    Flight flight = flight_of(particle, motions[slot]);
+    Flight flight = flight_of(particle, motion);
+    if (near != NONE) {
+        float speed = OWN_PHYSARUM ? physarums[source].speed : params.speed;
+        float rest;
+        Meeting meeting = meeting_behind(particle, motion, target, max(speed - motion.pending, 0.0), rest);
+        if (meeting.slot != NONE) {
+            Walker w = walker_on_target(meeting, source, rest);
+            triangle = w.triangle;
+            flight = flight_of_walker(w);
+        } else {
+            uint face = nearest_on(roots[target], place_of(poses[target], flight), UNLIMITED);
+            triangle = triangle_of(face);
+        }
+    }
     departing[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, 0u, 0u, 0u);
     atomicAdd(flux[source * params.object_count + target], 1u);
 }

@@ -232,6 +232,6 @@ fn unknown_kernels_are_answered_with_those_that_exist() {
     let message = failed(&["profile", "cube", "--kernel", "difuse"]);
     assert_eq!(
         message,
-        "myxo: there is no kernel `difuse`, did you mean `diffuse`?: those of a step are advance, diffuse, diffuse_seams, exchange_seams\n"
+        "myxo: there is no kernel `difuse`, did you mean `diffuse`?: those of a step are distance, advance, diffuse, diffuse_seams, exchange_seams\n"
     );
 }

@@ -92,6 +92,13 @@ impl DistanceSetup {
         MOST_BOUNDS.min(most as u32)
     }
 
+    /// The first node of each object's tree.
+    #[must_use]
+    pub fn roots(&self) -> Vec<u32> {
+        let trees = self.trees.objects.iter();
+        trees.map(|tree| tree.first_node).collect()
+    }
+
     /// Is there any distance to take?
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -19,6 +19,7 @@ pub mod memory;
 pub mod movement;
 pub mod queries;
 pub mod start;
+pub mod transfer_queries;
 pub mod transfers;
 pub mod tree_queries;
 pub mod twin;

@@ -6,9 +6,10 @@ use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
     DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
     DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsParams, MoveBorderConstants,
+    TransferOutConstants,
 };
 use super::setup::Setup;
-use super::turns::{Turn, border_constants};
+use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
 use crate::scene::settings::{Border, DistanceMethod, PhysarumSettings, Settings, Strategy};
@@ -49,6 +50,8 @@ pub struct StepConstants {
     pub advance: AdvanceConstants,
     /// For `move_border`.
     pub move_border: MoveBorderConstants,
+    /// For `transfer_out`.
+    pub transfer_out: TransferOutConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
     /// For `distance_tiles`.
@@ -84,6 +87,7 @@ impl StepConstants {
             },
             move_border: border_constants(settings),
             distance_tiles: DistanceTilesConstants { sign_rule },
+            transfer_out: departure_constants(settings),
             distance: DistanceConstants { sign_rule },
             distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {

@@ -102,7 +102,8 @@ fn joined(rounded: f32, dropped: f32) -> f64 {
     f64::from(rounded) + f64::from(dropped)
 }
 
-fn left(w: &Walker) -> f64 {
+/// What a walker has yet to walk.
+pub(super) fn left(w: &Walker) -> f64 {
     joined(w.remaining, w.carry_remaining)
 }
 

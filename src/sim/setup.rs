@@ -63,7 +63,7 @@ impl Setup {
         );
         Ok(Self {
             corners: scene.surface.corners.as_flattened().to_vec(),
-            vertices: vertices(&scene.surface),
+            vertices: Vertex::of(&scene.surface),
             poses: scene
                 .world_from_object()
                 .into_iter()
@@ -145,16 +145,21 @@ fn start_place(scene: &Scene) -> StartPlace {
     }
 }
 
-fn vertices(surface: &Surface) -> Vec<Vertex> {
-    let mut vertices = Vec::with_capacity(surface.positions.len());
-    for (object, range) in surface.objects.iter().enumerate() {
-        let positions = &surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
-        vertices.extend(positions.iter().map(|&position| Vertex {
-            position,
-            object: object as u32,
-        }));
+impl Vertex {
+    /// Those of all objects of a surface.
+    #[must_use]
+    pub fn of(surface: &Surface) -> Vec<Self> {
+        let objects = surface.objects.iter().enumerate();
+        let vertices = objects.flat_map(|(object, range)| {
+            let (first, end) = range.vertices;
+            let positions = &surface.positions[first as usize..end as usize];
+            positions.iter().map(move |&position| Self {
+                position,
+                object: object as u32,
+            })
+        });
+        vertices.collect()
     }
-    vertices
 }
 
 #[cfg(test)]

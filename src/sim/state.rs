@@ -60,7 +60,7 @@ impl Kernels {
             advance: Pipeline::new(ctx, &constants.advance)?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
-            transfer_out: Pipeline::new(ctx, &())?,
+            transfer_out: Pipeline::new(ctx, &constants.transfer_out)?,
             defragment_scan: Pipeline::new(ctx, &())?,
             defragment_swap: Pipeline::new(ctx, &())?,
             defragment_sequential: Pipeline::new(ctx, &())?,
@@ -176,6 +176,8 @@ pub struct State {
     pub dipoles: Texels<u32>,
     /// One a half-edge, then one a vertex.
     pub pseudonormals: Texels<u32>,
+    /// One an object: the first node of its tree.
+    pub roots: Buffer<u32>,
     /// The objects whose distances are being taken.
     pub distance_jobs: Buffer<DistanceJob>,
     /// Which others they have within reach.
@@ -248,6 +250,7 @@ impl State {
                 &Buffer::from_slice(ctx, "pseudonormals", &setup.distance.trees.pseudonormals)?,
                 4,
             )?,
+            roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
         })

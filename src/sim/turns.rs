@@ -3,12 +3,12 @@
 use super::kernels::{
     Advance, AdvanceParams, DefragmentScanParams, DefragmentSequentialParams, DefragmentSwapParams,
     MoveBorderConstants, MoveBorderParams, RespawnParams, TransferIn, TransferInParams,
-    TransferOutParams,
+    TransferOutConstants, TransferOutParams,
 };
 use super::setup::Setup;
 use crate::gpu::Kernel;
 use crate::mesh::surface::NONE;
-use crate::scene::settings::{Settings, Strategy};
+use crate::scene::settings::{Border, Settings, Strategy};
 
 /// The parameters of one turn.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +77,9 @@ impl Turn {
                 capacity,
                 pitch: setup.atlas.pitch,
                 object_count,
+                attempts: advance.attempts,
+                speed: advance.speed,
+                first_vertex_normal: setup.surface.halfedges.len() as u32,
             },
             defragment_scan: DefragmentScanParams {
                 next_object: 0,
@@ -113,6 +116,16 @@ impl Turn {
         turn.defragment_scan.next_object = next;
         turn.defragment_sequential.next_object = next;
         turn
+    }
+}
+
+/// What is compiled into `transfer_out`.
+#[must_use]
+pub fn departure_constants(settings: &Settings) -> TransferOutConstants {
+    TransferOutConstants {
+        border_reflects: settings.physarum.border == Border::Reflect,
+        sign_rule: settings.distance.sign as u32,
+        own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
     }
 }
 

@@ -4,6 +4,7 @@
 mod atlas;
 mod sdf;
 mod straight;
+mod transfer;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};

@@ -9,9 +9,9 @@ use myxo::rng::{Purpose, random, unit};
 use myxo::sim::kernels::{
     DefragmentScan, DefragmentScanArgs, DefragmentSequential, DefragmentSequentialArgs,
     DefragmentSwap, DefragmentSwapArgs, MoveBorder, MoveBorderArgs, TransferIn, TransferInArgs,
-    TransferInParams, TransferOut, TransferOutArgs, TransferOutParams,
+    TransferInParams,
 };
-use myxo::sim::twin::transfer::{transfer_in, transfer_out};
+use myxo::sim::twin::transfer::transfer_in;
 use myxo::sim::types::{Flow, Motion, Particle, Transfer};
 
 use crate::common::gpu;
@@ -264,114 +264,6 @@ fn transfer_in_agrees_with_its_twin() {
         let mut by_kernel = ctx.download(&departing).unwrap();
         by_kernel[..flow.passing as usize].sort_by_key(|transfer| transfer.particle);
         assert_eq!(by_kernel, twin_departing, "{what}");
-    }
-    gpu.finish();
-}
-
-#[test]
-fn transfer_out_agrees_with_its_twin() {
-    let Some(gpu) = gpu() else { return };
-    let ctx = &gpu.ctx;
-    let pipeline = Pipeline::<TransferOut>::new(ctx, &()).unwrap();
-    let objects = Objects::new(4);
-    let pitch = 16;
-    let texels = pitch * 20;
-    // Half of the texels know no triangle, whole neighbourhoods among them.
-    let nearest: Vec<u32> = (0..texels)
-        .map(|i| random(5, i / 2, 0, Purpose::Start)[0])
-        .map(|word| if word % 2 == 0 { NONE } else { word % 4 })
-        .collect();
-    let atlas_maps: Vec<_> = (0..4)
-        .map(|i| myxo::mesh::surface::AtlasMap {
-            origin: glam::Vec2::new(1.0 + i as f32, 2.0),
-            du: glam::Vec2::new(9.0, 1.0),
-            dv: glam::Vec2::new(-0.4, 15.0),
-        })
-        .collect();
-    for (count, carried) in [(1, 0), (63, 10), (64, 64), (1021, 3)] {
-        let word = |i, k: usize| unit(random(6, i, 0, Purpose::Start)[k]);
-        let particles: Vec<Particle> = (0..count)
-            .map(|id| Particle {
-                triangle: id % 4,
-                u: word(id, 0),
-                v: (1.0 - word(id, 0)) * word(id, 1),
-                id,
-            })
-            .collect();
-        let motion = |id| {
-            let (heading_h, heading_p) = (7.0 * word(id, 2)).sin_cos();
-            let flags = Motion::IN_FLIGHT;
-            Motion {
-                heading_p,
-                heading_h,
-                pending: 0.0,
-                flags,
-            }
-        };
-        let motions: Vec<Motion> = (0..count).map(motion).collect();
-        let particle_indices: Vec<u32> = (0..count).rev().collect();
-        let flow = Flow {
-            leaving: count,
-            carried,
-            ..Flow::default()
-        };
-        let params = TransferOutParams {
-            capacity: count + 3,
-            pitch,
-            object_count: 4,
-        };
-        let departing = Buffer::<Transfer>::zeroed(ctx, "departing", count as usize + 3).unwrap();
-        let flux = Buffer::<u32>::zeroed(ctx, "flux", 16).unwrap();
-        gpu.run(|rec| {
-            let args = TransferOutArgs {
-                flow: &buffer(ctx, "flow", &[flow]),
-                particle_indices: &buffer(ctx, "particle_indices", &particle_indices),
-                particles: &buffer(ctx, "particles", &particles),
-                motions: &buffer(ctx, "motions", &motions),
-                nearest: &buffer(ctx, "nearest", &nearest),
-                atlas_maps: &buffer(ctx, "atlas_maps", &atlas_maps),
-                departing: &departing,
-                flux: &flux,
-                triangles: &Texels::new(&buffer(ctx, "triangles", &objects.triangles), 4).unwrap(),
-                corners: &buffer(ctx, "corners", &objects.corners),
-                vertices: &buffer(ctx, "vertices", &objects.vertices),
-                poses: &buffer(ctx, "poses", &objects.poses),
-            };
-            rec.dispatch(&pipeline, Threads(count + 3), args, params);
-        });
-        let mut twin = vec![Transfer::default(); count as usize + 3];
-        let mut twin_flux = vec![0; 16];
-        transfer_out(
-            &params,
-            &objects.ground(),
-            &flow,
-            &particle_indices,
-            &particles,
-            &motions,
-            &nearest,
-            &atlas_maps,
-            &mut twin,
-            &mut twin_flux,
-        );
-        assert_eq!(ctx.download(&flux).unwrap(), twin_flux);
-        assert_eq!(twin_flux.iter().sum::<u32>(), count - carried);
-        let mut elsewhere = 0;
-        for (a, b) in ctx.download(&departing).unwrap().iter().zip(&twin) {
-            if a.triangle != b.triangle {
-                elsewhere += 1;
-                continue;
-            }
-            let whole = |t: &Transfer| (t.particle, t.source, t.target);
-            assert_eq!(whole(a), whole(b));
-            for (x, y) in [
-                (a.position, b.position),
-                (a.heading, b.heading),
-                (a.normal, b.normal),
-            ] {
-                assert!(x.distance(y) < 1e-5, "{a:?} by the kernel, {b:?}");
-            }
-        }
-        assert!(elsewhere * 100 <= count, "{elsewhere} of {count}");
     }
     gpu.finish();
 }

@@ -6,18 +6,24 @@ mod geodesic;
 mod pair;
 mod sdf;
 mod table;
+mod transfer;
+mod walks;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Subcommand};
-use myxo::Result;
+use clap::{Args, Subcommand, ValueEnum};
+use glam::DVec3;
+use myxo::gpu::{Context, ContextOptions};
 use myxo::mesh::Mesh;
 use myxo::mesh::atlas::AtlasOptions;
-use myxo::scene::settings::{AtlasMethod, Settings};
+use myxo::scene::settings::{AtlasMethod, Settings, SignRule};
 use myxo::sim::atlas_options;
+use myxo::{Error, Result};
 
 use super::Outcome;
+use super::options::DeviceOptions;
 
 /// Answer questions about meshes, CSV in and CSV out
 #[derive(Clone, Debug, Args)]
@@ -32,6 +38,7 @@ enum Kind {
     Diffuse(diffuse::Diffuse),
     Geodesic(geodesic::Geodesic),
     Sdf(sdf::Sdf),
+    Transfer(transfer::Transfer),
 }
 
 impl Query {
@@ -42,6 +49,60 @@ impl Query {
             Kind::Diffuse(diffuse) => diffuse.run(),
             Kind::Geodesic(geodesic) => geodesic.run(),
             Kind::Sdf(sdf) => sdf.run(),
+            Kind::Transfer(transfer) => transfer.run(),
+        }
+    }
+}
+
+/// Asks a device, and fails where its validation complains.
+fn with_device<T>(
+    options: &DeviceOptions,
+    ask: impl FnOnce(&Arc<Context>) -> Result<T>,
+) -> Result<T> {
+    let ctx = Context::new(&ContextOptions {
+        device: options.device.clone(),
+        validation: options.validate,
+        ..ContextOptions::default()
+    })?;
+    let answer = ask(&ctx)?;
+    let messages = ctx.take_messages();
+    if !messages.is_empty() {
+        return Err(Error::Invalid(format!(
+            "Vulkan's validation complains: {}",
+            messages.join("\n")
+        )));
+    }
+    Ok(answer)
+}
+
+/// A mesh with the middle of its box in the origin, and where that was: far from the origin no digits are lost.
+fn about_its_middle(mesh: &Mesh) -> (DVec3, Mesh) {
+    let (low, high) = mesh.bounds();
+    let centre = 0.5 * (low.as_dvec3() + high.as_dvec3());
+    let mut mesh = mesh.clone();
+    for position in &mut mesh.positions {
+        *position = (position.as_dvec3() - centre).as_vec3();
+    }
+    (centre, mesh)
+}
+
+/// How it is told whether a place is inside.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Sign {
+    /// By the normal of the nearest face, edge or vertex
+    Pseudonormal,
+    /// By the winding number, also right where the mesh has holes
+    Winding,
+    /// Outside if any of equally near faces looks towards the place
+    Facing,
+}
+
+impl From<Sign> for SignRule {
+    fn from(sign: Sign) -> Self {
+        match sign {
+            Sign::Pseudonormal => Self::Pseudonormal,
+            Sign::Winding => Self::Winding,
+            Sign::Facing => Self::Facing,
         }
     }
 }

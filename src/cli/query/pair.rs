@@ -1,5 +1,4 @@
-//! Two meshes and how they stand, as JSON: what questions about two objects are asked of. Where A stands does not matter
-//! to distances, whose places are the world's.
+//! Two meshes and how they stand, as JSON: what questions about two objects are asked of.
 
 use std::path::{Path, PathBuf};
 
@@ -15,46 +14,75 @@ const RIGID: f64 = 1e-4;
 
 #[derive(Deserialize)]
 struct File {
+    mesh_a: Option<PathBuf>,
+    a_transform_row_major: Option<[f64; 16]>,
     mesh_b: PathBuf,
     b_transform_row_major: [f64; 16],
 }
 
-/// What is needed of the two: the meshes in their own coordinates, and their rigid poses.
+/// A mesh in its own coordinates, and its rigid pose.
 #[derive(Debug)]
-pub struct MeshPair {
-    /// The mesh B.
-    pub b: Mesh,
-    /// World from B.
-    pub world_from_b: DAffine3,
+pub struct PlacedMesh {
+    /// As in its file.
+    pub mesh: Mesh,
+    /// World from its coordinates.
+    pub world_from_mesh: DAffine3,
 }
 
-impl MeshPair {
-    /// Reads the JSON file; its paths are relative to it.
-    pub fn read(path: &Path) -> Result<Self> {
+impl PlacedMesh {
+    /// Mesh B of a JSON file, whose paths are relative to it. Nothing needs to be told of A.
+    pub fn read_b(path: &Path) -> Result<Self> {
+        let file = File::read(path)?;
+        file.b(path)
+    }
+
+    /// Both meshes, A and B.
+    pub fn read_both(path: &Path) -> Result<[Self; 2]> {
+        let file = File::read(path)?;
+        let missing = |key: &str| Error::Invalid(format!("{}: {key} is missing", path.display()));
+        let a = Self::new(
+            path,
+            "a",
+            file.mesh_a.as_deref().ok_or_else(|| missing("mesh_a"))?,
+            file.a_transform_row_major
+                .as_ref()
+                .ok_or_else(|| missing("a_transform_row_major"))?,
+        )?;
+        Ok([a, file.b(path)?])
+    }
+
+    fn new(path: &Path, which: &str, name: &Path, rows: &[f64; 16]) -> Result<Self> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mesh = match name.to_str() {
+            Some(builtin) if builtin.starts_with("builtin:") => open_mesh(name),
+            _ => open_mesh(&folder.join(name)),
+        };
+        let pose = rigid(rows).ok_or_else(|| {
+            Error::Invalid(format!(
+                "{}: {which}_transform_row_major is not a rotation and a translation",
+                path.display()
+            ))
+        });
+        Ok(Self {
+            mesh: mesh?,
+            world_from_mesh: pose?,
+        })
+    }
+}
+
+impl File {
+    fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
             action: "read",
             path: path.to_owned(),
             source,
         })?;
-        let place = path.display();
-        let file: File = serde_json::from_str(&text)
-            .map_err(|error| Error::Invalid(format!("{place}: {error}")))?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mesh = |name: &Path| match name.to_str() {
-            Some(builtin) if builtin.starts_with("builtin:") => open_mesh(name),
-            _ => open_mesh(&folder.join(name)),
-        };
-        let pose = |which: &str, rows: &[f64; 16]| {
-            rigid(rows).ok_or_else(|| {
-                Error::Invalid(format!(
-                    "{place}: {which}_transform_row_major is not a rotation and a translation"
-                ))
-            })
-        };
-        Ok(Self {
-            b: mesh(&file.mesh_b)?,
-            world_from_b: pose("b", &file.b_transform_row_major)?,
-        })
+        serde_json::from_str(&text)
+            .map_err(|error| Error::Invalid(format!("{}: {error}", path.display())))
+    }
+
+    fn b(&self, path: &Path) -> Result<PlacedMesh> {
+        PlacedMesh::new(path, "b", &self.mesh_b, &self.b_transform_row_major)
     }
 }
 

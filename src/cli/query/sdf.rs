@@ -6,20 +6,18 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::DVec3;
-use myxo::gpu::{Context, ContextOptions};
-use myxo::mesh::Mesh;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::trees::Trees;
 use myxo::mesh::walk::SurfacePoint;
-use myxo::scene::settings::SignRule;
 use myxo::sim::tree_queries::{Question, tree_queries};
 use myxo::sim::types::TreeQuery;
 use myxo::{Error, Result};
 
-use super::pair::MeshPair;
+use super::pair::PlacedMesh;
 use super::table::Table;
+use super::{Sign, about_its_middle, with_device};
 use crate::cli::Outcome;
 use crate::cli::files::Sink;
 use crate::cli::options::DeviceOptions;
@@ -57,27 +55,18 @@ pub struct Sdf {
     device: DeviceOptions,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Sign {
-    /// By the normal of the nearest face, edge or vertex
-    Pseudonormal,
-    /// By the winding number, also right where the mesh has holes
-    Winding,
-    /// Outside if any of equally near faces looks towards the place
-    Facing,
-}
-
 const COLUMNS: &[&str] = &["id", "px", "py", "pz"];
 
 impl Sdf {
     /// Reads, asks, writes.
     pub fn run(&self) -> Result<Outcome> {
         let sink = Sink::create(&self.out)?;
-        let pair = MeshPair::read(&self.scene)?;
+        let b = PlacedMesh::read_b(&self.scene)?;
         let table = Table::read(&self.input, COLUMNS)?;
-        let (centre, surface) = about_its_middle(&pair.b);
+        let (centre, centred) = about_its_middle(&b.mesh);
+        let surface = Surface::build(&[(&centred, 1.0)]);
         let trees = Trees::build(&surface);
-        let b_from_world = pair.world_from_b.inverse();
+        let b_from_world = b.world_from_mesh.inverse();
         let mut queries = Vec::new();
         for row in table.rows() {
             let place = DVec3::new(row.number(1)?, row.number(2)?, row.number(3)?);
@@ -90,24 +79,10 @@ impl Sdf {
             }
             queries.push(TreeQuery::nearest(place.as_vec3()));
         }
-        let ctx = Context::new(&ContextOptions {
-            device: self.device.device.clone(),
-            validation: self.device.validate,
-            ..ContextOptions::default()
+        with_device(&self.device, |ctx| {
+            let question = Question::Nearest(self.sign.into());
+            tree_queries(ctx, &surface, &trees, question, &mut queries)
         })?;
-        let question = Question::Nearest(match self.sign {
-            Sign::Pseudonormal => SignRule::Pseudonormal,
-            Sign::Winding => SignRule::Winding,
-            Sign::Facing => SignRule::Facing,
-        });
-        tree_queries(&ctx, &surface, &trees, question, &mut queries)?;
-        let messages = ctx.take_messages();
-        if !messages.is_empty() {
-            return Err(Error::Invalid(format!(
-                "Vulkan's validation complains: {}",
-                messages.join("\n")
-            )));
-        }
 
         let mut text = "id,sd,face,qx,qy,qz\n".to_owned();
         for (row, answer) in table.rows().zip(&queries) {
@@ -116,11 +91,12 @@ impl Sdf {
                 u: answer.u.into(),
                 v: answer.v.into(),
             };
-            let (face, _) = pair.b.point_to_file(point);
+            let (face, _) = b.mesh.point_to_file(point);
             let corners = surface.corners[point.triangle as usize];
-            let [a, b, c] = corners.map(|corner| surface.positions[corner as usize].as_dvec3());
-            let nearest = a + point.u * (b - a) + point.v * (c - a) + centre;
-            let q = pair.world_from_b.transform_point3(nearest);
+            let [first, second, third] =
+                corners.map(|corner| surface.positions[corner as usize].as_dvec3());
+            let nearest = first + point.u * (second - first) + point.v * (third - first) + centre;
+            let q = b.world_from_mesh.transform_point3(nearest);
             let sd = f64::from(answer.result);
             let _ = writeln!(text, "{},{sd},{face},{},{},{}", row.text(0), q.x, q.y, q.z);
         }
@@ -131,14 +107,3 @@ impl Sdf {
 
 /// Squares of more do not fit a float32.
 const FARTHEST: f64 = 1e18;
-
-/// A mesh as a surface whose box has its middle in the origin, and where that is.
-fn about_its_middle(mesh: &Mesh) -> (DVec3, Surface) {
-    let (low, high) = mesh.bounds();
-    let centre = 0.5 * (low.as_dvec3() + high.as_dvec3());
-    let mut mesh = mesh.clone();
-    for position in &mut mesh.positions {
-        *position = (position.as_dvec3() - centre).as_vec3();
-    }
-    (centre, Surface::build(&[(&mesh, 1.0)]))
-}

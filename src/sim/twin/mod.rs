@@ -4,6 +4,7 @@
 
 mod advance;
 pub mod bvh;
+pub mod crossing;
 mod diffuse;
 mod diffuse_seams;
 pub mod distance;
@@ -17,6 +18,7 @@ pub mod ring;
 pub mod sign;
 pub mod trail;
 pub mod transfer;
+pub mod transfer_queries;
 mod tree_queries;
 mod turns;
 pub mod walk;
@@ -140,7 +142,7 @@ impl Simulation {
             Strategy::Direct => {
                 let gaps = self.advance(constants, all);
                 self.move_border(constants, all);
-                self.transfer_out(all);
+                self.transfer_out(constants, all);
                 self.transfers.swap();
                 self.transfer_in(all);
                 gaps
@@ -151,7 +153,7 @@ impl Simulation {
                     self.transfer_in(&turn);
                     gaps.extend(self.advance(constants, &turn));
                     self.move_border(constants, &turn);
-                    self.transfer_out(&turn);
+                    self.transfer_out(constants, &turn);
                     match turn.strategy {
                         Strategy::Sequential => self.defragment_sequential(&turn),
                         Strategy::Parallel => self.defragment(&turn),

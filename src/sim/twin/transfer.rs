@@ -3,11 +3,14 @@
 
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
+use super::bvh::{UNLIMITED, nearest_on};
+use super::crossing::Terrain;
+use super::sign::Sides;
 use super::trail::atlas_position;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::sim::Setup;
-use crate::sim::kernels::{TransferInParams, TransferOutParams};
-use crate::sim::types::{Flow, Motion, Particle, Pose, Transfer, Vertex};
+use crate::sim::kernels::{TransferInParams, TransferOutConstants, TransferOutParams};
+use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer, Vertex};
 
 /// The surface and where its objects stand.
 #[derive(Clone, Copy)]
@@ -34,11 +37,11 @@ pub struct Flight {
 }
 
 /// A triangle's corner A, the axes of its tangent frame and its unit normal, object space.
-struct Frame {
-    origin: Vec3,
-    p: Vec3,
-    h: Vec3,
-    normal: Vec3,
+pub(super) struct Frame {
+    pub(super) origin: Vec3,
+    pub(super) p: Vec3,
+    pub(super) h: Vec3,
+    pub(super) normal: Vec3,
 }
 
 fn turned_to_world(pose: &Pose, direction: Vec3) -> Vec3 {
@@ -112,7 +115,7 @@ impl Ground<'_> {
         &self.poses[self.triangles[triangle as usize].object as usize]
     }
 
-    fn frame(&self, triangle: u32) -> Frame {
+    pub(super) fn frame(&self, triangle: u32) -> Frame {
         let [a, b, c] = [0, 1, 2].map(|corner| {
             self.vertices[self.corners[(3 * triangle + corner) as usize] as usize].position
         });
@@ -124,6 +127,17 @@ impl Ground<'_> {
             h: normal.cross(p),
             normal,
         }
+    }
+
+    /// A place of the world in an object's space.
+    pub(super) fn place_in(&self, object: u32, position: Vec3) -> Vec3 {
+        let pose = &self.poses[object as usize];
+        turned_to_object(pose, position - translation_of(pose))
+    }
+
+    /// A direction of the world in an object's space.
+    pub(super) fn direction_in(&self, object: u32, direction: Vec3) -> Vec3 {
+        turned_to_object(&self.poses[object as usize], direction)
     }
 
     /// A particle's place and heading in world space.
@@ -207,20 +221,24 @@ pub fn transfer_in(
 /// Twin of `shaders/transfer_out.comp`.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn transfer_out(
+    constants: &TransferOutConstants,
     params: &TransferOutParams,
-    ground: &Ground,
+    terrain: &Terrain,
     flow: &Flow,
     particle_indices: &[u32],
     particles: &[Particle],
     motions: &[Motion],
+    physarums: &[Physarum],
     nearest: &[u32],
     atlas_maps: &[AtlasMap],
     departing: &mut [Transfer],
     flux: &mut [u32],
 ) {
+    let ground = &terrain.ground;
     for i in flow.carried..flow.leaving.min(params.capacity) {
         let slot = particle_indices[i as usize];
         let particle = &particles[slot as usize];
+        let motion = &motions[slot as usize];
         let source = ground.triangles[particle.triangle as usize].object;
         let map = &atlas_maps[particle.triangle as usize];
         let near = nearest_triangle(
@@ -228,13 +246,33 @@ pub fn transfer_out(
             atlas_position(map, particle.u, particle.v),
             params.pitch,
         );
-        let triangle = if near == NONE {
+        let mut triangle = if near == NONE {
             particle.triangle
         } else {
             near
         };
         let target = ground.triangles[triangle as usize].object;
-        let flight = ground.flight(particle, &motions[slot as usize]);
+        let mut flight = ground.flight(particle, motion);
+        if near != NONE {
+            let speed = if constants.own_physarum {
+                physarums[source as usize].speed
+            } else {
+                params.speed
+            };
+            let way = (speed - motion.pending).max(0.0);
+            let met = terrain.meeting_behind(particle, motion, target, way, params.attempts);
+            if let Some((meeting, rest)) = met {
+                let w = terrain.walker_on_target(&meeting, source, rest, params.attempts);
+                triangle = w.triangle;
+                flight = terrain.flight_of_walker(&w);
+            } else {
+                let Sides { nodes, faces, .. } = terrain.sides;
+                let place = ground.place_in(target, flight.position);
+                let root = terrain.roots[target as usize];
+                let face = nearest_on(nodes, faces, root, place, UNLIMITED);
+                triangle = faces[face as usize].triangle;
+            }
+        }
         departing[i as usize] = Transfer {
             position: flight.position,
             particle: slot,

@@ -1,6 +1,7 @@
 //! An object's turn by the twins.
 
 use super::advance::{self, AdvanceInputs, advance};
+use super::crossing::Terrain;
 use super::respawn::respawn;
 use super::ring::{
     defragment_scan, defragment_sequential, defragment_swap, dispatch_groups, move_border,
@@ -121,14 +122,24 @@ impl Simulation {
         );
     }
 
-    pub(super) fn transfer_out(&mut self, turn: &Turn) {
+    pub(super) fn transfer_out(&mut self, constants: &StepConstants, turn: &Turn) {
+        let constants = &constants.transfer_out;
+        let roots = self.setup.distance.roots();
         transfer_out(
+            constants,
             &turn.transfer_out,
-            &Ground::of(&self.setup, &self.poses),
+            &Terrain::of(
+                &self.setup,
+                &self.poses,
+                &roots,
+                constants.sign_rule,
+                constants.border_reflects,
+            ),
             &self.transfers.flow,
             &self.transfers.particle_indices,
             &self.particles,
             &self.motions,
+            &physarums(&self.settings, self.setup.radius),
             &self.nearest,
             &self.setup.atlas.maps,
             &mut self.transfers.departing,

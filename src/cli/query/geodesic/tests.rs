@@ -1,7 +1,8 @@
 //! Tests of the translation, and of the device's walks against double precision.
 
 use super::*;
-use myxo::mesh::walk::walk;
+use glam::DVec2;
+use myxo::mesh::walk::{WalkEnd, WalkStatus, walk};
 
 fn reference(surface: &Surface, queries: &[WalkQuery]) -> Result<Vec<WalkEnd>> {
     let end = |q: &WalkQuery| {

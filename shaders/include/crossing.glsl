@@ -1,0 +1,92 @@
+// crossing: where a walk on one object meets the surface of another, and which way it goes on there. Twin of
+// src/sim/twin/crossing.rs.
+// The includer declares `roots` first, the first node of each object's tree, and what walk.glsl, transfer.glsl and
+// sign.glsl need. Every place here is in the space of the other object, the target.
+//
+// Two planes meet in a line. What a heading has along the line it keeps; what it has across turns into the other plane,
+// to one of two sides. The walk takes the side on which it ends less covered by the object that it comes from.
+
+#ifndef MYXO_CROSSING
+#define MYXO_CROSSING
+
+#include "walk.glsl"
+#include "transfer.glsl"
+#include "sign.glsl"
+
+struct Meeting {
+    uint slot;     // the target's face, NONE where they do not meet
+    float u;       // weights of B and C there
+    float v;
+    float t;       // how much of the segment comes before it
+    vec3 heading;  // of the walk
+    vec3 normal;   // of the plane that it was in
+};
+
+// Cross products of unit normals that are shorter than this tell no line.
+const float PARALLEL = 1.0e-3;
+
+Flight flight_of_walker(Walker w) {
+    vec2 uv = walker_uv(w);
+    vec2 heading = walker_heading(w);
+    return flight_of(Particle(w.triangle, uv.x, uv.y, 0u), Motion(heading.x, heading.y, 0.0, 0u));
+}
+
+vec3 place_of(Pose target, Flight flight) {
+    return turned_to_object(target, flight.position - translation_of(target));
+}
+
+// Where the straight way between two walkers meets the target first; `on` is one of them that is in the triangle that
+// the way lies in, and `side` is -1 if it walks backwards.
+Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) {
+    Crossing crossing = first_crossing(roots[target], from, to);
+    Meeting meeting;
+    meeting.slot = crossing.slot;
+    meeting.u = crossing.u;
+    meeting.v = crossing.v;
+    meeting.t = crossing.t;
+    meeting.heading = side * turned_to_object(poses[target], on.heading);
+    meeting.normal = turned_to_object(poses[target], on.normal);
+    return meeting;
+}
+
+// The walk that goes on from a meeting: outwards if `side` is 1, seen from the object that it comes from, or inwards.
+Walker walker_from(Meeting meeting, float side, float rest) {
+    uint triangle = triangle_of(meeting.slot);
+    Frame frame = frame_of(triangle);
+    vec3 axis = cross(meeting.normal, frame.normal);
+    float sine = length(axis);
+    vec3 heading;
+    if (sine < PARALLEL) {
+        heading = folded(meeting.heading, meeting.normal, frame.normal);
+    } else {
+        axis /= sine;
+        vec3 across = cross(axis, frame.normal);
+        float outwards = dot(across, meeting.normal) < 0.0 ? -side : side;
+        float along = dot(meeting.heading, axis);
+        heading = along * axis + outwards * sqrt(max(1.0 - along * along, 0.0)) * across;
+    }
+    vec2 flat_heading = normalize(vec2(dot(heading, frame.p), dot(heading, frame.h)));
+    return walker_at(triangle, meeting.u, meeting.v, flat_heading, rest);
+}
+
+// The signed distance of a walker to an object that it has come from; `way` is how far it has walked since, at most.
+float distance_to_object(uint object, Walker w, float way, uint first_vertex_normal) {
+    uint root = roots[object];
+    vec3 place = place_of(poses[object], flight_of_walker(w));
+    float slack = slack_of_tree(root);
+    // The way began on the object; little more is for rounding.
+    uint slot = nearest_on(root, place, 1.001 * way + 4.0 * slack);
+    if (slot == NONE) return way;
+    vec4 point = nearest_on_face(slot, place);
+    float distance = sqrt(point.z);
+    return is_outside(root, slot, place, point, first_vertex_normal) ? distance : -distance;
+}
+
+// Is the inner one of two ends less covered by the object that the walk comes from? If both are as good, it is not.
+bool inner_is_better(uint source, Walker outer, Walker inner, float way, uint first_vertex_normal) {
+    float outer_distance = distance_to_object(source, outer, way, first_vertex_normal);
+    float inner_distance = distance_to_object(source, inner, way, first_vertex_normal);
+    return inner_distance > outer_distance + 4.0 * slack_of_tree(roots[source]);
+}
+
+#endif

@@ -1,0 +1,115 @@
+//! `myxo query transfer`: straight walks on one mesh that change to another one where they meet it.
+//!
+//! Both meshes are taken about their middles and B stands still, so that far from the origin no digits are lost.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::{Affine3A, DAffine3};
+use myxo::mesh::surface::Surface;
+use myxo::mesh::walk::WalkQuery;
+use myxo::sim::transfer_queries::transfer_queries;
+use myxo::sim::types::Pose;
+use myxo::{Error, Result};
+
+use super::pair::PlacedMesh;
+use super::table::Table;
+use super::walks::{COLUMNS, Ground, Question};
+use super::{Sign, about_its_middle, with_device};
+use crate::cli::Outcome;
+use crate::cli::files::Sink;
+use crate::cli::options::DeviceOptions;
+
+/// Walk straight on a mesh, and go on on another one where it is met
+///
+/// In:  id,face,b0,b1,b2,dx,dy,dz,length
+/// Out: id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status
+///
+/// The scene is JSON: mesh_a, mesh_b (paths relative to it), a_transform_row_major and b_transform_row_major (16
+/// numbers each). Walks begin on mesh A. Where one meets mesh B first it is folded about the line in which the two
+/// faces meet, into B's face, and goes on there, to the side that is less covered by A; it does not come back.
+/// Directions and places are in world space, faces and corners are counted as in the file.
+/// Mesh: 0 for A, 1 for B. Status: 0 the whole length, 1 stopped at an open border, 2 no such walk.
+#[derive(Clone, Debug, Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "\
+Examples:
+  myxo query transfer --scene two.json --in walks.csv --out ends.csv
+  myxo query transfer --scene two.json < walks.csv | head"
+)]
+pub struct Transfer {
+    /// Two meshes and their transforms
+    #[arg(long, value_name = "FILE")]
+    scene: PathBuf,
+    /// The walks; - for the standard input
+    #[arg(long = "in", value_name = "FILE", default_value = "-")]
+    input: PathBuf,
+    /// Where their ends go; - for the standard output
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    out: PathBuf,
+    /// How it is told whether a place is inside of A
+    #[arg(long, value_name = "RULE", default_value = "pseudonormal")]
+    sign: Sign,
+    #[command(flatten)]
+    device: DeviceOptions,
+}
+
+const HEADER: &str = "id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
+
+/// Squares of more do not fit a float32.
+const FARTHEST: f64 = 1e18;
+
+impl Transfer {
+    /// Reads, walks, writes.
+    pub fn run(&self) -> Result<Outcome> {
+        let sink = Sink::create(&self.out)?;
+        let pair = PlacedMesh::read_both(&self.scene)?;
+        let table = Table::read(&self.input, COLUMNS)?;
+        let [(a_centre, a), (b_centre, b)] = [0, 1].map(|k: usize| about_its_middle(&pair[k].mesh));
+        let surface = Surface::build(&[(&a, 1.0), (&b, 1.0)]);
+        let [world_from_a, world_from_b] = [(0, a_centre), (1, b_centre)].map(|(k, centre)| {
+            let pose: DAffine3 = pair[k].world_from_mesh;
+            pose * DAffine3::from_translation(centre)
+        });
+        let b_from_a = world_from_b.inverse() * world_from_a;
+        if b_from_a.translation.abs().max_element() > FARTHEST {
+            return Err(Error::Invalid(format!(
+                "{}: the meshes are farther than {FARTHEST:e} apart",
+                self.scene.display()
+            )));
+        }
+        let poses = [b_from_a, DAffine3::IDENTITY].map(|pose| {
+            let (x, y, z) = (
+                pose.matrix3.x_axis,
+                pose.matrix3.y_axis,
+                pose.matrix3.z_axis,
+            );
+            let [x, y, z, at] = [x, y, z, pose.translation].map(|axis| axis.as_vec3());
+            Pose::from(Affine3A::from_cols(x.into(), y.into(), z.into(), at.into()))
+        });
+        let question = Question {
+            header: HEADER,
+            surface: &surface,
+            grounds: &[
+                Ground {
+                    mesh: &pair[0].mesh,
+                    first_triangle: 0,
+                    world_from_surface: world_from_a,
+                },
+                Ground {
+                    mesh: &pair[1].mesh,
+                    first_triangle: surface.objects[1].triangles.0,
+                    world_from_surface: world_from_b,
+                },
+            ],
+        };
+        let on_device = |surface: &Surface, queries: &[WalkQuery]| {
+            with_device(&self.device, |ctx| {
+                transfer_queries(ctx, surface, poses, self.sign.into(), queries)
+            })
+        };
+        sink.write(&question.answer(&table, &on_device)?.told())?;
+        Ok(Outcome::Done)
+    }
+}

@@ -1,0 +1,115 @@
+//! Straight walks on the GPU that change once from an object to another one, where they meet it, by the code that the
+//! simulation uses: what `myxo query transfer` answers.
+
+use std::sync::Arc;
+
+use super::kernels::{
+    TransferQueries, TransferQueriesArgs, TransferQueriesConstants, TransferQueriesParams,
+};
+use super::queries::{end_of, left, walker_of};
+use super::twin::transfer_queries::{PHASE_DONE, PHASE_ON_SOURCE};
+use super::types::{Pose, Vertex, Walker};
+use crate::error::Result;
+use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
+use crate::mesh::surface::Surface;
+use crate::mesh::trees::Trees;
+use crate::mesh::walk::{WalkEnd, WalkQuery};
+use crate::scene::settings::SignRule;
+
+/// Queries of one dispatch.
+const BATCH: usize = 1 << 14;
+
+/// Segments of one dispatch, all queries together, so that none runs for seconds.
+const SEGMENTS: usize = 1 << 22;
+
+/// Answers every query in the same order. The surface has two objects, which stand by their poses: walks begin on the
+/// first, stop at open borders, and change to the second where they meet it first. The object that a walk ends on is
+/// that of its last triangle.
+///
+/// A walk that goes round a vertex and makes no progress any more, which a sound mesh does not cause, ends there with
+/// [`WalkStatus::OutOfAttempts`](crate::mesh::walk::WalkStatus).
+///
+/// # Errors
+/// When the device fails or has too little memory.
+pub fn transfer_queries(
+    ctx: &Arc<Context>,
+    surface: &Surface,
+    poses: [Pose; 2],
+    sign: SignRule,
+    queries: &[WalkQuery],
+) -> Result<Vec<WalkEnd>> {
+    let constants = TransferQueriesConstants {
+        sign_rule: sign as u32,
+    };
+    let pipeline = Pipeline::<TransferQueries>::new(ctx, &constants)?;
+    let trees = Trees::build(surface);
+    let texels = |name, words: &[u32]| Texels::new(&Buffer::from_slice(ctx, name, words)?, 4);
+    let triangles = texels("triangles", bytemuck::cast_slice(&surface.triangles))?;
+    let halfedges = texels("halfedges", bytemuck::cast_slice(&surface.halfedges))?;
+    let nodes = texels("nodes", bytemuck::cast_slice(&trees.nodes))?;
+    let dipoles = texels("dipoles", bytemuck::cast_slice(&trees.dipoles))?;
+    let faces = texels("faces", bytemuck::cast_slice(&trees.faces))?;
+    let pseudonormals = texels("pseudonormals", bytemuck::cast_slice(&trees.pseudonormals))?;
+    let corners = Buffer::from_slice(ctx, "corners", surface.corners.as_flattened())?;
+    let vertices = Buffer::from_slice(ctx, "vertices", &Vertex::of(surface))?;
+    let poses = Buffer::from_slice(ctx, "poses", &poses)?;
+    let roots: Vec<u32> = trees.objects.iter().map(|tree| tree.first_node).collect();
+    let roots = Buffer::from_slice(ctx, "roots", &roots)?;
+    let mut frames = Frames::new(ctx, 1)?;
+
+    let mut ends = Vec::with_capacity(queries.len());
+    for batch in queries.chunks(BATCH) {
+        let mut walkers: Vec<Walker> = batch.iter().flat_map(|q| [walker_of(q); 2]).collect();
+        let mut phases = vec![PHASE_ON_SOURCE; batch.len()];
+        let phases_buffer = Buffer::from_slice(ctx, "phases", &phases)?;
+        let walkers_buffer = Buffer::from_slice(ctx, "walkers", &walkers)?;
+        let attempts = (SEGMENTS / batch.len()).clamp(2, 4096);
+        // A walk through a vertex may cross all its edges without getting further.
+        let mut patience = surface.halfedges.len() / attempts + 2;
+        while patience > 0 {
+            let mut rec = frames.begin()?;
+            rec.dispatch(
+                &pipeline,
+                Threads::of(batch.len()),
+                TransferQueriesArgs {
+                    triangles: &triangles,
+                    halfedges: &halfedges,
+                    corners: &corners,
+                    vertices: &vertices,
+                    poses: &poses,
+                    roots: &roots,
+                    nodes: &nodes,
+                    faces: &faces,
+                    pseudonormals: &pseudonormals,
+                    dipoles: &dipoles,
+                    phases: &phases_buffer,
+                    walkers: &walkers_buffer,
+                },
+                TransferQueriesParams {
+                    query_count: batch.len() as u32,
+                    attempts: attempts as u32,
+                    first_vertex_normal: surface.halfedges.len() as u32,
+                },
+            );
+            rec.barrier(
+                Access::Kernel,
+                Access::Copy,
+                &[&phases_buffer, &walkers_buffer],
+            );
+            frames.submit(rec)?;
+            frames.wait_idle()?;
+            phases = ctx.download(&phases_buffer)?;
+            let before = std::mem::replace(&mut walkers, ctx.download(&walkers_buffer)?);
+            if phases.iter().all(|&phase| phase == PHASE_DONE) {
+                break;
+            }
+            let stands_still = |(w, before): (&Walker, &Walker)| left(w) >= left(before);
+            if walkers.iter().zip(&before).all(stands_still) {
+                patience -= 1;
+            }
+        }
+        let outer = walkers.iter().step_by(2);
+        ends.extend(outer.zip(batch).map(|(w, query)| end_of(w, query)));
+    }
+    Ok(ends)
+}

@@ -1,0 +1,236 @@
+//! Twin of `shaders/include/crossing.glsl`: where a walk on one object meets the surface of another, and which way it
+//! goes on there.
+
+use glam::{Vec2, Vec3};
+
+use super::bvh::{first_crossing, nearest_on, slack_of};
+use super::nearest::nearest_on_face;
+use super::sign::{Sides, is_outside};
+use super::transfer::{Flight, Ground, folded};
+use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
+use crate::mesh::surface::{HalfEdge, NONE};
+use crate::sim::Setup;
+use crate::sim::types::{Motion, Particle, Pose, Walker};
+
+/// Cross products of unit normals that are shorter than this tell no line.
+const PARALLEL: f32 = 1e-3;
+
+/// The surface, where its objects stand, and what tells crossings and sides.
+#[derive(Clone, Copy)]
+pub struct Terrain<'a> {
+    /// The surface and where its objects stand.
+    pub ground: Ground<'a>,
+    /// Crossings from triangle to triangle.
+    pub halfedges: &'a [HalfEdge],
+    /// Trees of triangles.
+    pub sides: Sides<'a>,
+    /// The first node of each object's tree.
+    pub roots: &'a [u32],
+    /// By which rule sides are told.
+    pub sign_rule: u32,
+    /// Do walks come back from open borders?
+    pub reflects: bool,
+}
+
+/// Where a walk meets another object, in that one's space.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// The face.
+    pub slot: u32,
+    /// Weight of corner B.
+    pub u: f32,
+    /// Weight of corner C.
+    pub v: f32,
+    /// How much of the segment comes before it.
+    pub t: f32,
+    /// Of the walk.
+    pub heading: Vec3,
+    /// Of the plane that it was in.
+    pub normal: Vec3,
+}
+
+impl<'a> Terrain<'a> {
+    /// Of a scene whose objects stand so; `roots` as [`DistanceSetup::roots`](crate::sim::distance::DistanceSetup::roots) tells them.
+    #[must_use]
+    pub fn of(
+        setup: &'a Setup,
+        poses: &'a [Pose],
+        roots: &'a [u32],
+        sign_rule: u32,
+        reflects: bool,
+    ) -> Self {
+        let trees = &setup.distance.trees;
+        Self {
+            ground: Ground::of(setup, poses),
+            halfedges: &setup.surface.halfedges,
+            sides: Sides {
+                faces: &trees.faces,
+                nodes: &trees.nodes,
+                dipoles: &trees.dipoles,
+                pseudonormals: &trees.pseudonormals,
+                corners: &setup.corners,
+                first_vertex_normal: setup.surface.halfedges.len() as u32,
+            },
+            roots,
+            sign_rule,
+            reflects,
+        }
+    }
+}
+
+impl Terrain<'_> {
+    /// Walks what remains, over at most `attempts` edges.
+    pub fn walk<const CARRIES: bool>(&self, w: &mut Walker, attempts: u32) {
+        let triangles = self.ground.triangles;
+        walk::<CARRIES>(triangles, self.halfedges, w, attempts, self.reflects);
+    }
+
+    /// A walker's place and heading in world space.
+    #[must_use]
+    pub fn flight_of_walker(&self, w: &Walker) -> Flight {
+        let ([u, v], [heading_p, heading_h]) = (w.uv(), w.heading());
+        let particle = Particle {
+            triangle: w.triangle,
+            u,
+            v,
+            id: 0,
+        };
+        let motion = Motion {
+            heading_p,
+            heading_h,
+            pending: 0.0,
+            flags: 0,
+        };
+        self.ground.flight(&particle, &motion)
+    }
+
+    /// Where the straight way between two places of the target's space meets it first; `on` is at one end of it, and
+    /// `side` is -1 if it goes backwards.
+    #[must_use]
+    pub fn meeting_between(
+        &self,
+        target: u32,
+        [from, to]: [Vec3; 2],
+        on: &Flight,
+        side: f32,
+    ) -> Option<Meeting> {
+        let root = self.roots[target as usize];
+        let crossing = first_crossing(self.sides.nodes, self.sides.faces, root, from, to);
+        (crossing.slot != NONE).then(|| Meeting {
+            slot: crossing.slot,
+            u: crossing.u,
+            v: crossing.v,
+            t: crossing.t,
+            heading: side * self.ground.direction_in(target, on.heading),
+            normal: self.ground.direction_in(target, on.normal),
+        })
+    }
+
+    /// The walk that goes on from a meeting: outwards if `side` is 1, inwards if it is -1.
+    #[must_use]
+    pub fn walker_from(&self, meeting: &Meeting, side: f32, rest: f32) -> Walker {
+        let triangle = self.sides.faces[meeting.slot as usize].triangle;
+        let frame = self.ground.frame(triangle);
+        let axis = meeting.normal.cross(frame.normal);
+        let sine = axis.length();
+        let heading = if sine < PARALLEL {
+            folded(meeting.heading, meeting.normal, frame.normal)
+        } else {
+            let axis = axis / sine;
+            let across = axis.cross(frame.normal);
+            let outwards = if across.dot(meeting.normal) < 0.0 {
+                -side
+            } else {
+                side
+            };
+            let along = meeting.heading.dot(axis);
+            along * axis + outwards * (1.0 - along * along).max(0.0).sqrt() * across
+        };
+        let heading = Vec2::new(heading.dot(frame.p), heading.dot(frame.h)).normalize();
+        Walker::at(triangle, meeting.u, meeting.v, heading.to_array(), rest)
+    }
+
+    /// The signed distance of a walker to an object that it has come from; `way` is how far it has walked since.
+    fn distance_to_object(&self, object: u32, w: &Walker, way: f32) -> f32 {
+        let root = self.roots[object as usize];
+        let Sides { nodes, faces, .. } = self.sides;
+        let place = self
+            .ground
+            .place_in(object, self.flight_of_walker(w).position);
+        let slack = slack_of(&nodes[root as usize]);
+        let slot = nearest_on(nodes, faces, root, place, 1.001 * way + 4.0 * slack);
+        if slot == NONE {
+            return way;
+        }
+        let point = nearest_on_face(&faces[slot as usize], place);
+        let distance = point.square.sqrt();
+        if is_outside(&self.sides, self.sign_rule, root, slot, place, &point) {
+            distance
+        } else {
+            -distance
+        }
+    }
+
+    /// Is the inner one of two ends less covered by the object that the walk comes from?
+    #[must_use]
+    pub fn inner_is_better(&self, source: u32, outer: &Walker, inner: &Walker, way: f32) -> bool {
+        let [outer, inner] = [outer, inner].map(|w| self.distance_to_object(source, w, way));
+        inner > outer + 4.0 * slack_of(&self.sides.nodes[self.roots[source as usize] as usize])
+    }
+
+    /// Where a particle's last step, of length `way`, met the target first, and what was walked since then.
+    #[must_use]
+    pub fn meeting_behind(
+        &self,
+        particle: &Particle,
+        motion: &Motion,
+        target: u32,
+        way: f32,
+        attempts: u32,
+    ) -> Option<(Meeting, f32)> {
+        let back = [-motion.heading_p, -motion.heading_h];
+        let mut w = Walker::at(particle.triangle, particle.u, particle.v, back, way);
+        let mut newer = self
+            .ground
+            .place_in(target, self.flight_of_walker(&w).position);
+        let mut first = None;
+        let mut walked = 0.0;
+        for i in 0..=attempts {
+            let before = w.remaining;
+            self.walk::<false>(&mut w, i.min(1));
+            let back = self.flight_of_walker(&w);
+            let older = self.ground.place_in(target, back.position);
+            let segment = before - w.remaining;
+            if let Some(meeting) = self.meeting_between(target, [older, newer], &back, -1.0) {
+                first = Some((meeting, walked + (1.0 - meeting.t) * segment));
+            }
+            if w.status != WALK_OUT_OF_ATTEMPTS {
+                break;
+            }
+            walked += segment;
+            newer = older;
+        }
+        first
+    }
+
+    /// Where a walk that met the target goes on there.
+    #[must_use]
+    pub fn walker_on_target(
+        &self,
+        meeting: &Meeting,
+        source: u32,
+        rest: f32,
+        attempts: u32,
+    ) -> Walker {
+        let [outer, inner] = [1.0, -1.0].map(|side| {
+            let mut w = self.walker_from(meeting, side, rest);
+            self.walk::<false>(&mut w, attempts);
+            w
+        });
+        if self.inner_is_better(source, &outer, &inner, rest) {
+            inner
+        } else {
+            outer
+        }
+    }
+}
