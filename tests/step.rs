@@ -297,7 +297,11 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
     simulation.apply(&settings).unwrap();
     let poses = gpu.ctx.download(&simulation.state().poses).unwrap();
     let expected = Pose::from(settings.objects[0].world_from_object());
-    assert_eq!(poses, [expected], "objects move while it runs");
+    let off = (poses[0].x - expected.x).abs() + (poses[0].y - expected.y).abs();
+    assert!(
+        off.max_element() < 1e-6 && poses[0].z.distance(expected.z) < 1e-6,
+        "objects move while it runs: {poses:?}"
+    );
     settings.objects[0].scale = 2.0;
     let error = simulation.apply(&settings).unwrap_err().to_string();
     assert!(

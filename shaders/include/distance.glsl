@@ -4,6 +4,13 @@
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
 
+// As in src/sim/distance.rs: samples side by side share one bound for each other object.
+const uint TILE_SAMPLES = 16u;
+
+// Instead of a bound: all of a tile is beyond reach, on this side of a closed object.
+const float TILE_OUTSIDE = 3.0e38;
+const float TILE_INSIDE = -1.0;
+
 // A place in the space of a pair's other object.
 vec3 place_in_other(ObjectPair pair, vec3 place) {
     precise float x = ((pair.x.x * place.x + pair.x.y * place.y) + pair.x.z * place.z) + pair.x.w;

@@ -1,10 +1,10 @@
 //! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
 //! another since the last time, and only where their boxes come within reach.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::types::{DistanceJob, ObjectPair, Pose, SurfaceSample};
+use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::{Tree, Trees};
@@ -13,6 +13,12 @@ use crate::scene::settings::{DistanceMethod, SignRule};
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
 
+/// Samples side by side that share one bound for each other object; a group is a multiple of them.
+pub const TILE_SAMPLES: u32 = 16;
+
+/// Most bounds of a tile. Objects with more others within reach look at the rest of them sample by sample.
+const MOST_BOUNDS: u32 = 16;
+
 /// What the distance between objects is taken from, on the host; empty for a single object.
 #[derive(Clone, Debug)]
 pub struct DistanceSetup {
@@ -20,6 +26,10 @@ pub struct DistanceSetup {
     pub samples: Vec<SurfaceSample>,
     /// First sample of each object, and one past the last.
     pub ranges: Vec<(u32, u32)>,
+    /// Balls round the samples of each object, [`TILE_SAMPLES`] in each; the last of an object may have fewer.
+    pub tiles: Vec<SampleTile>,
+    /// First tile of each object.
+    pub first_tiles: Vec<u32>,
     /// What nearest triangles are found by.
     pub trees: Trees,
     /// For each object, which others count for it.
@@ -32,6 +42,8 @@ impl DistanceSetup {
     pub fn new(surface: &Surface, atlas: &Atlas, others: Vec<Vec<u32>>) -> Self {
         let mut samples = Vec::new();
         let mut ranges = Vec::new();
+        let mut tiles = Vec::new();
+        let mut first_tiles = Vec::new();
         if surface.objects.len() > 1 {
             let texels = owned_texels(surface, atlas);
             for object in 0..surface.objects.len() as u32 {
@@ -43,6 +55,9 @@ impl DistanceSetup {
                         .map(|(_, _, sample)| *sample),
                 );
                 ranges.push((first, samples.len() as u32));
+                first_tiles.push(tiles.len() as u32);
+                let own = samples[first as usize..].chunks(TILE_SAMPLES as usize);
+                tiles.extend(own.map(tile_of));
             }
         }
         let trees = if ranges.is_empty() {
@@ -53,6 +68,8 @@ impl DistanceSetup {
         Self {
             samples,
             ranges,
+            tiles,
+            first_tiles,
             trees,
             others,
         }
@@ -65,10 +82,42 @@ impl DistanceSetup {
         trees.map(|tree| tree.first_node).collect()
     }
 
+    /// How many bounds the tiles of all objects have, with `bound_count` of each.
+    #[must_use]
+    pub fn bounds_len(&self) -> usize {
+        let ranges = self.ranges.iter();
+        let threads: u32 = ranges
+            .map(|(first, end)| (end - first).next_multiple_of(GROUP))
+            .sum();
+        (threads / TILE_SAMPLES * self.bound_count()) as usize
+    }
+
+    /// How many other objects the tiles of one have bounds for.
+    #[must_use]
+    pub fn bound_count(&self) -> u32 {
+        let most = self.others.iter().map(Vec::len).max().unwrap_or(0);
+        MOST_BOUNDS.min(most as u32)
+    }
+
     /// Is there any distance to take?
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ranges.is_empty()
+    }
+}
+
+/// A ball round samples, about the middle of their box.
+fn tile_of(samples: &[SurfaceSample]) -> SampleTile {
+    let places = samples.iter().map(|sample| sample.position);
+    let low = places.clone().fold(Vec3::INFINITY, Vec3::min);
+    let high = places.clone().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let center = low.midpoint(high);
+    let far = places.map(|place| place.as_dvec3().distance_squared(center.as_dvec3()));
+    // Rounded up.
+    let radius = far.fold(0.0, f64::max).sqrt() * 1.000_001;
+    SampleTile {
+        center,
+        radius: radius as f32,
     }
 }
 
@@ -93,13 +142,13 @@ fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<(u64, u32, SurfaceSampl
     texels
 }
 
-/// A number by which texels are sorted into tiles of 8 x 8, and those into pieces of 4 x 2, which is what eight
-/// neighbouring invocations get.
+/// A number by which texels are sorted into tiles of 8 x 8, those into tiles of 4 x 4, and those into pieces of 4 x 2,
+/// which is what eight neighbouring invocations get.
 fn tile_order(texel: u32, pitch: u32) -> u64 {
     let (x, y) = (texel % pitch, texel / pitch);
     let tile = u64::from(y / 8) << 32 | u64::from(x / 8);
     let (x, y) = (x % 8, y % 8);
-    let piece = (y / 2) << 4 | (x / 4) << 3 | (y % 2) << 2 | (x % 4);
+    let piece = (y / 4) << 5 | (x / 4) << 4 | (y % 4) << 2 | (x % 4);
     tile << 6 | u64::from(piece)
 }
 
@@ -167,7 +216,7 @@ impl DistancePlanner {
             if last.as_ref() == Some(&pairs) {
                 continue;
             }
-            update.add(setup.ranges[object], &pairs);
+            update.add(setup.ranges[object], setup.first_tiles[object], &pairs);
             *last = Some(pairs);
         }
         update
@@ -175,7 +224,7 @@ impl DistancePlanner {
 }
 
 impl DistanceUpdate {
-    fn add(&mut self, (first, end): (u32, u32), pairs: &[ObjectPair]) {
+    fn add(&mut self, (first, end): (u32, u32), first_tile: u32, pairs: &[ObjectPair]) {
         if first == end {
             return;
         }
@@ -185,6 +234,7 @@ impl DistanceUpdate {
             sample_count: end - first,
             first_pair: self.pairs.len() as u32,
             pair_count: pairs.len() as u32,
+            first_tile,
         });
         self.pairs.extend_from_slice(pairs);
         self.thread_count += (end - first).next_multiple_of(GROUP);

@@ -32,7 +32,12 @@ pub fn size_in_bytes(setup: &Setup) -> u64 {
 
 /// What distances between objects take.
 fn distance_bytes(setup: &Setup) -> u64 {
-    let DistanceSetup { samples, trees, .. } = &setup.distance;
+    let DistanceSetup {
+        samples,
+        tiles,
+        trees,
+        ..
+    } = &setup.distance;
     if setup.distance.is_empty() {
         return 0;
     }
@@ -40,6 +45,8 @@ fn distance_bytes(setup: &Setup) -> u64 {
     let objects = setup.poses.len() as u64;
     fields
         + size_of_val(&samples[..]) as u64
+        + size_of_val(&tiles[..]) as u64
+        + (setup.distance.bounds_len() * size_of::<f32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
         + size_of_val(&trees.dipoles[..]) as u64

@@ -1,11 +1,12 @@
 //! From a scene's settings to the numbers that kernels take: scene radii become world lengths, degrees become
 //! cosines and sines. The twins take the same.
 
-use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
+use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate, TILE_SAMPLES};
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
     DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
-    ExchangeSeamsParams, MoveBorderConstants, TransferOutConstants,
+    DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsParams, MoveBorderConstants,
+    TransferOutConstants,
 };
 use super::setup::Setup;
 use super::turns::{Turn, border_constants, departure_constants};
@@ -22,6 +23,8 @@ pub const TINY_TRAIL: f32 = 1e-20;
 pub struct StepParams {
     /// Which distances are taken anew; none at first.
     pub distance_update: DistanceUpdate,
+    /// For `distance_tiles`.
+    pub distance_tiles: DistanceTilesParams,
     /// How they are taken.
     pub distance_method: DistanceMethod,
     /// For `distance`.
@@ -51,6 +54,8 @@ pub struct StepConstants {
     pub transfer_out: TransferOutConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
+    /// For `distance_tiles`.
+    pub distance_tiles: DistanceTilesConstants,
     /// For `distance`.
     pub distance: DistanceConstants,
     /// For `distance_brute`.
@@ -82,6 +87,7 @@ impl StepConstants {
             },
             move_border: border_constants(settings),
             transfer_out: departure_constants(settings),
+            distance_tiles: DistanceTilesConstants { sign_rule },
             distance: DistanceConstants { sign_rule },
             distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {
@@ -124,11 +130,19 @@ impl StepParams {
         };
         Self {
             distance_update: DistanceUpdate::default(),
+            distance_tiles: DistanceTilesParams {
+                tile_count: 0,
+                job_count: 0,
+                first_vertex_normal,
+                bound_count: setup.distance.bound_count(),
+                reach: settings.distance.reach * radius,
+            },
             distance_method: settings.distance.method,
             distance: DistanceParams {
                 thread_count: 0,
                 job_count: 0,
                 first_vertex_normal,
+                bound_count: setup.distance.bound_count(),
                 reach: settings.distance.reach * radius,
             },
             distance_brute: DistanceBruteParams {
@@ -175,6 +189,8 @@ impl StepParams {
         self.distance_update = planner.update(&setup.distance, poses, rules, is_due);
         let thread_count = self.distance_update.thread_count;
         let job_count = self.distance_update.jobs.len() as u32;
+        self.distance_tiles.tile_count = thread_count / TILE_SAMPLES;
+        self.distance_tiles.job_count = job_count;
         self.distance.thread_count = thread_count;
         self.distance.job_count = job_count;
         self.distance_brute.thread_count = thread_count;

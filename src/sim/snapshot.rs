@@ -156,6 +156,7 @@ impl Snapshot {
                 return Err(format!("particle {id} has {} pending", motion.pending));
             }
         }
+        self.validate_turns()?;
         self.transfers
             .validate(&self.particles, &self.motions, setup)?;
         // On texels that nobody owns and that are no gutter, deposits would be lost.
@@ -178,6 +179,24 @@ impl Snapshot {
             ));
         }
         Ok(())
+    }
+
+    /// Where objects have turns, everybody has been stamped by the last step. Together with as many deposits as
+    /// particles that is one advance each. Without turns nobody has a stamp.
+    fn validate_turns(&self) -> Result<(), String> {
+        let last = (self.step as u32) << 1;
+        let stamp = |motion: &Motion| motion.flags & !Motion::IN_FLIGHT;
+        let has_turns = self.motions.iter().any(|motion| stamp(motion) != 0);
+        let mut both = self.particles.iter().zip(&self.motions);
+        match both.find(|(_, motion)| has_turns && stamp(motion) != last) {
+            Some((particle, motion)) => Err(format!(
+                "particle {} advanced last in step {}, and others in step {}",
+                particle.id,
+                stamp(motion) >> 1,
+                self.step
+            )),
+            None => Ok(()),
+        }
     }
 }
 

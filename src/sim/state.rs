@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
-    DistanceBrute, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
+    DistanceBrute, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
 };
 use super::params::StepConstants;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, Seam, SurfaceSample,
-    Vertex,
+    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Seam,
+    SurfaceSample, Vertex,
 };
 use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -20,6 +20,8 @@ use crate::scene::settings::Settings;
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
+    /// Says how far tiles of texels are from other objects at most.
+    pub distance_tiles: Pipeline<DistanceTiles>,
     /// Takes distances between objects.
     pub distance: Pipeline<Distance>,
     /// The same by looking at every triangle.
@@ -52,6 +54,7 @@ impl Kernels {
     /// Compiles the kernels of a step.
     pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
         Ok(Self {
+            distance_tiles: Pipeline::new(ctx, &constants.distance_tiles)?,
             distance: Pipeline::new(ctx, &constants.distance)?,
             distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
@@ -161,6 +164,10 @@ pub struct State {
     pub nearest: Buffer<u32>,
     /// One an owned texel, object by object: the surface point under its centre.
     pub samples: Buffer<SurfaceSample>,
+    /// One a few samples side by side: the ball round them.
+    pub tiles: Buffer<SampleTile>,
+    /// For each tile of the jobs, as many as objects have others: how far those are at most.
+    pub bounds: Buffer<f32>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
@@ -225,6 +232,8 @@ impl State {
             distances: Buffer::zeroed(ctx, "distances", field)?,
             nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
             samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
+            tiles: Buffer::from_slice(ctx, "tiles", &setup.distance.tiles)?,
+            bounds: Buffer::zeroed(ctx, "bounds", setup.distance.bounds_len())?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
                 4,

@@ -2,8 +2,8 @@
 
 use super::kernels::{
     AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
-    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, ExchangeSeamsArgs, MoveBorderArgs,
-    RespawnArgs, TransferInArgs, TransferOutArgs,
+    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, DistanceTilesArgs, ExchangeSeamsArgs,
+    MoveBorderArgs, RespawnArgs, TransferInArgs, TransferOutArgs,
 };
 use super::params::StepParams;
 use super::state::{Kernels, State};
@@ -91,23 +91,46 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     rec.update_long(&s.distance_pairs, &update.pairs);
     rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
     match params.distance_method {
-        DistanceMethod::Bvh => rec.dispatch(
-            &k.distance,
-            Threads(update.thread_count),
-            DistanceArgs {
-                jobs: &s.distance_jobs,
-                pairs: &s.distance_pairs,
-                samples: &s.samples,
-                faces: &s.faces,
-                pseudonormals: &s.pseudonormals,
-                corners: &s.corners,
-                distances: &s.distances,
-                nearest: &s.nearest,
-                nodes: &s.nodes,
-                dipoles: &s.dipoles,
-            },
-            params.distance,
-        ),
+        DistanceMethod::Bvh => {
+            rec.dispatch(
+                &k.distance_tiles,
+                Threads(params.distance_tiles.tile_count),
+                DistanceTilesArgs {
+                    jobs: &s.distance_jobs,
+                    pairs: &s.distance_pairs,
+                    tiles: &s.tiles,
+                    faces: &s.faces,
+                    pseudonormals: &s.pseudonormals,
+                    corners: &s.corners,
+                    bounds: &s.bounds,
+                    nodes: &s.nodes,
+                    dipoles: &s.dipoles,
+                },
+                params.distance_tiles,
+            );
+            // Texels search no farther than their tile has found something.
+            rec.barrier(Kernel, Kernel, &[&s.bounds]);
+            rec.dispatch(
+                &k.distance,
+                Threads(update.thread_count),
+                DistanceArgs {
+                    jobs: &s.distance_jobs,
+                    pairs: &s.distance_pairs,
+                    samples: &s.samples,
+                    faces: &s.faces,
+                    pseudonormals: &s.pseudonormals,
+                    corners: &s.corners,
+                    distances: &s.distances,
+                    nearest: &s.nearest,
+                    nodes: &s.nodes,
+                    dipoles: &s.dipoles,
+                    bounds: &s.bounds,
+                },
+                params.distance,
+            );
+            // The next update writes other bounds.
+            rec.barrier(Kernel, Kernel, &[&s.bounds]);
+        }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,
             Threads(update.thread_count),

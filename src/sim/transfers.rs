@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 
 use super::setup::Setup;
 use super::snapshot::Snapshot;
@@ -52,6 +52,7 @@ impl TransferState {
             ));
         }
         let objects = setup.poses.len() as u32;
+        self.validate_counts()?;
         let mut flying = vec![false; particles.len()];
         for transfer in &self.in_flight {
             let Transfer {
@@ -71,6 +72,26 @@ impl TransferState {
             if std::mem::replace(&mut flying[particle as usize], true) {
                 return Err(format!("two transfers of slot {particle}"));
             }
+            let Particle { id, triangle, .. } = particles[particle as usize];
+            let own = setup.surface.triangles[triangle as usize].object;
+            if transfer.source != own {
+                return Err(format!(
+                    "particle {id} of object {own} has a transfer from object {}",
+                    transfer.source
+                ));
+            }
+            let Transfer {
+                position,
+                heading,
+                normal,
+                ..
+            } = transfer;
+            let is_unit = |direction: &Vec3| (direction.length() - 1.0).abs() < 1e-4;
+            if !(position.is_finite() && is_unit(heading) && is_unit(normal)) {
+                return Err(format!(
+                    "particle {id} is in flight at {position}, heading {heading} from a plane with normal {normal}"
+                ));
+            }
         }
         if let Some(slot) = (0..particles.len()).find(|&s| motions[s].in_flight() != flying[s]) {
             return Err(format!(
@@ -84,6 +105,24 @@ impl TransferState {
             return Ok(());
         }
         self.validate_windows(particles, &flying, setup, objects)
+    }
+
+    /// Whoever was selected was refused, has arrived or is under way.
+    fn validate_counts(&self) -> Result<(), String> {
+        let Flow {
+            selected,
+            refused,
+            arrived,
+            ..
+        } = self.flow;
+        let in_flight = self.in_flight.len() as u32;
+        if selected != refused.wrapping_add(arrived).wrapping_add(in_flight) {
+            return Err(format!(
+                "{selected} times a particle was selected, and {refused} were refused, {arrived} have arrived, \
+                 {in_flight} are in flight"
+            ));
+        }
+        Ok(())
     }
 
     fn validate_windows(
@@ -166,9 +205,7 @@ pub fn arranged(
     }
     if !strategy.has_turns() {
         land_all(&mut state, setup, poses);
-        if !snapshot.transfers.windows.is_empty() || !snapshot.transfers.in_flight.is_empty() {
-            state.motions.iter_mut().for_each(|motion| motion.flags = 0);
-        }
+        state.motions.iter_mut().for_each(|motion| motion.flags = 0);
     }
     if !strategy.has_windows() {
         state.transfers.windows.clear();

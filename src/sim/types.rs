@@ -241,6 +241,16 @@ pub struct SurfaceSample {
     pub texel: u32,
 }
 
+/// A ball round some samples that lie side by side.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SampleTile {
+    /// In the space of their object, scaled.
+    pub center: Vec3,
+    /// No less than the distance of any of them.
+    pub radius: f32,
+}
+
 /// Another object, as it stands to the one whose distances are taken.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -297,6 +307,8 @@ pub struct DistanceJob {
     pub first_pair: u32,
     /// How many other objects may be within reach.
     pub pair_count: u32,
+    /// The tile of its first sample.
+    pub first_tile: u32,
 }
 
 #[cfg(test)]

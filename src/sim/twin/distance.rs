@@ -7,8 +7,15 @@ use super::nearest::nearest_on_face;
 use super::sign::{Sides, is_outside};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::{Dipole, Face, Node};
+use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{DistanceConstants, DistanceParams};
-use crate::sim::types::{DistanceJob, ObjectPair, SurfaceSample};
+use crate::sim::types::{DistanceJob, ObjectPair, SampleTile, SurfaceSample};
+
+/// Instead of a bound: all of a tile is beyond reach, outside.
+pub(super) const TILE_OUTSIDE: f32 = 3.0e38;
+
+/// Likewise, inside of a closed object.
+pub(super) const TILE_INSIDE: f32 = -1.0;
 
 /// What the kernels of signed distance read.
 #[derive(Clone, Copy)]
@@ -19,6 +26,8 @@ pub struct DistanceInputs<'a> {
     pub pairs: &'a [ObjectPair],
     /// Surface points under texels.
     pub samples: &'a [SurfaceSample],
+    /// Balls round samples.
+    pub tiles: &'a [SampleTile],
     /// Every triangle.
     pub faces: &'a [Face],
     /// Of half-edges, then of vertices.
@@ -46,11 +55,12 @@ impl<'a> DistanceInputs<'a> {
     }
 }
 
-/// Signed distance to other objects, and the nearest triangle of theirs.
+/// Signed distance to other objects, and the nearest triangle of theirs. `bounds` are those of `distance_tiles`.
 pub fn distance(
     constants: &DistanceConstants,
     params: &DistanceParams,
     inputs: &DistanceInputs,
+    bounds: &[f32],
     distances: &mut [f32],
     nearest: &mut [u32],
 ) {
@@ -64,7 +74,23 @@ pub fn distance(
 
         let mut least = params.reach;
         let mut triangle = NONE;
-        for pair in &inputs.pairs[job.first_pair as usize..][..job.pair_count as usize] {
+        let first_bound = i / TILE_SAMPLES * params.bound_count;
+        for p in 0..job.pair_count {
+            let bound = if p < params.bound_count {
+                bounds[(first_bound + p) as usize]
+            } else {
+                UNLIMITED
+            };
+            if bound == TILE_OUTSIDE {
+                continue;
+            }
+            if bound == TILE_INSIDE {
+                if -params.reach < least {
+                    (least, triangle) = (-params.reach, NONE);
+                }
+                continue;
+            }
+            let pair = &inputs.pairs[(job.first_pair + p) as usize];
             let place = place_in_other(pair, here.position);
             let may_be_inside =
                 pair.is_closed == 1 && is_in_box(inputs.nodes, pair.first_node, place);
@@ -73,7 +99,13 @@ pub fn distance(
             } else {
                 params.reach
             };
-            let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
+            let slot = nearest_on(
+                inputs.nodes,
+                inputs.faces,
+                pair.first_node,
+                place,
+                reach.min(bound),
+            );
             if slot == NONE {
                 continue;
             }

@@ -9,6 +9,7 @@ mod diffuse;
 mod diffuse_seams;
 pub mod distance;
 mod distance_brute;
+mod distance_tiles;
 pub mod exact;
 mod exchange_seams;
 pub mod nearest;
@@ -28,6 +29,7 @@ pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
+pub use distance_tiles::distance_tiles;
 pub use exchange_seams::exchange_seams;
 pub use respawn::respawn;
 pub use tree_queries::tree_queries;
@@ -168,11 +170,17 @@ impl Simulation {
         if params.distance_update.jobs.is_empty() {
             return;
         }
-        let DistanceSetup { samples, trees, .. } = &self.setup.distance;
+        let DistanceSetup {
+            samples,
+            tiles,
+            trees,
+            ..
+        } = &self.setup.distance;
         let inputs = DistanceInputs {
             jobs: &params.distance_update.jobs,
             pairs: &params.distance_update.pairs,
             samples,
+            tiles,
             faces: &trees.faces,
             pseudonormals: &trees.pseudonormals,
             corners: &self.setup.corners,
@@ -181,13 +189,18 @@ impl Simulation {
         };
         let (distances, nearest) = (&mut self.distances, &mut self.nearest);
         match self.settings.distance.method {
-            DistanceMethod::Bvh => distance(
-                &constants.distance,
-                &params.distance,
-                &inputs,
-                distances,
-                nearest,
-            ),
+            DistanceMethod::Bvh => {
+                let tiles =
+                    distance_tiles(&constants.distance_tiles, &params.distance_tiles, &inputs);
+                distance(
+                    &constants.distance,
+                    &params.distance,
+                    &inputs,
+                    &tiles,
+                    distances,
+                    nearest,
+                );
+            }
             DistanceMethod::Brute => distance_brute(
                 &constants.distance_brute,
                 &params.distance_brute,
