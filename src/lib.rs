@@ -1,4 +1,4 @@
-//! Physarum growing on the surfaces of several 3D objects, in real time, on explicit Vulkan.
+//! Physarum growing on the surfaces of several moving 3D objects, in real time, on explicit Vulkan.
 //!
 //! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
 //! others left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
@@ -46,11 +46,25 @@
 //! [`sim::step`] is the whole simulation, as a script of dispatches and barriers:
 //!
 //! ```text
-//! advance          pending walk, sense, turn, walk, deposit        one invocation a particle
+//! distance         signed distance to the other objects            one invocation a texel, where objects moved
+//! exchange_seams   fills the gutters of what distance wrote        one invocation a gutter texel
+//!
+//! for each object in turn, or once for all:
+//!   transfer_in    those that were under way to it land            one invocation a transfer
+//!   advance        pending walk, sense, turn, walk, deposit,       one invocation a particle
+//!                  select who has gone into another object
+//!   move_border    counts them; where the next window begins       one invocation
+//!   transfer_out   where each goes on, on the other object         one invocation a transfer
+//!   defragment_*   stayers in front, leavers in the next window    one invocation a transfer
+//!
 //! diffuse          trail spreads, takes up deposits, decays        one invocation per four texels
 //! diffuse_seams    the same for texels that exchange over a seam   one invocation a seam texel
 //! exchange_seams   gutter texels, so that reads never see a seam   one invocation a gutter texel
 //! ```
+//!
+//! What a scene has no use for is not recorded: with one object there are no distances and no transfers. Which of the
+//! kernels of a turn run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over
+//! them are indirect.
 //!
 //! Everything of all objects is pooled: one vertex array, one triangle array, one half-edge array
 //! ([`mesh::surface::Surface`]), and one texture, the world atlas ([`mesh::atlas::Atlas`]), in which every triangle
@@ -73,6 +87,13 @@
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
 //! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
 //!   seam.
+//! - **object**: a mesh with a pose; its particles, its texels. **Signed distance**: to the nearest other object,
+//!   negative inside of it; told up to the **reach**.
+//! - **covered**: at a place whose signed distance is below the **threshold**. A particle whose step goes into covered
+//!   places is **selected**: it leaves its object and lands on the other one, which is a **transfer**.
+//! - **crossing**: where a walk meets another object. The walk is **folded** about the line in which the two surfaces meet.
+//! - **window**: the part of the particle buffer that holds one object's particles; windows follow each other in a **ring**.
+//! - **in flight**: selected and not yet landed; such a particle waits.
 //! - **scene radius**: the unit of lengths in scene files.
 //!
 //! # Promises

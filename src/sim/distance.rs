@@ -75,6 +75,13 @@ impl DistanceSetup {
         }
     }
 
+    /// The first node of each object's tree.
+    #[must_use]
+    pub fn roots(&self) -> Vec<u32> {
+        let trees = self.trees.objects.iter();
+        trees.map(|tree| tree.first_node).collect()
+    }
+
     /// How many bounds the tiles of all objects have, with `bound_count` of each.
     #[must_use]
     pub fn bounds_len(&self) -> usize {
@@ -90,13 +97,6 @@ impl DistanceSetup {
     pub fn bound_count(&self) -> u32 {
         let most = self.others.iter().map(Vec::len).max().unwrap_or(0);
         MOST_BOUNDS.min(most as u32)
-    }
-
-    /// The first node of each object's tree.
-    #[must_use]
-    pub fn roots(&self) -> Vec<u32> {
-        let trees = self.trees.objects.iter();
-        trees.map(|tree| tree.first_node).collect()
     }
 
     /// Is there any distance to take?

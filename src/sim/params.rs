@@ -86,8 +86,8 @@ impl StepConstants {
                 own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
             },
             move_border: border_constants(settings),
-            distance_tiles: DistanceTilesConstants { sign_rule },
             transfer_out: departure_constants(settings),
+            distance_tiles: DistanceTilesConstants { sign_rule },
             distance: DistanceConstants { sign_rule },
             distance_brute: DistanceBruteConstants { sign_rule },
             diffuse: DiffuseConstants {
