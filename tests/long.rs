@@ -302,7 +302,8 @@ fn a_full_buffer_says_which_size_would_have_done() {
     assert!(!run("20000").contains("overflowed"));
 }
 
-/// Writes what it finds to the file that `MYXO_TABLE` names, after each part.
+/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. `MYXO_PARTS=trio,gears,population` takes
+/// some of them.
 #[test]
 #[ignore = "takes an hour: make long"]
 fn long_runs() {
@@ -334,11 +335,13 @@ fn long_runs() {
             std::fs::write(file, &text).unwrap();
         }
     };
-    for name in ["trio", "gears"] {
-        let rows = rows(&ctx, name, LONG);
-        add(section(name, LONG, &rows));
+    let parts = std::env::var("MYXO_PARTS").unwrap_or_else(|_| "trio,gears,population".to_owned());
+    for part in parts.split(',') {
+        add(match part {
+            "population" => populations(&ctx, LONGEST),
+            name => section(name, LONG, &rows(&ctx, name, LONG)),
+        });
     }
-    add(populations(&ctx, LONGEST));
     add(format!(
         "\nAll of this took {:.0} minutes.\n",
         started.elapsed().as_secs_f64() / 60.0
