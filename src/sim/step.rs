@@ -102,14 +102,14 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
                     faces: &s.faces,
                     pseudonormals: &s.pseudonormals,
                     corners: &s.corners,
-                    hints: &s.hints,
+                    bounds: &s.bounds,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
                 },
                 params.distance_tiles,
             );
-            // Texels search no farther than the face is that their tile has found.
-            rec.barrier(Kernel, Kernel, &[&s.hints]);
+            // Texels search no farther than their tile has found something.
+            rec.barrier(Kernel, Kernel, &[&s.bounds]);
             rec.dispatch(
                 &k.distance,
                 Threads(update.thread_count),
@@ -124,12 +124,12 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
                     nearest: &s.nearest,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
-                    hints: &s.hints,
+                    bounds: &s.bounds,
                 },
                 params.distance,
             );
-            // The next update writes other hints.
-            rec.barrier(Kernel, Kernel, &[&s.hints]);
+            // The next update writes other bounds.
+            rec.barrier(Kernel, Kernel, &[&s.bounds]);
         }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,
