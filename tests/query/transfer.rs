@@ -146,7 +146,7 @@ fn walks_fold_about_the_line_in_which_squares_meet() {
             assert!((row[12] - 0.7).abs() < 1e-6);
             assert!((row[3] + row[4] + row[5] - 1.0).abs() < 1e-9);
         }
-        assert!(changed >= 4 && changed < 16, "{changed} of 16");
+        assert!((4..16).contains(&changed), "{changed} of 16");
     }
 }
 
