@@ -224,7 +224,7 @@ pub fn transfer_out(
     constants: &TransferOutConstants,
     params: &TransferOutParams,
     terrain: &Terrain,
-    flow: &Flow,
+    flow: &mut Flow,
     particle_indices: &[u32],
     particles: &[Particle],
     motions: &[Motion],
@@ -264,6 +264,7 @@ pub fn transfer_out(
             if let Some((meeting, rest)) = met {
                 let w = terrain.walker_on_target(&meeting, source, rest, params.attempts);
                 triangle = w.triangle;
+                flow.crossed = flow.crossed.wrapping_add(1);
                 flight = terrain.flight_of_walker(&w);
             } else {
                 let Sides { nodes, faces, .. } = terrain.sides;

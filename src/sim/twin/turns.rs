@@ -135,7 +135,7 @@ impl Simulation {
                 constants.sign_rule,
                 constants.border_reflects,
             ),
-            &self.transfers.flow,
+            &mut self.transfers.flow,
             &self.transfers.particle_indices,
             &self.particles,
             &self.motions,
