@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
-    DistanceBrute, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
+    DistanceBrute, DistanceMerge, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
 };
 use super::params::StepConstants;
+use super::raster::{Raster, raster_options};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
@@ -14,7 +16,7 @@ use super::types::{
     AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, Seam, SurfaceSample,
     Vertex,
 };
-use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -24,6 +26,10 @@ pub struct Kernels {
     pub distance: Pipeline<Distance>,
     /// The same by looking at every triangle.
     pub distance_brute: Pipeline<DistanceBrute>,
+    /// The same by drawing, where that is the method.
+    pub distance_raster: Option<RasterPipeline<DistanceRasterDraw>>,
+    /// Takes the distances to what was drawn.
+    pub distance_merge: Pipeline<DistanceMerge>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
     /// Lets transfers land.
@@ -54,6 +60,10 @@ impl Kernels {
         Ok(Self {
             distance: Pipeline::new(ctx, &constants.distance)?,
             distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
+            distance_raster: (constants.distance_raster.as_ref())
+                .map(|constants| RasterPipeline::new(ctx, constants, raster_options()))
+                .transpose()?,
+            distance_merge: Pipeline::new(ctx, &constants.distance_merge)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -173,6 +183,8 @@ pub struct State {
     pub distance_jobs: Buffer<DistanceJob>,
     /// Which others they have within reach.
     pub distance_pairs: Buffer<ObjectPair>,
+    /// What `distance_raster` draws, and what it draws into, where that is the method.
+    pub raster: Option<Raster>,
 }
 
 impl State {
@@ -241,6 +253,9 @@ impl State {
             )?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
+            raster: (settings.uses_raster())
+                .then(|| Raster::new(ctx, setup))
+                .transpose()?,
         })
     }
 }

@@ -29,6 +29,7 @@ fn a_picture_is_drawn_and_read_back() {
             color: &color,
             resolve: resolve.as_ref(),
             depth: Some(&depth),
+            depth_test: DepthTest::Greatest,
             clear,
         };
         rec.pass("picture", &targets, |pass| {
@@ -90,6 +91,7 @@ fn depth_and_blending_do_what_they_say() {
         color: &color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([1.0, 0.0, 0.0, 0.0]),
     };
     rec.pass("first", &targets, |pass| {
@@ -120,6 +122,7 @@ fn pictures_are_copied_into_pictures_and_cut_at_the_edge() {
         color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([red, 0.0, 0.0, 1.0]),
     };
     rec.pass("small", &target(&small, 0.215_86), |_| ());
@@ -154,6 +157,7 @@ fn a_draw_needs_its_barrier_before_the_pass() {
         color: &color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([0.0; 4]),
     };
     let text = panic_text(|| {
