@@ -29,6 +29,9 @@ fn the_sum_is_that_of_the_buffers() {
         + size_of_val(&setup.atlas.blocks[..])
         + size_of_val(&setup.atlas.exchange.rows[..])
         + size_of_val(&setup.atlas.exchange.entries[..]);
-    assert_eq!(memory::size_in_bytes(setup, &scene.settings), buffers + tables as u64);
+    assert_eq!(
+        memory::size_in_bytes(setup, &scene.settings),
+        buffers + tables as u64
+    );
     gpu.finish();
 }

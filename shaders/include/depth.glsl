@@ -93,7 +93,7 @@ float angle_of(float x) {
 
 float depth_arctangent(float distance, float reach) {
     precise float way = STEEPNESS * share_of_reach(distance, reach);
-    precise float half_turns = 0.31830989 * angle_of(abs(way));
+    precise float half_turns = 0.318309886 * angle_of(abs(way));
     precise float depth = way < 0.0 ? 0.5 - half_turns : 0.5 + half_turns;
     return clamp(depth, 0.0, BELOW_ONE);
 }

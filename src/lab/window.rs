@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
-use myxo::gpu::{Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Swapchain, Targets};
+use myxo::gpu::{
+    Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Swapchain, Targets,
+};
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use super::kernels::{
-    DepthQueries, DepthQueriesArgs, DepthQueriesConstants, DepthQueriesParams,
-};
+use super::kernels::{DepthQueries, DepthQueriesArgs, DepthQueriesConstants, DepthQueriesParams};
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Threads};
 use crate::scene::settings::DepthMapping;

@@ -152,7 +152,9 @@ fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepPara
         unreachable!("both are there while the method is");
     };
     for round in 0..update.rounds() {
-        let draws = raster.ranges.draws(update, round, params.distance_merge.reach);
+        let draws = raster
+            .ranges
+            .draws(update, round, params.distance_merge.reach);
         if !draws.is_empty() {
             rec.pass("draw_distances", &raster.targets(), |pass| {
                 for draw in &draws {
