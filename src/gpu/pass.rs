@@ -36,6 +36,8 @@ pub struct PassRecorder<'a> {
     format: Format,
     samples: u32,
     depth: Option<DepthTest>,
+    /// Does every draw have its own time?
+    times_draws: bool,
 }
 
 impl Recorder {
@@ -46,6 +48,30 @@ impl Recorder {
     /// If the targets do not fit each other, or the device cannot draw (then no pipeline could be made either).
     pub fn pass<R>(
         &mut self,
+        name: &str,
+        targets: &Targets<'_>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        self.pass_as(SpanKind::Scope, name, targets, record)
+    }
+
+    /// As [`Recorder::pass`], but timed as a whole, like a kernel of this name. Devices that draw tile by tile cannot
+    /// tell how long each draw takes.
+    ///
+    /// # Panics
+    /// As [`Recorder::pass`].
+    pub fn pass_as_kernel<R>(
+        &mut self,
+        name: &str,
+        targets: &Targets<'_>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        self.pass_as(SpanKind::Kernel, name, targets, record)
+    }
+
+    fn pass_as<R>(
+        &mut self,
+        kind: SpanKind,
         name: &str,
         targets: &Targets<'_>,
         record: impl FnOnce(&mut PassRecorder<'_>) -> R,
@@ -78,7 +104,7 @@ impl Recorder {
         if self.ctx().draws_debug.load(Ordering::Relaxed) {
             self.announce_debug(name);
         }
-        self.begin_span(name, SpanKind::Scope);
+        self.begin_span(name, kind);
         self.transition(color, ImageState::COLOR_TARGET, targets.clear.is_none());
         if let Some(resolve) = targets.resolve {
             self.transition(resolve, ImageState::COLOR_TARGET, false);
@@ -161,6 +187,7 @@ impl Recorder {
             format,
             samples,
             depth,
+            times_draws: kind == SpanKind::Scope,
         });
         // SAFETY: begun above.
         unsafe { loader.cmd_end_rendering(self.raw()) };
@@ -238,10 +265,15 @@ impl PassRecorder<'_> {
             &args,
             &params,
         );
-        self.rec.work(D::NAME, SpanKind::Draw, |rec| {
+        let draw = |rec: &Recorder| {
             // SAFETY: pipeline, descriptors and constants were bound for this layout above.
             unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
-        });
+        };
+        if self.times_draws {
+            self.rec.work(D::NAME, SpanKind::Draw, draw);
+        } else {
+            draw(self.rec);
+        }
     }
 
     /// The raw command buffer, inside the pass, for crates that draw by themselves.

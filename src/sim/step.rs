@@ -156,7 +156,7 @@ fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepPara
             .ranges
             .draws(update, round, params.distance_merge.reach);
         if !draws.is_empty() {
-            rec.pass("draw_distances", &raster.targets(), |pass| {
+            rec.pass_as_kernel("distance_raster", &raster.targets(), |pass| {
                 for draw in &draws {
                     pass.draw(
                         pipeline,
