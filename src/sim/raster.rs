@@ -4,6 +4,56 @@
 //! A triangle is drawn once for each triangle of the other object, to which its fragments take the distance. Distances
 //! become depths, and the depth test keeps the smallest one of each texel. A texel counts for the triangle that owns it,
 //! as everywhere; outlines need only hold all of a triangle's texels, since fragments of other texels are dropped.
+//!
+//! Within one object the smallest distance wins, whatever its sign; between objects the smallest signed distance does. So
+//! a pass has one other object for each object, the r-th of its pairs in round r, and `distance_merge` follows: it takes
+//! the signed distance to the triangle that was drawn, exactly as the other methods do, and keeps the smaller one. What
+//! a mapping loses decides only which triangle is taken for the nearest, never how far that is.
+//!
+//! What lies beyond reach matters only for the sign of places inside of closed objects, and no place is deeper inside
+//! than half of the shortest side of the box. Triangles farther than that are neither drawn nor counted, and a texel
+//! that nothing was drawn on is outside. That length, or reach if that is more, is the one that the mappings take for
+//! reach.
+//!
+//! # Precision
+//!
+//! How many of 65,536 distances in order stay different as depths, for a reach of 1 (`tests/distances/depths.rs`):
+//!
+//! | distances | ordered | clip | logistic | arctangent |
+//! | --- | --- | --- | --- | --- |
+//! | neighbouring floats round 0 | 16,384 | 1 | 1 | 1 |
+//! | neighbouring floats round 1 | 16,384 | 16,384 | 3,588 | 6,538 |
+//! | evenly from -0.001 to 0.001 | 65,536 | 25,167 | 33,388 | 54,130 |
+//! | evenly from 0.999 to 1.001 (25,167 floats) | 6,293 | 8,388 | 1,231 | 2,235 |
+//! | evenly from -1 to 1 | 65,536 | 65,536 | 65,536 | 65,536 |
+//!
+//! How many texels within reach name another triangle than `bvh` does, and the largest difference of distances, in scene
+//! radii; over eight scenes with a reach of 0.3, mostly, and three of them with a reach of 20 (`tests/distances/raster.rs`):
+//!
+//! | mapping | others | difference | others, far | difference, far |
+//! | --- | --- | --- | --- | --- |
+//! | ordered | 4.1 % | 1.0e-7 | 6.0 % | 2.2e-7 |
+//! | clip | 3.8 % | 5.7e-8 | 7.8 % | 2.2e-6 |
+//! | logistic | 4.5 % | 3.0e-7 | 7.6 % | 1.2e-6 |
+//! | arctangent | 4.5 % | 3.0e-7 | 7.5 % | 8.4e-7 |
+//!
+//! All of these others share a corner with the nearest triangle: mostly the nearest point lies on both, and the last
+//! bits decide. No sign is another one.
+//!
+//! # Time
+//!
+//! Two touching tori of 768 triangles in an atlas of 256 x 256, one of them moving; milliseconds an update on lavapipe with two
+//! cores that had other work (medians; the ratios are what counts):
+//!
+//! | method | reach 0.2 | reach 1 |
+//! | --- | --- | --- |
+//! | bvh | 10 | 36 |
+//! | brute | 160 | 235 |
+//! | raster | 112 + 2 for the merge | 1,340 + 2 |
+//!
+//! The mappings take the same time. With a short reach most of it goes into corners of triangles that turn out to be too
+//! far apart, 3.5 million of them; with a long one into fragments, which come in pieces of few texels. So the method is
+//! for comparing, and for small meshes.
 
 use std::sync::Arc;
 
