@@ -8,7 +8,7 @@ use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::{Tree, Trees};
-use crate::scene::settings::{DistanceMethod, SignRule};
+use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
@@ -159,6 +159,11 @@ pub struct DistanceUpdate {
     pub jobs: Vec<DistanceJob>,
     /// Which others they have within reach.
     pub pairs: Vec<ObjectPair>,
+    /// Which object each job is for.
+    pub objects: Vec<u32>,
+    /// For each pair: beyond this world length the other object's triangles tell nothing. That is reach, or as far as a
+    /// place inside of it can be from all of them.
+    pub farthest: Vec<f32>,
     /// How many invocations that are.
     pub thread_count: u32,
 }
@@ -167,7 +172,7 @@ pub struct DistanceUpdate {
 #[derive(Clone, Debug, Default)]
 pub struct DistancePlanner {
     /// For each object: its pairs then. `None` before the first time.
-    last: Vec<Option<Vec<ObjectPair>>>,
+    last: Vec<Option<Vec<NearPair>>>,
     /// The poses then.
     poses: Vec<Pose>,
     /// How they were taken.
@@ -181,6 +186,8 @@ pub struct DistanceRules {
     pub reach: f32,
     /// By which kernel.
     pub method: DistanceMethod,
+    /// How they become depths, if they do.
+    pub depth: DepthMapping,
     /// How sides are told.
     pub sign: SignRule,
 }
@@ -216,7 +223,12 @@ impl DistancePlanner {
             if last.as_ref() == Some(&pairs) {
                 continue;
             }
-            update.add(setup.ranges[object], setup.first_tiles[object], &pairs);
+            update.add(
+                object as u32,
+                setup.ranges[object],
+                setup.first_tiles[object],
+                &pairs,
+            );
             *last = Some(pairs);
         }
         update
@@ -224,7 +236,14 @@ impl DistancePlanner {
 }
 
 impl DistanceUpdate {
-    fn add(&mut self, (first, end): (u32, u32), first_tile: u32, pairs: &[ObjectPair]) {
+    /// How many rounds `raster` takes: in each, every job has one of its pairs. The first one clears what was.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        let most = self.jobs.iter().map(|job| job.pair_count).max();
+        most.map_or(0, |most| most.max(1))
+    }
+
+    fn add(&mut self, object: u32, (first, end): (u32, u32), first_tile: u32, pairs: &[NearPair]) {
         if first == end {
             return;
         }
@@ -236,9 +255,32 @@ impl DistanceUpdate {
             pair_count: pairs.len() as u32,
             first_tile,
         });
-        self.pairs.extend_from_slice(pairs);
+        self.objects.push(object);
+        self.pairs.extend(pairs.iter().map(|near| near.pair));
+        self.farthest.extend(pairs.iter().map(|near| near.farthest));
         self.thread_count += (end - first).next_multiple_of(GROUP);
     }
+}
+
+/// A pair, and how far the other object's triangles tell something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct NearPair {
+    pair: ObjectPair,
+    farthest: f32,
+}
+
+/// What is inside of a closed object comes out of it on the shorter way along the shortest side of its box, at the
+/// latest. A little more is for rounding.
+fn farthest(tree: &Tree, rules: DistanceRules) -> f32 {
+    let sides = tree.high - tree.low;
+    let deepest = if tree.is_closed {
+        0.5 * sides.min_element()
+    } else if rules.sign == SignRule::Winding {
+        sides.length()
+    } else {
+        0.0
+    };
+    1.001 * deepest.max(rules.reach)
 }
 
 /// The pairs of an object with those others whose boxes come within reach of its own.
@@ -247,7 +289,7 @@ fn pairs_of(
     poses: &[Placed],
     object: usize,
     rules: DistanceRules,
-) -> Vec<ObjectPair> {
+) -> Vec<NearPair> {
     let own = &setup.trees.objects[object];
     let others = setup.others[object].iter();
     others
@@ -270,7 +312,7 @@ fn pairs_of(
                 return None;
             }
             let rows = glam::DMat4::from(other_from_object).transpose().as_mat4();
-            Some(ObjectPair {
+            let pair = ObjectPair {
                 x: rows.x_axis,
                 y: rows.y_axis,
                 z: rows.z_axis,
@@ -279,6 +321,10 @@ fn pairs_of(
                 first_node: other.first_node,
                 // Winding numbers know an inside of whatever encloses most of a place.
                 is_closed: u32::from(other.is_closed || rules.sign == SignRule::Winding),
+            };
+            Some(NearPair {
+                pair,
+                farthest: farthest(other, rules),
             })
         })
         .collect()

@@ -2,11 +2,12 @@
 //! cosines and sines. The twins take the same.
 
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate, TILE_SAMPLES};
+use super::draws::DistanceRasterConstants;
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
-    DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsParams, MoveBorderConstants,
-    TransferOutConstants,
+    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceMergeConstants,
+    DistanceMergeParams, DistanceParams, DistanceTilesConstants, DistanceTilesParams,
+    ExchangeSeamsParams, MoveBorderConstants, TransferOutConstants,
 };
 use super::setup::Setup;
 use super::turns::{Turn, border_constants, departure_constants};
@@ -31,6 +32,8 @@ pub struct StepParams {
     pub distance: DistanceParams,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteParams,
+    /// For `distance_merge`, in the first round.
+    pub distance_merge: DistanceMergeParams,
     /// The objects' turns, or one for all of them.
     pub turn: Turn,
     /// For `diffuse`; in two halves of a step for the second of them.
@@ -60,6 +63,10 @@ pub struct StepConstants {
     pub distance: DistanceConstants,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteConstants,
+    /// For `distance_raster`, where distances are taken by it.
+    pub distance_raster: Option<DistanceRasterConstants>,
+    /// For `distance_merge`.
+    pub distance_merge: DistanceMergeConstants,
 }
 
 impl StepConstants {
@@ -90,6 +97,10 @@ impl StepConstants {
             distance_tiles: DistanceTilesConstants { sign_rule },
             distance: DistanceConstants { sign_rule },
             distance_brute: DistanceBruteConstants { sign_rule },
+            distance_raster: settings.uses_raster().then_some(DistanceRasterConstants {
+                depth: settings.distance.depth as u32,
+            }),
+            distance_merge: DistanceMergeConstants { sign_rule },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -151,6 +162,13 @@ impl StepParams {
                 first_vertex_normal,
                 reach: settings.distance.reach * radius,
             },
+            distance_merge: DistanceMergeParams {
+                thread_count: 0,
+                job_count: 0,
+                first_vertex_normal,
+                reach: settings.distance.reach * radius,
+                round: 0,
+            },
             turn: Turn::new(settings, setup, advance, capacity),
             diffuse: DiffuseParams {
                 diffusion,
@@ -183,6 +201,7 @@ impl StepParams {
         let rules = DistanceRules {
             reach: settings.distance.reach * setup.radius,
             method: settings.distance.method,
+            depth: settings.distance.depth,
             sign: settings.distance.sign,
         };
         let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
@@ -195,6 +214,8 @@ impl StepParams {
         self.distance.job_count = job_count;
         self.distance_brute.thread_count = thread_count;
         self.distance_brute.job_count = job_count;
+        self.distance_merge.thread_count = thread_count;
+        self.distance_merge.job_count = job_count;
     }
 
     /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first

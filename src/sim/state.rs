@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
-    DistanceBrute, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
+    DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn,
+    TransferOut,
 };
 use super::params::StepConstants;
+use super::raster::{Raster, raster_options};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
@@ -14,7 +17,7 @@ use super::types::{
     AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Seam,
     SurfaceSample, Vertex,
 };
-use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -26,6 +29,10 @@ pub struct Kernels {
     pub distance: Pipeline<Distance>,
     /// The same by looking at every triangle.
     pub distance_brute: Pipeline<DistanceBrute>,
+    /// The same by drawing, where that is the method.
+    pub distance_raster: Option<RasterPipeline<DistanceRasterDraw>>,
+    /// Takes the distances to what was drawn.
+    pub distance_merge: Pipeline<DistanceMerge>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
     /// Lets transfers land.
@@ -57,6 +64,10 @@ impl Kernels {
             distance_tiles: Pipeline::new(ctx, &constants.distance_tiles)?,
             distance: Pipeline::new(ctx, &constants.distance)?,
             distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
+            distance_raster: (constants.distance_raster.as_ref())
+                .map(|constants| RasterPipeline::new(ctx, constants, raster_options()))
+                .transpose()?,
+            distance_merge: Pipeline::new(ctx, &constants.distance_merge)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -182,6 +193,8 @@ pub struct State {
     pub distance_jobs: Buffer<DistanceJob>,
     /// Which others they have within reach.
     pub distance_pairs: Buffer<ObjectPair>,
+    /// What `distance_raster` draws, and what it draws into, where that is the method.
+    pub raster: Option<Raster>,
 }
 
 impl State {
@@ -253,6 +266,9 @@ impl State {
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
+            raster: (settings.uses_raster())
+                .then(|| Raster::new(ctx, setup))
+                .transpose()?,
         })
     }
 }

@@ -1,9 +1,11 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
+use super::draws::DistanceRasterArgs;
 use super::kernels::{
     AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
-    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, DistanceTilesArgs, ExchangeSeamsArgs,
-    MoveBorderArgs, RespawnArgs, TransferInArgs, TransferOutArgs,
+    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, DistanceMergeArgs, DistanceMergeParams,
+    DistanceTilesArgs, ExchangeSeamsArgs, MoveBorderArgs, RespawnArgs, TransferInArgs,
+    TransferOutArgs,
 };
 use super::params::StepParams;
 use super::state::{Kernels, State};
@@ -148,6 +150,7 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             },
             params.distance_brute,
         ),
+        DistanceMethod::Raster => distance_raster(rec, k, s, params),
     }
     // Gutter texels are filled from those that were written; the next update writes other jobs.
     rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
@@ -163,6 +166,66 @@ fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     );
     // What follows reads distances.
     rec.barrier(Kernel, Kernel, &[&s.distances]);
+}
+
+/// In each round every job has one of its pairs: what is nearest on the other object is drawn, and counts if it is less
+/// far than those of the rounds before.
+fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let update = &params.distance_update;
+    let (Some(raster), Some(pipeline)) = (&s.raster, &k.distance_raster) else {
+        unreachable!("both are there while the method is");
+    };
+    for round in 0..update.rounds() {
+        let draws = raster
+            .ranges
+            .draws(update, round, params.distance_merge.reach);
+        if !draws.is_empty() {
+            rec.pass_as_kernel("distance_raster", &raster.targets(), |pass| {
+                for draw in &draws {
+                    pass.draw(
+                        pipeline,
+                        draw.vertices,
+                        draw.instances,
+                        DistanceRasterArgs {
+                            outlines: &raster.outlines,
+                            bounds: &raster.bounds,
+                            slots: &raster.slots,
+                            nodes: &s.nodes,
+                            places: &raster.places,
+                            faces: &s.faces,
+                        },
+                        draw.params,
+                    );
+                }
+            });
+            rec.copy_image(&raster.target, &raster.winners);
+            rec.barrier(Copy, Kernel, &[&raster.winners]);
+        }
+        rec.dispatch(
+            &k.distance_merge,
+            Threads(update.thread_count),
+            DistanceMergeArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+                nodes: &s.nodes,
+                dipoles: &s.dipoles,
+                winners: &raster.winners,
+            },
+            DistanceMergeParams {
+                round,
+                ..params.distance_merge
+            },
+        );
+        // The next round draws others, and compares them with these.
+        rec.barrier(Kernel, Copy, &[&raster.winners]);
+        rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
+    }
 }
 
 /// Every particle advances once. Those that go into another object change to it, as the strategy says.

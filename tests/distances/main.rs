@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod depths;
+mod raster;
 mod reference;
 mod trees;
 

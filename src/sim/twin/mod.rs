@@ -5,10 +5,13 @@
 mod advance;
 pub mod bvh;
 pub mod crossing;
+pub mod depth;
 mod diffuse;
 mod diffuse_seams;
 pub mod distance;
 mod distance_brute;
+mod distance_merge;
+mod distance_raster;
 mod distance_tiles;
 pub mod exact;
 mod exchange_seams;
@@ -25,10 +28,13 @@ pub mod walk;
 mod walk_queries;
 
 pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance};
+pub use depth::depth_queries;
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
+pub use distance_merge::distance_merge;
+pub use distance_raster::distance_raster;
 pub use distance_tiles::distance_tiles;
 pub use exchange_seams::exchange_seams;
 pub use respawn::respawn;
@@ -38,8 +44,10 @@ pub use walk_queries::walk_queries;
 use turns::TwinTransfers;
 
 use super::distance::{DistancePlanner, DistanceSetup};
+use super::kernels::DistanceMergeParams;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
+use super::raster::RasterLayout;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::arranged;
@@ -208,6 +216,24 @@ impl Simulation {
                 distances,
                 nearest,
             ),
+            DistanceMethod::Raster => {
+                let layout = RasterLayout::new(&self.setup);
+                for round in 0..params.distance_update.rounds() {
+                    let winners = distance_raster(constants, params, round, &layout, &inputs);
+                    let merge = DistanceMergeParams {
+                        round,
+                        ..params.distance_merge
+                    };
+                    distance_merge(
+                        &constants.distance_merge,
+                        &merge,
+                        &inputs,
+                        &winners,
+                        distances,
+                        nearest,
+                    );
+                }
+            }
         }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
     }
