@@ -24,6 +24,8 @@ const MOST_BOUNDS: u32 = 16;
 pub struct DistanceSetup {
     /// The surface points under owned texels, object by object.
     pub samples: Vec<SurfaceSample>,
+    /// The triangle of each sample.
+    pub owners: Vec<u32>,
     /// First sample of each object, and one past the last.
     pub ranges: Vec<(u32, u32)>,
     /// Balls round the samples of each object, [`TILE_SAMPLES`] in each; the last of an object may have fewer.
@@ -40,7 +42,8 @@ impl DistanceSetup {
     /// Of all objects of a surface; `others` says which count for which.
     #[must_use]
     pub fn new(surface: &Surface, atlas: &Atlas, others: Vec<Vec<u32>>) -> Self {
-        let mut samples = Vec::new();
+        let mut samples: Vec<SurfaceSample> = Vec::new();
+        let mut owners = Vec::new();
         let mut ranges = Vec::new();
         let mut tiles = Vec::new();
         let mut first_tiles = Vec::new();
@@ -48,12 +51,14 @@ impl DistanceSetup {
             let texels = owned_texels(surface, atlas);
             for object in 0..surface.objects.len() as u32 {
                 let first = samples.len() as u32;
-                samples.extend(
-                    texels
-                        .iter()
-                        .filter(|(_, o, _)| *o == object)
-                        .map(|(_, _, sample)| *sample),
-                );
+                let (start, end) = surface.objects[object as usize].triangles;
+                let own = texels
+                    .iter()
+                    .filter(|owned| (start..end).contains(&owned.triangle));
+                for owned in own {
+                    samples.push(owned.sample);
+                    owners.push(owned.triangle);
+                }
                 ranges.push((first, samples.len() as u32));
                 first_tiles.push(tiles.len() as u32);
                 let own = samples[first as usize..].chunks(TILE_SAMPLES as usize);
@@ -67,6 +72,7 @@ impl DistanceSetup {
         };
         Self {
             samples,
+            owners,
             ranges,
             tiles,
             first_tiles,
@@ -121,24 +127,33 @@ fn tile_of(samples: &[SurfaceSample]) -> SampleTile {
     }
 }
 
-/// Owned texels in tiles of 8 x 8, so that invocations side by side look at places side by side; with their objects.
-fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<(u64, u32, SurfaceSample)> {
-    let mut texels: Vec<_> = (0..atlas.texel_count() as u32)
+/// An owned texel, and where it stands in the order of tiles.
+struct Owned {
+    order: u64,
+    triangle: u32,
+    sample: SurfaceSample,
+}
+
+/// Owned texels in tiles of 8 x 8, so that invocations side by side look at places side by side.
+fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<Owned> {
+    let mut texels: Vec<Owned> = (0..atlas.texel_count() as u32)
         .into_par_iter()
         .filter_map(|texel| {
             let (triangle, u, v) = atlas.surface_point_of(texel)?;
             let corners = surface.corners[triangle as usize];
             let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
             let position = a + f64::from(u) * (b - a) + f64::from(v) * (c - a);
-            let object = surface.triangles[triangle as usize].object;
-            let sample = SurfaceSample {
-                position: position.as_vec3(),
-                texel,
-            };
-            Some((tile_order(texel, atlas.pitch), object, sample))
+            Some(Owned {
+                order: tile_order(texel, atlas.pitch),
+                triangle,
+                sample: SurfaceSample {
+                    position: position.as_vec3(),
+                    texel,
+                },
+            })
         })
         .collect();
-    texels.par_sort_unstable_by_key(|(order, object, _)| (*object, *order));
+    texels.par_sort_unstable_by_key(|owned| owned.order);
     texels
 }
 
@@ -190,6 +205,10 @@ pub struct DistanceRules {
     pub depth: DepthMapping,
     /// How sides are told.
     pub sign: SignRule,
+    /// A world length: what is nearer is covered.
+    pub threshold: f32,
+    /// A world length: how far behind a crossing places are told.
+    pub farthest: f32,
 }
 
 impl DistancePlanner {

@@ -41,6 +41,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
 fn distance_bytes(setup: &Setup) -> u64 {
     let DistanceSetup {
         samples,
+        owners,
         tiles,
         trees,
         ..
@@ -48,17 +49,19 @@ fn distance_bytes(setup: &Setup) -> u64 {
     if setup.distance.is_empty() {
         return 0;
     }
-    let fields = 2 * TEXEL * setup.atlas.texel_count() as u64;
+    // Distances, nearest triangles, and places across.
+    let fields = 3 * TEXEL * setup.atlas.texel_count() as u64;
     let objects = setup.poses.len() as u64;
     fields
         + size_of_val(&samples[..]) as u64
+        + size_of_val(&owners[..]) as u64
         + size_of_val(&tiles[..]) as u64
         + (setup.distance.bounds_len() * size_of::<f32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
         + size_of_val(&trees.dipoles[..]) as u64
         + size_of_val(&trees.pseudonormals[..]) as u64
-        + objects * size_of::<DistanceJob>() as u64
+        + objects * (size_of::<DistanceJob>() + size_of::<u32>()) as u64
         + objects * (objects - 1) * PAIR
 }
 

@@ -6,7 +6,7 @@ use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
     DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn,
-    TransferOut,
+    TransferOut, Unfold,
 };
 use super::params::StepConstants;
 use super::raster::{Raster, raster_options};
@@ -33,6 +33,8 @@ pub struct Kernels {
     pub distance_raster: Option<RasterPipeline<DistanceRasterDraw>>,
     /// Takes the distances to what was drawn.
     pub distance_merge: Pipeline<DistanceMerge>,
+    /// Where walks go on on other objects.
+    pub unfold: Pipeline<Unfold>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
     /// Lets transfers land.
@@ -68,6 +70,7 @@ impl Kernels {
                 .map(|constants| RasterPipeline::new(ctx, constants, raster_options()))
                 .transpose()?,
             distance_merge: Pipeline::new(ctx, &constants.distance_merge)?,
+            unfold: Pipeline::new(ctx, &constants.unfold)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -187,6 +190,10 @@ pub struct State {
     pub dipoles: Texels<u32>,
     /// One a half-edge, then one a vertex.
     pub pseudonormals: Texels<u32>,
+    /// One an owned texel, as `samples`: the triangle that owns it.
+    pub owners: Buffer<u32>,
+    /// One a texel: for places that another object covers, where on that one walks go on, as packed atlas position.
+    pub across: Buffer<u32>,
     /// One an object: the first node of its tree.
     pub roots: Buffer<u32>,
     /// The objects whose distances are being taken.
@@ -263,6 +270,8 @@ impl State {
                 &Buffer::from_slice(ctx, "pseudonormals", &setup.distance.trees.pseudonormals)?,
                 4,
             )?,
+            owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
+            across: Buffer::from_slice(ctx, "across", &vec![NONE; field])?,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,

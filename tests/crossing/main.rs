@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod queries;
+mod unfold;
 
 use std::f64::consts::TAU;
 

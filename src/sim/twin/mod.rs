@@ -24,6 +24,7 @@ pub mod transfer;
 pub mod transfer_queries;
 mod tree_queries;
 mod turns;
+pub mod unfold;
 pub mod walk;
 mod walk_queries;
 
@@ -41,7 +42,9 @@ pub use respawn::respawn;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
+use transfer::Ground;
 use turns::TwinTransfers;
+use unfold::{UnfoldInputs, unfold};
 
 use super::distance::{DistancePlanner, DistanceSetup};
 use super::kernels::DistanceMergeParams;
@@ -70,6 +73,7 @@ pub struct Simulation {
     previous_deposits: Vec<u32>,
     movement: Movement,
     poses: Vec<Pose>,
+    across: Vec<u32>,
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
@@ -103,6 +107,7 @@ impl Simulation {
             previous_deposits: vec![0; texels],
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],
+            across: vec![NONE; texels],
             planner: DistancePlanner::default(),
             step: 0,
         }
@@ -236,6 +241,19 @@ impl Simulation {
             }
         }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
+        if params.sees_across {
+            let inputs = UnfoldInputs {
+                jobs: &params.distance_update.jobs,
+                samples: &self.setup.distance.samples,
+                owners: &self.setup.distance.owners,
+                distances: &self.distances,
+                nearest: &self.nearest,
+                halfedges: &self.setup.surface.halfedges,
+                ground: Ground::of(&self.setup, &self.poses),
+                atlas_maps: &self.setup.atlas.maps,
+            };
+            unfold(&constants.unfold, &params.unfold, &inputs, &mut self.across);
+        }
     }
 
     fn diffuse(&mut self, constants: &StepConstants, params: &StepParams) {
@@ -272,6 +290,12 @@ impl Simulation {
     #[must_use]
     pub fn distances(&self) -> (&[f32], &[u32]) {
         (&self.distances, &self.nearest)
+    }
+
+    /// One a texel: where on another object walks go on.
+    #[must_use]
+    pub fn across(&self) -> &[u32] {
+        &self.across
     }
 
     /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].

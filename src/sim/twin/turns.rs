@@ -88,6 +88,7 @@ impl Simulation {
                 poses: &self.poses,
                 physarums: &physarums(&self.settings, self.setup.radius),
                 distances: &self.distances,
+                across: &self.across,
             },
             advance::Turn {
                 windows: &self.transfers.windows,
