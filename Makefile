@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test mutants bench atlases clean
+.PHONY: help demo test long mutants bench atlases clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -26,6 +26,11 @@ test: ## set up what is missing, and run every test with Vulkan's validation lay
 	else \
 		xvfb-run -a cargo test --release; \
 	fi
+
+long: ## run the built-in scenes of several objects for long; the table goes to benches/results/strategies.md (an hour)
+	@.ci/setup test
+	MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
+		cargo test --release --test long -- --ignored --nocapture
 
 mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)
 	@.ci/setup test

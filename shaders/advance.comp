@@ -120,6 +120,9 @@ void take_physarum(uint triangle) {
     own_distance_weight = params.distance_weight;
 }
 
+// What rounding may make of a distance.
+const float ROUNDING = 1.0e-6;
+
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
     vec4 row = poses[texelFetch(triangles, int(triangle)).w].y;
@@ -233,7 +236,10 @@ void main() {
     if (SELECTS) {
         vec2 previous = atlas_position(atlas_maps[particle.triangle], particle.u, particle.v);
         float now = distance_at(position, params.pitch);
-        if (now < params.transfer_threshold && now < distance_at(previous, params.pitch)) {
+        float before = distance_at(previous, params.pitch);
+        // Gutters are rounded, so that what is equal beyond reach may seem to change.
+        precise float less = before - ROUNDING * abs(before);
+        if (now < params.transfer_threshold && now < less) {
             uint place = atomicAdd(flow[0].wanted, 1u);
             if (place < params.transfer_capacity) {
                 particle_indices[place] = i;

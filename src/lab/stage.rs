@@ -258,6 +258,55 @@ pub fn save_screenshot(folder: &Path, picture: &RgbaImage) -> Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use myxo::gpu::ContextOptions;
+    use myxo::scene::Overrides;
+
+    /// Through all strategies and back, between frames that are under way, as the panel does it.
+    #[test]
+    fn strategies_change_while_it_is_drawn() {
+        let ctx = match Context::new(&ContextOptions {
+            validation: true,
+            ..ContextOptions::default()
+        }) {
+            Ok(ctx) => ctx,
+            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+                return eprintln!("skipped: {error}");
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let set = [
+            "particles.count=3000",
+            "atlas.size=128",
+            "transfer.threshold=0.01",
+        ];
+        let overrides = Overrides {
+            set: set.map(str::to_owned).into(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new("trio"), &overrides).unwrap();
+        let view = View::of(&scene, Vec2::new(64.0, 48.0));
+        let mut stage =
+            Stage::new(&ctx, scene, Format::Rgba8Srgb, None, &mut |_, _| Ok(())).unwrap();
+        let mut frames = Frames::new(&ctx, 2).unwrap();
+        let all = Strategy::ALL.iter();
+        for &strategy in all.clone().chain(all.rev()) {
+            let mut settings = stage.simulation.settings().clone();
+            settings.transfer.strategy = strategy;
+            stage.simulation.apply(&settings).unwrap();
+            for _ in 0..4 {
+                let mut rec = frames.begin().unwrap();
+                stage.simulation.record_step(&mut rec);
+                stage.draw(&mut rec, &view, [64, 48], true).unwrap();
+                frames.submit(rec).unwrap();
+            }
+        }
+        frames.wait_idle().unwrap();
+        let state = stage.simulation.snapshot().unwrap();
+        state.validate(stage.simulation.setup()).unwrap();
+        assert_eq!(state.step, 48);
+        assert!(stage.flow.arrived > 0, "the panel hears of them");
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
 
     #[test]
     fn screenshots_are_numbered_and_nothing_is_overwritten() {

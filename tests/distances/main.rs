@@ -11,7 +11,7 @@ use common::{Gpu, gpu};
 use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
 use myxo::scene::file::Reader;
-use myxo::scene::settings::{DistanceMethod, ObjectSettings, Settings, SignRule};
+use myxo::scene::settings::{DistanceMethod, ObjectSettings, Settings, SignRule, Strategy};
 use myxo::sim::distance::DistancePlanner;
 use myxo::sim::types::Pose;
 use myxo::sim::{Setup, Simulation, StepParams, twin};
@@ -322,6 +322,8 @@ fn particles_mind_distances() {
                 s.physarum.sensor_offset = 0.1;
                 s.physarum.speed = 0.02;
                 s.physarum.distance_weight = weight;
+                // Everybody keeps its slot.
+                s.transfer.strategy = Strategy::None;
             },
         );
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();

@@ -3,7 +3,7 @@
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, pos2, vec2};
 use myxo::render::Camera;
 use myxo::scene::Scene;
-use myxo::scene::settings::ColorMap;
+use myxo::scene::settings::{ColorMap, Strategy};
 
 use super::*;
 
@@ -257,6 +257,18 @@ fn what_restarts_waits_and_what_does_not_is_live() {
     assert!(!interface.is_pending());
     interface.edited.objects[0].scale = 2.0;
     assert!(interface.is_pending());
+}
+
+#[test]
+fn every_strategy_is_live() {
+    let mut harness = Harness::new();
+    let interface = &mut harness.interface;
+    for &strategy in Strategy::ALL {
+        interface.edited.transfer.strategy = strategy;
+        interface.edited.transfer.buffer_size += 1;
+        assert!(!interface.is_pending(), "{strategy:?}");
+        assert_eq!(interface.live_settings(), interface.edited);
+    }
 }
 
 #[test]

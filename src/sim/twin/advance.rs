@@ -7,6 +7,9 @@ use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Walker, Window};
 
+/// What rounding may make of a distance.
+const ROUNDING: f32 = 1e-6;
+
 /// What `advance` reads.
 pub struct AdvanceInputs<'a> {
     /// Tangent-frame shapes.
@@ -184,7 +187,8 @@ pub fn advance(
             let previous = atlas_position(map, particle.u, particle.v);
             let now = trail_at(inputs.distances, position, params.pitch);
             let before = trail_at(inputs.distances, previous, params.pitch);
-            if now < params.transfer_threshold && now < before {
+            let less = before - ROUNDING * before.abs();
+            if now < params.transfer_threshold && now < less {
                 if turn.flow.wanted < params.transfer_capacity {
                     turn.particle_indices[turn.flow.wanted as usize] = i as u32;
                     flags |= Motion::IN_FLIGHT;

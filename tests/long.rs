@@ -1,0 +1,349 @@
+//! Long runs of the built-in scenes by every strategy: the same hashes, twice and after an interruption, and nobody lost.
+//!
+//! The ignored test takes long; `make long` runs it, and writes `benches/results/strategies.md`. The others are the same
+//! with few steps, and with the validation layers on.
+
+mod common;
+mod program;
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use common::gpu;
+use myxo::gpu::{Context, ContextOptions, Frames, default_cache_folder};
+use myxo::mesh::atlas::Control;
+use myxo::scene::settings::Strategy;
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::types::Flow;
+use myxo::sim::{Setup, Simulation, Snapshot};
+use program::{done, no_device};
+
+/// How much is run.
+#[derive(Clone, Copy)]
+struct Length {
+    steps: u64,
+    particles: u32,
+    atlas: u32,
+    /// Steps from one check of all invariants to the next.
+    check: u64,
+    /// What else of the scene is changed.
+    set: &'static [&'static str],
+}
+
+const SHORT: Length = Length {
+    steps: 8,
+    particles: 3000,
+    atlas: 192,
+    check: 2,
+    // Else hardly anybody would change objects so soon.
+    set: &["transfer.threshold=0.002"],
+};
+
+const LONG: Length = Length {
+    steps: 1000,
+    particles: 20_000,
+    atlas: 512,
+    check: 50,
+    set: &[],
+};
+
+/// Nobody is lost in ten thousand steps; where texels lie does not matter for that.
+const LONGEST: Length = Length {
+    steps: 10_000,
+    atlas: 256,
+    check: 100,
+    ..LONG
+};
+
+const IN_TURNS: [Strategy; 3] = [
+    Strategy::Scattered,
+    Strategy::Sequential,
+    Strategy::Parallel,
+];
+
+/// A built-in scene with these settings and others.
+fn scene(name: &str, length: Length, strategy: Strategy, others: &[&str]) -> Scene {
+    let mut set = vec![
+        format!("particles.count={}", length.particles),
+        format!("atlas.size={}", length.atlas),
+        format!("transfer.strategy={}", strategy.word()),
+    ];
+    let others = length.set.iter().chain(others);
+    set.extend(others.map(|&other| other.to_owned()));
+    let overrides = Overrides {
+        set,
+        ..Overrides::default()
+    };
+    Scene::load(Path::new(name), &overrides).unwrap()
+}
+
+fn set_up(ctx: &Context, scene: &Scene) -> Setup {
+    Simulation::set_up(ctx.info(), scene, &Control::default()).unwrap()
+}
+
+/// Runs up to a step and checks everything on the way.
+fn advance(ctx: &Arc<Context>, simulation: &mut Simulation, to: u64, check: u64) -> Snapshot {
+    let mut frames = Frames::new(ctx, 2).unwrap();
+    while simulation.step() < to {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+        if simulation.step().is_multiple_of(check) {
+            frames.wait_idle().unwrap();
+            let state = simulation.snapshot().unwrap();
+            state.validate(simulation.setup()).unwrap();
+        }
+    }
+    frames.wait_idle().unwrap();
+    simulation.snapshot().unwrap()
+}
+
+/// What one strategy did on a scene.
+struct Row {
+    strategy: Strategy,
+    /// Of two runs, and of one that was interrupted half way and resumed from its file.
+    hashes: [u64; 3],
+    flow: Flow,
+    flux: Vec<u32>,
+    in_flight: usize,
+}
+
+fn row(ctx: &Arc<Context>, scene: &Scene, setup: &Setup, length: Length) -> Row {
+    let start = || Simulation::from_setup(ctx, scene, setup.clone()).unwrap();
+    let Length { steps, check, .. } = length;
+    let first = advance(ctx, &mut start(), steps, check);
+    let mut second = start();
+    let half = advance(ctx, &mut second, steps / 2, check);
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("half.state");
+    let checkpoint = Checkpoint::new(scene, setup, half);
+    checkpoint.write(&file).unwrap();
+    let mut resumed = start();
+    let checkpoint = Checkpoint::read(&file).unwrap();
+    checkpoint.check(scene, setup).unwrap();
+    resumed.restore(&checkpoint.snapshot).unwrap();
+
+    let second = advance(ctx, &mut second, steps, check);
+    let resumed = advance(ctx, &mut resumed, steps, check);
+    assert_eq!(second.transfers.flux, first.transfers.flux);
+    assert_eq!(resumed.transfers.flux, first.transfers.flux);
+    Row {
+        strategy: scene.settings.transfer.strategy,
+        hashes: [&first, &second, &resumed].map(Snapshot::hash),
+        flow: first.transfers.flow,
+        flux: first.transfers.flux,
+        in_flight: first.transfers.in_flight.len(),
+    }
+}
+
+/// Runs all strategies on a scene, and asserts what must be equal.
+fn rows(ctx: &Arc<Context>, name: &str, length: Length) -> Vec<Row> {
+    let strategies = Strategy::ALL.iter();
+    // It is the same for all strategies.
+    let setup = set_up(ctx, &scene(name, length, Strategy::None, &[]));
+    let rows: Vec<Row> = strategies
+        .map(|&strategy| {
+            let row = row(ctx, &scene(name, length, strategy, &[]), &setup, length);
+            let [first, second, resumed] = row.hashes;
+            assert_eq!(second, first, "{name}, {strategy:?}: two runs");
+            assert_eq!(resumed, first, "{name}, {strategy:?}: resumed");
+            assert_eq!(row.flow.refused, 0, "{name}, {strategy:?}");
+            eprintln!("{name}, {}: {first:016x}", strategy.word());
+            row
+        })
+        .collect();
+    let with_turns: Vec<&Row> = rows
+        .iter()
+        .filter(|row| IN_TURNS.contains(&row.strategy))
+        .collect();
+    assert_eq!(with_turns.len(), 3);
+    for row in &with_turns {
+        assert_eq!(row.hashes, with_turns[0].hashes, "{:?}", row.strategy);
+        assert_eq!(row.flux, with_turns[0].flux, "{:?}", row.strategy);
+        assert!(row.flow.arrived > 0);
+    }
+    rows
+}
+
+/// The hashes of a scene's strategies, and who went from where to where.
+fn section(name: &str, length: Length, rows: &[Row]) -> String {
+    let objects = scene(name, length, Strategy::None, &[]).settings.objects;
+    let mut text = format!(
+        "\n## `{name}`, {} steps\n\n\
+         | strategy | first run | second run | interrupted at {}, resumed | selected | arrived | in flight |\n\
+         | --- | --- | --- | --- | --: | --: | --: |\n",
+        length.steps,
+        length.steps / 2
+    );
+    for row in rows {
+        let [first, second, resumed] = row.hashes;
+        let Flow {
+            selected, arrived, ..
+        } = row.flow;
+        writeln!(
+            text,
+            "| `{}` | `{first:016x}` | `{second:016x}` | `{resumed:016x}` | {selected} | {arrived} | {} |",
+            row.strategy.word(),
+            row.in_flight
+        )
+        .unwrap();
+    }
+    let shown = [Strategy::Parallel, Strategy::Direct, Strategy::Respawn];
+    for row in rows.iter().filter(|row| shown.contains(&row.strategy)) {
+        let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
+        writeln!(
+            text,
+            "\nParticles that left, `{}`, from (rows) to (columns):\n\n| | {} |\n| --- |{}",
+            row.strategy.word(),
+            names.join(" | "),
+            " --: |".repeat(names.len())
+        )
+        .unwrap();
+        for (name, counts) in names.iter().zip(row.flux.chunks(names.len())) {
+            let counts: Vec<String> = counts.iter().map(u32::to_string).collect();
+            writeln!(text, "| {name} | {} |", counts.join(" | ")).unwrap();
+        }
+    }
+    text
+}
+
+/// So many change that a buffer of 16 is full time and again. As the scene is, few wheels' teeth touch at once, and
+/// fewer than that change in a turn.
+const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16"];
+
+/// Nobody is lost or doubled, though the buffer is full time and again.
+fn populations(ctx: &Arc<Context>, length: Length) -> String {
+    let mut text = format!(
+        "\n## `gears`, {} steps: who is there\n\n\
+         | strategy | `transfer.threshold` | `transfer.buffer_size` | lost | doubled | selected | refused | most in a turn |\n\
+         | --- | --: | --: | --: | --: | --: | --: | --: |\n",
+        length.steps
+    );
+    let setup = set_up(ctx, &scene("gears", length, Strategy::None, &[]));
+    for others in [&[][..], &CROWDED] {
+        let scene = scene("gears", length, Strategy::Parallel, others);
+        let transfer = &scene.settings.transfer;
+        let mut simulation = Simulation::from_setup(ctx, &scene, setup.clone()).unwrap();
+        let end = advance(ctx, &mut simulation, length.steps, length.check);
+        let census = end.census();
+        assert_eq!((census.lost, census.doubled), (0, 0));
+        let Flow {
+            selected,
+            refused,
+            most_wanted,
+            ..
+        } = end.transfers.flow;
+        let overflows = !others.is_empty();
+        assert_eq!(refused > 0, overflows, "{refused} of {selected}");
+        assert_eq!(most_wanted > transfer.buffer_size, overflows);
+        writeln!(
+            text,
+            "| `parallel` | {} | {} | {} | {} | {selected} | {refused} | {most_wanted} |",
+            transfer.threshold, transfer.buffer_size, census.lost, census.doubled
+        )
+        .unwrap();
+    }
+    text
+}
+
+#[test]
+fn strategies_agree_on_the_built_in_scenes() {
+    let Some(gpu) = gpu() else { return };
+    for name in ["trio", "gears"] {
+        rows(&gpu.ctx, name, SHORT);
+    }
+    gpu.finish();
+}
+
+#[test]
+fn nobody_is_lost_where_the_buffer_is_full() {
+    let Some(gpu) = gpu() else { return };
+    let length = Length {
+        steps: 20,
+        particles: 20_000,
+        set: &[],
+        ..SHORT
+    };
+    populations(&gpu.ctx, length);
+    gpu.finish();
+}
+
+#[test]
+fn a_full_buffer_says_which_size_would_have_done() {
+    if no_device() {
+        return;
+    }
+    let run = |buffer_size: &str| {
+        let set = format!("transfer.buffer_size={buffer_size}");
+        let crowded = ["--set", CROWDED[0], "--set", &set];
+        let scene = [
+            "profile", "gears", "--steps", "10", "--warmup", "0", "--json",
+        ];
+        let small = ["--set", "particles.count=20000", "--set", "atlas.size=256"];
+        done(&[&scene[..], &small, &crowded].concat())
+    };
+    let messages = run("16");
+    let (_, advice) = messages
+        .split_once("raise transfer.buffer_size from 16 to ")
+        .expect(&messages);
+    assert!(messages.contains("warning: transfers overflowed: "));
+    let size: u32 = advice
+        .split_whitespace()
+        .next()
+        .unwrap()
+        .replace(',', "")
+        .parse()
+        .expect(advice);
+    assert!(size > 16);
+    assert!(!run("20000").contains("overflowed"));
+}
+
+/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. `MYXO_PARTS=trio,gears,population` takes
+/// some of them.
+#[test]
+#[ignore = "takes an hour: make long"]
+fn long_runs() {
+    let started = Instant::now();
+    let ctx = Context::new(&ContextOptions {
+        cache_folder: default_cache_folder(),
+        ..ContextOptions::default()
+    })
+    .unwrap();
+    let info = ctx.info();
+    let mut text = format!(
+        "# Strategies\n\n\
+         `make long` makes this file anew. {} ({} {}), {} particles; atlas {} for the hashes, {} for the population.\n\
+         Every {} steps all invariants are checked. `scattered`, `sequential` and `parallel` must end in the same hash,\n\
+         and so must all runs of one strategy.\n",
+        info.name,
+        info.driver,
+        info.driver_version,
+        LONG.particles,
+        LONG.atlas,
+        LONGEST.atlas,
+        LONG.check
+    );
+    let file = std::env::var_os("MYXO_TABLE");
+    let mut add = |part: String| {
+        text += &part;
+        print!("{part}");
+        if let Some(file) = &file {
+            std::fs::write(file, &text).unwrap();
+        }
+    };
+    let parts = std::env::var("MYXO_PARTS").unwrap_or_else(|_| "trio,gears,population".to_owned());
+    for part in parts.split(',') {
+        add(match part {
+            "population" => populations(&ctx, LONGEST),
+            name => section(name, LONG, &rows(&ctx, name, LONG)),
+        });
+    }
+    add(format!(
+        "\nAll of this took {:.0} minutes.\n",
+        started.elapsed().as_secs_f64() / 60.0
+    ));
+}
