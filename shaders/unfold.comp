@@ -59,12 +59,16 @@ uint place_across(vec3 position, uint own_triangle, uint triangle) {
     if (sine < LEAST_SINE || depth > params.farthest * sine) return NONE;
     float behind = depth / sine;
     // Down the own plane to the line, and from there up the other one.
-    vec3 line = place + (behind / sine) * (frame.normal - cosine * own_normal);
+    vec3 to_line = (behind / sine) * (frame.normal - cosine * own_normal);
     vec3 up = (own_normal - cosine * frame.normal) / sine;
+    // It is the nearest triangle that is known, so the walk goes there from the nearest point.
     vec2 weights = nearest_weights(uintBitsToFloat(shape.x), uintBitsToFloat(shape.y), uintBitsToFloat(shape.z),
-        dot(line, frame.p), dot(line, frame.h));
-    vec2 heading = normalize(vec2(dot(up, frame.p), dot(up, frame.h)));
-    Walker w = walker_at(triangle, weights.x, weights.y, heading, behind);
+        dot(place, frame.p), dot(place, frame.h));
+    vec3 way = to_line + behind * up;
+    vec2 flat_way = vec2(dot(way, frame.p), dot(way, frame.h));
+    float distance = length(flat_way);
+    vec2 heading = distance > 0.0 ? flat_way / distance : vec2(1.0, 0.0);
+    Walker w = walker_at(triangle, weights.x, weights.y, heading, distance);
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
     return packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y));

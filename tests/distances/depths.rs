@@ -85,12 +85,14 @@ fn depths_keep_the_order_of_distances_and_lie_below_one() {
                         "{mapping:?}, reach {reach}"
                     );
                 }
-                // Devices may take numbers below the smallest normal one for 0.
-                let differ = twin
-                    .iter()
-                    .zip(&kernel)
-                    .filter(|(a, b)| (*a - *b).abs() > f32::MIN_POSITIVE);
-                assert_eq!(differ.count(), 0, "{mapping:?}, reach {reach}");
+                // Divisions may be rounded otherwise; numbers below the smallest normal one may count as 0.
+                let bound = match mapping {
+                    DepthMapping::Ordered => f32::MIN_POSITIVE,
+                    _ => 5e-7,
+                };
+                let differ = twin.iter().zip(&kernel);
+                let differ = differ.filter(|(a, b)| (*a - *b).abs() > bound).count();
+                assert_eq!(differ, 0, "{mapping:?}, reach {reach}");
             }
         }
     }

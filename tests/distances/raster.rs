@@ -4,7 +4,7 @@ use super::common::{Gpu, gpu};
 use super::{TORUS, both, scene, scenes};
 use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
-use myxo::scene::settings::{DepthMapping, DistanceMethod, SignRule};
+use myxo::scene::settings::{AtlasMethod, DepthMapping, DistanceMethod, SignRule};
 use myxo::sim::raster::RasterLayout;
 use myxo::sim::{Setup, Simulation};
 
@@ -36,6 +36,9 @@ fn pairs() -> Vec<(String, Scene)> {
             |s| {
                 s.atlas.size = size;
                 s.distance.reach = 0.3;
+                if size == 256 {
+                    s.atlas.method = AtlasMethod::Grid;
+                }
             },
         );
         (format!("{a} and {b}"), pair)
@@ -153,7 +156,15 @@ fn drawn_distances_are_those_of_the_twin() {
             let again = fields(&gpu, &scene);
             assert!(kernel == again, "{name}, {mapping:?}: two runs differ");
             let differ = kernel.1.iter().zip(&twin.1).filter(|(a, b)| a != b).count();
-            assert_eq!(differ, 0, "{name}, {mapping:?}: nearest triangles");
+            // The curves divide, which devices may round otherwise.
+            let most = match mapping {
+                DepthMapping::Ordered | DepthMapping::Clip => 0,
+                _ => kernel.1.len() / 1000,
+            };
+            assert!(
+                differ <= most,
+                "{name}, {mapping:?}: {differ} other triangles"
+            );
             for (a, b) in kernel.0.iter().zip(&twin.0) {
                 assert!(
                     (a - b).abs() < 2e-6 * scene.radius,
@@ -280,7 +291,7 @@ fn recorded(gpu: &Gpu, simulation: &mut Simulation) -> Vec<String> {
 /// Outlines hold every texel that their triangle owns, with room for rounding, in charts and in cells.
 #[test]
 fn outlines_hold_what_triangles_own() {
-    for method in myxo::scene::settings::AtlasMethod::ALL {
+    for method in AtlasMethod::ALL {
         for size in [37, 128, 256] {
             let objects = [
                 (TORUS, [0.0; 3], [0.0; 3]),

@@ -81,11 +81,18 @@ fn place_across(
         return NONE;
     }
     let behind = depth / sine;
-    let line = place + (behind / sine) * (frame.normal - cosine * own_normal);
+    let to_line = (behind / sine) * (frame.normal - cosine * own_normal);
     let up = (own_normal - cosine * frame.normal) / sine;
-    let [u, v] = nearest_weights(shape, line.dot(frame.p), line.dot(frame.h));
-    let heading = Vec2::new(up.dot(frame.p), up.dot(frame.h)).normalize();
-    let mut w = Walker::at(triangle, u, v, heading.to_array(), behind);
+    let [u, v] = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
+    let way = to_line + behind * up;
+    let flat_way = Vec2::new(way.dot(frame.p), way.dot(frame.h));
+    let distance = flat_way.length();
+    let heading = if distance > 0.0 {
+        flat_way / distance
+    } else {
+        Vec2::X
+    };
+    let mut w = Walker::at(triangle, u, v, heading.to_array(), distance);
     let reflects = constants.border_reflects;
     walk::<false>(
         ground.triangles,
