@@ -1,5 +1,5 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
-// Reads   jobs, pairs, samples, bounds, nodes, faces, pseudonormals, corners; for signs dipoles.
+// Reads   jobs, pairs, samples, hints, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
 // One invocation a sample of a job; jobs begin at multiples of the group size.
 // Overflow: cannot happen; nothing is appended, and no tree is deeper than a search has room for.
@@ -17,7 +17,7 @@ layout(push_constant) uniform Params {
     uint thread_count;
     uint job_count;
     uint first_vertex_normal;  // behind those of the half-edges
-    uint bound_count;          // a tile
+    uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
 } params;
 
@@ -31,7 +31,7 @@ layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distance
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
-layout(std430, set = 0, binding = 10) readonly buffer Bounds { float bounds[]; };
+layout(std430, set = 0, binding = 10) readonly buffer Hints { uint hints[]; };
 
 #include "sign.glsl"
 #include "jobs.glsl"
@@ -46,11 +46,11 @@ void main() {
 
     float least = params.reach;
     uint triangle = NONE;
-    uint first_bound = i / TILE_SAMPLES * params.bound_count;
+    uint first_hint = i / TILE_SAMPLES * params.hint_count;
     for (uint p = 0u; p < job.pair_count; p++) {
-        float bound = p < params.bound_count ? bounds[first_bound + p] : UNLIMITED;
-        if (bound == TILE_OUTSIDE) continue;
-        if (bound == TILE_INSIDE) {
+        uint hint = p < params.hint_count ? hints[first_hint + p] : TILE_UNKNOWN;
+        if (hint == TILE_OUTSIDE) continue;
+        if (hint == TILE_INSIDE) {
             bool is_least = -params.reach < least;
             least = is_least ? -params.reach : least;
             triangle = is_least ? NONE : triangle;
@@ -60,7 +60,9 @@ void main() {
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.
         bool may_be_inside = pair.is_closed == 1u && is_in_box(pair.first_node, place);
-        uint slot = nearest_on(pair.first_node, place, min(bound, may_be_inside ? UNLIMITED : params.reach));
+        float bound = may_be_inside ? UNLIMITED : params.reach;
+        if (hint != TILE_UNKNOWN) bound = min(bound, sqrt(nearest_on_face(hint, place).z));
+        uint slot = nearest_on(pair.first_node, place, bound);
         if (slot == NONE) continue;
         uint found = triangle_of(slot);
         vec4 point = nearest_on_face(slot, place);

@@ -1,9 +1,9 @@
-// distance_tiles: how far each tile of an object's texels is from the other objects at most, so that `distance` searches only what is near.
+// distance_tiles: which face of each other object is nearest to the middle of a tile of texels, so that `distance` searches only what is near.
 // Reads   jobs, pairs, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  bounds: one a tile and pair.
+// Writes  hints: one a tile and pair.
 // One invocation a tile of a job; jobs begin at multiples of a tile.
 // Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are.
-// Overflow: pairs of a job beyond bound_count have no bound, and `distance` searches them from afar.
+// Overflow: pairs of a job beyond hint_count have no hint, and `distance` searches them from afar.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -18,7 +18,7 @@ layout(push_constant) uniform Params {
     uint tile_count;           // of all jobs
     uint job_count;
     uint first_vertex_normal;  // behind those of the half-edges
-    uint bound_count;          // a tile
+    uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
 } params;
 
@@ -28,7 +28,7 @@ layout(std430, set = 0, binding = 2) readonly buffer Tiles { SampleTile tiles[];
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
 layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 6) writeonly buffer Bounds { float bounds[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Hints { uint hints[]; };
 layout(set = 0, binding = 7) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 8) uniform usamplerBuffer dipoles;
 
@@ -45,7 +45,7 @@ void main() {
     SampleTile tile = tiles[job.first_tile + in_job];
     precise float near = params.reach + tile.radius;
 
-    for (uint p = 0u; p < min(job.pair_count, params.bound_count); p++) {
+    for (uint p = 0u; p < min(job.pair_count, params.hint_count); p++) {
         ObjectPair pair = pairs[job.first_pair + p];
         vec3 place = place_in_other(pair, tile.center);
         bool is_closed = pair.is_closed == 1u;
@@ -53,17 +53,16 @@ void main() {
         bool decides = SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
         bool may_be_inside = is_closed && is_in_box(pair.first_node, place);
         uint slot = nearest_on(pair.first_node, place, may_be_inside ? UNLIMITED : near);
-        float bound = decides ? TILE_OUTSIDE : UNLIMITED;
+        uint hint = decides ? TILE_OUTSIDE : TILE_UNKNOWN;
         if (slot != NONE) {
             vec4 point = nearest_on_face(slot, place);
             float distance = sqrt(point.z);
             float slack = slack_of_tree(pair.first_node);
-            precise float most = (distance + tile.radius) + slack;
             precise float beyond = near + slack;
             bool searches = distance <= beyond || !decides;
             bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
-            bound = searches ? most : inside ? TILE_INSIDE : TILE_OUTSIDE;
+            hint = searches ? slot : inside ? TILE_INSIDE : TILE_OUTSIDE;
         }
-        bounds[i * params.bound_count + p] = bound;
+        hints[i * params.hint_count + p] = hint;
     }
 }

@@ -216,6 +216,33 @@ fn a_resumed_run_goes_on_with_its_time_and_its_poses() {
     gpu.finish();
 }
 
+/// Distances that are taken every few steps only are those of the same steps after an interruption between them.
+#[test]
+fn a_resumed_run_keeps_its_distances_until_they_are_due() {
+    let Some(gpu) = gpu() else { return };
+    let scene = moving(|s| {
+        s.objects[1].position = [1.0, 0.0, 0.0];
+        s.distance.interval = 4;
+        s.physarum.distance_weight = 50.0;
+    });
+    let mut through = Simulation::new(&gpu.ctx, &scene).unwrap();
+    advance(&gpu, &mut through, 6);
+    let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
+    resumed.restore(&through.snapshot().unwrap()).unwrap();
+    for _ in 0..4 {
+        advance(&gpu, &mut through, 1);
+        advance(&gpu, &mut resumed, 1);
+        let distances = |simulation: &Simulation| {
+            let state = simulation.state();
+            gpu.ctx.download(&state.distances).unwrap()
+        };
+        assert!(distances(&resumed) == distances(&through));
+        let ends = [&resumed, &through].map(|simulation| simulation.snapshot().unwrap().hash());
+        assert_eq!(ends[0], ends[1]);
+    }
+    gpu.finish();
+}
+
 /// Between steps, pictures show poses that were set from outside.
 #[test]
 fn poses_come_without_a_step() {

@@ -3,12 +3,13 @@
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
 
-// As in src/sim/distance.rs: samples side by side share one bound for each other object.
+// As in src/sim/distance.rs: samples side by side share one hint for each other object: a face that is near.
 const uint TILE_SAMPLES = 16u;
 
-// Instead of a bound: all of a tile is beyond reach, on this side of a closed object.
-const float TILE_OUTSIDE = 3.0e38;
-const float TILE_INSIDE = -1.0;
+// Instead of a face: all of a tile is beyond reach, on this side of a closed object; or nothing is known.
+const uint TILE_OUTSIDE = 0xffffffffu;
+const uint TILE_INSIDE = 0xfffffffeu;
+const uint TILE_UNKNOWN = 0xfffffffdu;
 
 // One coordinate of a place in another space.
 float along(vec4 row, vec3 place) {

@@ -13,11 +13,11 @@ use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
 
-/// Samples side by side that share one bound for each other object; a group is a multiple of them.
+/// Samples side by side that share one hint for each other object; a group is a multiple of them.
 pub const TILE_SAMPLES: u32 = 16;
 
-/// Most bounds of a tile. Objects with more others within reach look at the rest of them sample by sample.
-const MOST_BOUNDS: u32 = 16;
+/// Most hints of a tile. Objects with more others within reach look at the rest of them sample by sample.
+const MOST_HINTS: u32 = 16;
 
 /// What the distance between objects is taken from, on the host; empty for a single object.
 #[derive(Clone, Debug)]
@@ -88,21 +88,21 @@ impl DistanceSetup {
         trees.map(|tree| tree.first_node).collect()
     }
 
-    /// How many bounds the tiles of all objects have, with `bound_count` of each.
+    /// How many hints the tiles of all objects have, with `hint_count` of each.
     #[must_use]
-    pub fn bounds_len(&self) -> usize {
+    pub fn hints_len(&self) -> usize {
         let ranges = self.ranges.iter();
         let threads: u32 = ranges
             .map(|(first, end)| (end - first).next_multiple_of(GROUP))
             .sum();
-        (threads / TILE_SAMPLES * self.bound_count()) as usize
+        (threads / TILE_SAMPLES * self.hint_count()) as usize
     }
 
-    /// How many other objects the tiles of one have bounds for.
+    /// How many other objects the tiles of one have hints for.
     #[must_use]
-    pub fn bound_count(&self) -> u32 {
+    pub fn hint_count(&self) -> u32 {
         let most = self.others.iter().map(Vec::len).max().unwrap_or(0);
-        MOST_BOUNDS.min(most as u32)
+        MOST_HINTS.min(most as u32)
     }
 
     /// Is there any distance to take?

@@ -56,7 +56,7 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + size_of_val(&samples[..]) as u64
         + size_of_val(&owners[..]) as u64
         + size_of_val(&tiles[..]) as u64
-        + (setup.distance.bounds_len() * size_of::<f32>()) as u64
+        + (setup.distance.hints_len() * size_of::<u32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
         + size_of_val(&trees.dipoles[..]) as u64

@@ -156,7 +156,7 @@ impl StepParams {
                 tile_count: 0,
                 job_count: 0,
                 first_vertex_normal,
-                bound_count: setup.distance.bound_count(),
+                hint_count: setup.distance.hint_count(),
                 reach: settings.distance.reach * radius,
             },
             distance_method: settings.distance.method,
@@ -164,7 +164,7 @@ impl StepParams {
                 thread_count: 0,
                 job_count: 0,
                 first_vertex_normal,
-                bound_count: setup.distance.bound_count(),
+                hint_count: setup.distance.hint_count(),
                 reach: settings.distance.reach * radius,
             },
             distance_brute: DistanceBruteParams {

@@ -104,12 +104,13 @@ impl Simulation {
             poses: self.moved_at(self.step),
             physarums: self.changed_physarums(),
         };
+        let poses = self.poses_of_distances();
         params.update_distances(
             &mut self.planner,
             &self.settings,
             &self.setup,
             self.step,
-            &self.poses,
+            &poses,
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
@@ -136,6 +137,17 @@ impl Simulation {
         }
         self.physarums.clone_from(&physarums);
         Some(physarums)
+    }
+
+    /// The poses of the last step in which distances were due: those that a resumed run must begin with.
+    fn poses_of_distances(&self) -> Vec<Pose> {
+        let interval = u64::from(self.settings.distance.interval.max(1));
+        let due = self.step - self.step % interval;
+        if due == self.step {
+            return self.poses.clone();
+        }
+        let objects = &self.settings.objects;
+        self.movement.poses(objects, &self.setup.tracks, due)
     }
 
     /// The poses at a step, if they are others than those recorded last.

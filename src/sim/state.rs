@@ -23,7 +23,7 @@ use crate::scene::settings::Settings;
 
 /// The pipelines of a step, with the optional terms of the present settings compiled in.
 pub struct Kernels {
-    /// Says how far tiles of texels are from other objects at most.
+    /// Says which faces of other objects are near tiles of texels.
     pub distance_tiles: Pipeline<DistanceTiles>,
     /// Takes distances between objects.
     pub distance: Pipeline<Distance>,
@@ -180,8 +180,8 @@ pub struct State {
     pub samples: Buffer<SurfaceSample>,
     /// One a few samples side by side: the ball round them.
     pub tiles: Buffer<SampleTile>,
-    /// For each tile of the jobs, as many as objects have others: how far those are at most.
-    pub bounds: Buffer<f32>,
+    /// For each tile of the jobs, as many as objects have others: a face of theirs that is near.
+    pub hints: Buffer<u32>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
@@ -253,7 +253,7 @@ impl State {
             nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
             samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
             tiles: Buffer::from_slice(ctx, "tiles", &setup.distance.tiles)?,
-            bounds: Buffer::zeroed(ctx, "bounds", setup.distance.bounds_len())?,
+            hints: Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
                 4,

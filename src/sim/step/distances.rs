@@ -34,14 +34,14 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     faces: &s.faces,
                     pseudonormals: &s.pseudonormals,
                     corners: &s.corners,
-                    bounds: &s.bounds,
+                    hints: &s.hints,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
                 },
                 params.distance_tiles,
             );
-            // Texels search no farther than their tile has found something.
-            rec.barrier(Kernel, Kernel, &[&s.bounds]);
+            // Texels search no farther than the face is that their tile has found.
+            rec.barrier(Kernel, Kernel, &[&s.hints]);
             rec.dispatch(
                 &k.distance,
                 Threads(update.thread_count),
@@ -56,12 +56,12 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     nearest: &s.nearest,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
-                    bounds: &s.bounds,
+                    hints: &s.hints,
                 },
                 params.distance,
             );
-            // The next update writes other bounds.
-            rec.barrier(Kernel, Kernel, &[&s.bounds]);
+            // The next update writes other hints.
+            rec.barrier(Kernel, Kernel, &[&s.hints]);
         }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,

@@ -11,11 +11,14 @@ use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{DistanceConstants, DistanceParams};
 use crate::sim::types::{DistanceJob, ObjectPair, SampleTile, SurfaceSample};
 
-/// Instead of a bound: all of a tile is beyond reach, outside.
-pub(super) const TILE_OUTSIDE: f32 = 3.0e38;
+/// Instead of a face that is near: all of a tile is beyond reach, outside.
+pub(super) const TILE_OUTSIDE: u32 = u32::MAX;
 
 /// Likewise, inside of a closed object.
-pub(super) const TILE_INSIDE: f32 = -1.0;
+pub(super) const TILE_INSIDE: u32 = u32::MAX - 1;
+
+/// Nothing is known.
+pub(super) const TILE_UNKNOWN: u32 = u32::MAX - 2;
 
 /// What the kernels of signed distance read.
 #[derive(Clone, Copy)]
@@ -55,12 +58,12 @@ impl<'a> DistanceInputs<'a> {
     }
 }
 
-/// Signed distance to other objects, and the nearest triangle of theirs. `bounds` are those of `distance_tiles`.
+/// Signed distance to other objects, and the nearest triangle of theirs. `hints` are those of `distance_tiles`.
 pub fn distance(
     constants: &DistanceConstants,
     params: &DistanceParams,
     inputs: &DistanceInputs,
-    bounds: &[f32],
+    hints: &[u32],
     distances: &mut [f32],
     nearest: &mut [u32],
 ) {
@@ -74,17 +77,17 @@ pub fn distance(
 
         let mut least = params.reach;
         let mut triangle = NONE;
-        let first_bound = i / TILE_SAMPLES * params.bound_count;
+        let first_hint = i / TILE_SAMPLES * params.hint_count;
         for p in 0..job.pair_count {
-            let bound = if p < params.bound_count {
-                bounds[(first_bound + p) as usize]
+            let hint = if p < params.hint_count {
+                hints[(first_hint + p) as usize]
             } else {
-                UNLIMITED
+                TILE_UNKNOWN
             };
-            if bound == TILE_OUTSIDE {
+            if hint == TILE_OUTSIDE {
                 continue;
             }
-            if bound == TILE_INSIDE {
+            if hint == TILE_INSIDE {
                 if -params.reach < least {
                     (least, triangle) = (-params.reach, NONE);
                 }
@@ -94,18 +97,16 @@ pub fn distance(
             let place = place_in_other(pair, here.position);
             let may_be_inside =
                 pair.is_closed == 1 && is_in_box(inputs.nodes, pair.first_node, place);
-            let reach = if may_be_inside {
+            let mut bound = if may_be_inside {
                 UNLIMITED
             } else {
                 params.reach
             };
-            let slot = nearest_on(
-                inputs.nodes,
-                inputs.faces,
-                pair.first_node,
-                place,
-                reach.min(bound),
-            );
+            if hint != TILE_UNKNOWN {
+                let near = nearest_on_face(&inputs.faces[hint as usize], place);
+                bound = bound.min(near.square.sqrt());
+            }
+            let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, bound);
             if slot == NONE {
                 continue;
             }

@@ -1,7 +1,9 @@
-//! Twin of `shaders/distance_tiles.comp`: how far tiles of samples are from other objects at most.
+//! Twin of `shaders/distance_tiles.comp`: which faces of other objects are near tiles of samples.
 
 use super::bvh::{UNLIMITED, is_in_box, nearest_on, slack_of};
-use super::distance::{DistanceInputs, TILE_INSIDE, TILE_OUTSIDE, job_of, place_in_other};
+use super::distance::{
+    DistanceInputs, TILE_INSIDE, TILE_OUTSIDE, TILE_UNKNOWN, job_of, place_in_other,
+};
 use super::nearest::nearest_on_face;
 use super::sign::is_outside;
 use crate::mesh::surface::NONE;
@@ -9,15 +11,15 @@ use crate::scene::settings::SignRule;
 use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{DistanceTilesConstants, DistanceTilesParams};
 
-/// The bounds of all tiles of the jobs.
+/// The hints of all tiles of the jobs.
 #[must_use]
 pub fn distance_tiles(
     constants: &DistanceTilesConstants,
     params: &DistanceTilesParams,
     inputs: &DistanceInputs,
-) -> Vec<f32> {
+) -> Vec<u32> {
     let sides = inputs.sides(params.first_vertex_normal);
-    let mut bounds = vec![0.0; (params.tile_count * params.bound_count) as usize];
+    let mut hints = vec![0; (params.tile_count * params.hint_count) as usize];
     for i in 0..params.tile_count {
         let jobs = &inputs.jobs[..params.job_count as usize];
         let job = jobs[job_of(jobs, i * TILE_SAMPLES)];
@@ -28,7 +30,7 @@ pub fn distance_tiles(
         let tile = inputs.tiles[(job.first_tile + in_job) as usize];
         let near = params.reach + tile.radius;
 
-        for p in 0..job.pair_count.min(params.bound_count) {
+        for p in 0..job.pair_count.min(params.hint_count) {
             let pair = &inputs.pairs[(job.first_pair + p) as usize];
             let place = place_in_other(pair, tile.center);
             let is_closed = pair.is_closed == 1;
@@ -36,28 +38,27 @@ pub fn distance_tiles(
             let may_be_inside = is_closed && is_in_box(inputs.nodes, pair.first_node, place);
             let reach = if may_be_inside { UNLIMITED } else { near };
             let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
-            let mut bound = if decides { TILE_OUTSIDE } else { UNLIMITED };
+            let mut hint = if decides { TILE_OUTSIDE } else { TILE_UNKNOWN };
             if slot != NONE {
                 let point = nearest_on_face(&inputs.faces[slot as usize], place);
                 let distance = point.square.sqrt();
                 let slack = slack_of(&inputs.nodes[pair.first_node as usize]);
-                let most = (distance + tile.radius) + slack;
                 let beyond = near + slack;
                 let searches = distance <= beyond || !decides;
                 let outside = || {
                     let (rule, root) = (constants.sign_rule, pair.first_node);
                     is_outside(&sides, rule, root, slot, place, &point)
                 };
-                bound = if searches {
-                    most
+                hint = if searches {
+                    slot
                 } else if is_closed && !outside() {
                     TILE_INSIDE
                 } else {
                     TILE_OUTSIDE
                 };
             }
-            bounds[(i * params.bound_count + p) as usize] = bound;
+            hints[(i * params.hint_count + p) as usize] = hint;
         }
     }
-    bounds
+    hints
 }
