@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances, physarums.
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances, across, physarums.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded).
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
@@ -29,6 +29,8 @@ layout(constant_id = 7) const bool TURNS = false;
 layout(constant_id = 8) const bool WINDOWS = false;
 // Some object has values of its own.
 layout(constant_id = 9) const bool OWN_PHYSARUM = false;
+// Sensors see other objects where they get to places that those cover.
+layout(constant_id = 10) const bool ACROSS = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -68,11 +70,13 @@ layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
+layout(std430, set = 0, binding = 16) readonly buffer Across { uint across[]; };
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
 #include "trail.glsl"
 #include "distances.glsl"
+#include "across.glsl"
 
 // What particles do on the object that this one is on: those of `params`, or the object's own.
 float own_speed;
@@ -138,6 +142,10 @@ float sense(Walker start, vec2 heading) {
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
     vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    if (ACROSS) {
+        uint beyond = across[texel_at(position, params.pitch)];
+        position = beyond == NONE ? position : unpacked_position(beyond);
+    }
     precise float value = trail_at(position, params.pitch);
     if (FAVOURITE_DENSITY && own_favourite_density > 0.0) {
         value = -abs(value - own_favourite_density);

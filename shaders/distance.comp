@@ -34,6 +34,7 @@ layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 layout(std430, set = 0, binding = 10) readonly buffer Hints { uint hints[]; };
 
 #include "sign.glsl"
+#include "jobs.glsl"
 #include "distance.glsl"
 
 void main() {

@@ -32,6 +32,7 @@ layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 
 #include "sign.glsl"
+#include "jobs.glsl"
 #include "distance.glsl"
 
 void main() {

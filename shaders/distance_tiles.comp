@@ -34,6 +34,7 @@ layout(set = 0, binding = 8) uniform usamplerBuffer dipoles;
 
 #include "sign.glsl"
 #include "distance.glsl"
+#include "jobs.glsl"
 
 void main() {
     uint i = invocation_index();

@@ -2,7 +2,7 @@
 // that they have gone into.
 // Reads   particle_indices, particles, motions, nearest, atlas_maps, triangles, halfedges, corners, vertices, poses, physarums,
 //         roots, nodes, faces, pseudonormals, dipoles.
-// Writes  departing, behind the transfers that were copied on; flux, by atomic adds.
+// Writes  departing, behind the transfers that were copied on; flow and flux, by atomic adds.
 // One invocation an entry of the lists; the first were copied on and return at once.
 // Where the last step does not cross the other object (that one moved, or counts as covering from afar), the particle
 // goes to the nearest point of it. One that has no triangle near flies back to where it is.
@@ -29,7 +29,7 @@ layout(push_constant) uniform Params {
     uint first_vertex_normal;  // behind those of the half-edges
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Particles { Particle particles[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Motions { Motion motions[]; };
@@ -132,6 +132,7 @@ void main() {
         if (meeting.slot != NONE) {
             Walker w = walker_on_target(meeting, source, rest);
             triangle = w.triangle;
+            atomicAdd(flow[0].crossed, 1u);
             flight = flight_of_walker(w);
         } else {
             uint face = nearest_on(roots[target], place_of(poses[target], flight), UNLIMITED);

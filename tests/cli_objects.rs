@@ -53,7 +53,7 @@ fn what_makes_no_sense_is_refused_in_one_message() {
         ),
         (
             "transfer.threshold=nan",
-            "transfer.threshold: a number is expected",
+            "transfer.threshold = nan is out of range",
         ),
         ("transfer.strategy=paralel", "did you mean parallel?"),
     ] {

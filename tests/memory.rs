@@ -2,7 +2,10 @@
 
 mod common;
 
-use myxo::sim::{Simulation, memory};
+use myxo::scene::Scene;
+use myxo::scene::settings::DistanceMethod;
+use myxo::sim::raster::RasterLayout;
+use myxo::sim::{Setup, Simulation, memory};
 
 #[test]
 fn the_sum_is_that_of_the_buffers() {
@@ -29,6 +32,32 @@ fn the_sum_is_that_of_the_buffers() {
         + size_of_val(&setup.atlas.blocks[..])
         + size_of_val(&setup.atlas.exchange.rows[..])
         + size_of_val(&setup.atlas.exchange.entries[..]);
-    assert_eq!(memory::size_in_bytes(setup), buffers + tables as u64);
+    assert_eq!(
+        memory::size_in_bytes(setup, &scene.settings),
+        buffers + tables as u64
+    );
     gpu.finish();
+}
+
+/// What the graphics pipeline draws, and draws into, counts where it takes the distances.
+#[test]
+fn drawing_distances_takes_memory() {
+    let mut settings =
+        common::scene("builtin:torus?major=31&minor=17", |s| s.atlas.size = 131).settings;
+    settings.objects.push(settings.objects[0].clone());
+    settings.objects[1].position = [1.0, 0.0, 0.0];
+    let scene = Scene::from_settings("test".to_owned(), settings.clone(), ".".into()).unwrap();
+    let setup = Setup::new(&scene).unwrap();
+    let without = memory::size_in_bytes(&setup, &settings);
+    settings.distance.method = DistanceMethod::Raster;
+    let layout = RasterLayout::new(&setup);
+    let tables = size_of_val(&layout.outlines[..])
+        + size_of_val(&layout.bounds[..])
+        + size_of_val(&layout.slots[..])
+        + size_of_val(&layout.places[..]);
+    let targets = 3 * 4 * setup.atlas.texel_count();
+    assert_eq!(
+        memory::size_in_bytes(&setup, &settings) - without,
+        (tables + targets) as u64
+    );
 }

@@ -99,6 +99,26 @@ fn strategies_with_turns_give_the_same_bits() {
     gpu.finish();
 }
 
+/// Once those are out that began inside of other objects, most that change have walked over the line in which the
+/// objects meet, rather than to the nearest point. For the rest, texels tell too late or too early who is covered.
+#[test]
+fn most_cross_where_the_objects_meet() {
+    let Some(gpu) = gpu() else { return };
+    let mut simulation = Simulation::new(&gpu.ctx, &trio(|_| ())).unwrap();
+    let mut flow = || {
+        advance(&gpu, &mut simulation, 100);
+        simulation.snapshot().unwrap().transfers.flow
+    };
+    let (before, after) = (flow(), flow());
+    let selected = after.selected - before.selected;
+    let crossed = after.crossed - before.crossed;
+    assert!(
+        selected > 300 && crossed * 4 > selected * 3,
+        "{crossed} of {selected}"
+    );
+    gpu.finish();
+}
+
 #[test]
 fn every_strategy_gives_the_same_bits_twice() {
     let Some(gpu) = gpu() else { return };

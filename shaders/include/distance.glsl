@@ -1,5 +1,4 @@
-// distance: what the kernels `distance` and `distance_brute` share. Twin of src/sim/twin/distance.rs.
-// The includer declares `jobs` (DistanceJob[]) first.
+// distance: what the kernels of signed distance share. Twin of src/sim/twin/distance.rs.
 
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
@@ -12,27 +11,15 @@ const uint TILE_OUTSIDE = 0xffffffffu;
 const uint TILE_INSIDE = 0xfffffffeu;
 const uint TILE_UNKNOWN = 0xfffffffdu;
 
-// A place in the space of a pair's other object.
-vec3 place_in_other(ObjectPair pair, vec3 place) {
-    precise float x = ((pair.x.x * place.x + pair.x.y * place.y) + pair.x.z * place.z) + pair.x.w;
-    precise float y = ((pair.y.x * place.x + pair.y.y * place.y) + pair.y.z * place.z) + pair.y.w;
-    precise float z = ((pair.z.x * place.x + pair.z.y * place.y) + pair.z.z * place.z) + pair.z.w;
-    return vec3(x, y, z);
+// One coordinate of a place in another space.
+float along(vec4 row, vec3 place) {
+    precise float sum = ((row.x * place.x + row.y * place.y) + row.z * place.z) + row.w;
+    return sum;
 }
 
-// The job that an invocation belongs to: the last one that begins at it or before.
-uint job_of(uint thread, uint job_count) {
-    uint low = 0u;
-    uint high = job_count;
-    while (high - low > 1u) {
-        uint middle = (low + high) / 2u;
-        if (jobs[middle].first_thread <= thread) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+// A place in the space of a pair's other object.
+vec3 place_in_other(ObjectPair pair, vec3 place) {
+    return vec3(along(pair.x, place), along(pair.y, place), along(pair.z, place));
 }
 
 // The signed distance to an object whose nearest face is known, clamped to reach, as it counts against that to others.

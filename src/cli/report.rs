@@ -118,6 +118,9 @@ pub struct Counters {
     /// Particles that have arrived on another object; with the strategy `respawn`, that began anew.
     #[serde(default)]
     pub transferred: u64,
+    /// Particles that went on from where their walk met the other object; the others went to its nearest point.
+    #[serde(default)]
+    pub crossed: u64,
     /// Particles under way from one object to another.
     #[serde(default)]
     pub in_flight: u64,
@@ -162,6 +165,7 @@ impl Counters {
             trail_mass: snapshot.trail_mass(setup),
             selected: flow.selected.into(),
             transferred: flow.arrived.into(),
+            crossed: flow.crossed.into(),
             in_flight: transfers.in_flight.len() as u64,
             transfer_overflow: flow.refused.into(),
             transfer_buffer_wanted: flow.most_wanted.into(),

@@ -79,7 +79,7 @@ impl Session {
         if let Some(warning) = simulation.setup().atlas.warning() {
             console::message(&format!("{}: {warning}", scene.name));
         }
-        let size = memory::size_in_bytes(simulation.setup());
+        let size = memory::size_in_bytes(simulation.setup(), simulation.settings());
         if size > LARGE {
             console::message(&format!(
                 "{} takes {} of the device's memory",

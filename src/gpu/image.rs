@@ -23,6 +23,8 @@ pub enum Format {
     Bgra8,
     /// Four floats.
     Rgba32Float,
+    /// One whole number; what clears it is 0.
+    R32Uint,
     /// Depth, 0 to 1.
     Depth32,
 }
@@ -35,6 +37,7 @@ impl Format {
             Format::Bgra8Srgb => vk::Format::B8G8R8A8_SRGB,
             Format::Bgra8 => vk::Format::B8G8R8A8_UNORM,
             Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+            Format::R32Uint => vk::Format::R32_UINT,
             Format::Depth32 => vk::Format::D32_SFLOAT,
         }
     }

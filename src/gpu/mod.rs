@@ -57,7 +57,7 @@ pub use kernel::{
     Params, Pipeline, Resource, Threads,
 };
 pub use pass::{PassRecorder, Targets};
-pub use raster::{Blend, RasterOptions, RasterPipeline, Topology};
+pub use raster::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
 pub use readback::Readback;
 pub use recorder::Recorder;
 pub use report::{Node, Report, Row, Statistics};

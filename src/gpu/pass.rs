@@ -11,7 +11,7 @@ use ash::vk;
 use super::access::Access;
 use super::image::{Format, Image, ImageState};
 use super::kernel::Draw;
-use super::raster::{RasterPipeline, no_rendering};
+use super::raster::{DepthTest, RasterPipeline, no_rendering};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
 
@@ -22,8 +22,10 @@ pub struct Targets<'a> {
     pub color: &'a Image,
     /// Takes the mean of the samples at the end, where `color` has several.
     pub resolve: Option<&'a Image>,
-    /// Depth, of the same size and number of samples as `color`; 0 is far away.
+    /// Depth, of the same size and number of samples as `color`.
     pub depth: Option<&'a Image>,
+    /// Which depth stays; it starts with the one that never does.
+    pub depth_test: DepthTest,
     /// Linear colour and alpha that the picture starts with; `None` keeps what is there.
     pub clear: Option<[f32; 4]>,
 }
@@ -33,17 +35,43 @@ pub struct PassRecorder<'a> {
     rec: &'a mut Recorder,
     format: Format,
     samples: u32,
-    depth: bool,
+    depth: Option<DepthTest>,
+    /// Does every draw have its own time?
+    times_draws: bool,
 }
 
 impl Recorder {
-    /// Draws into images. Depth always starts at 0 and is not kept; it is reversed, so greater is nearer, which
-    /// spreads the precision of floats evenly.
+    /// Draws into images. Depth is not kept. That of pictures is reversed, so greater is nearer, which spreads the
+    /// precision of floats evenly.
     ///
     /// # Panics
     /// If the targets do not fit each other, or the device cannot draw (then no pipeline could be made either).
     pub fn pass<R>(
         &mut self,
+        name: &str,
+        targets: &Targets<'_>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        self.pass_as(SpanKind::Scope, name, targets, record)
+    }
+
+    /// As [`Recorder::pass`], but timed as a whole, like a kernel of this name. Devices that draw tile by tile cannot
+    /// tell how long each draw takes.
+    ///
+    /// # Panics
+    /// As [`Recorder::pass`].
+    pub fn pass_as_kernel<R>(
+        &mut self,
+        name: &str,
+        targets: &Targets<'_>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        self.pass_as(SpanKind::Kernel, name, targets, record)
+    }
+
+    fn pass_as<R>(
+        &mut self,
+        kind: SpanKind,
         name: &str,
         targets: &Targets<'_>,
         record: impl FnOnce(&mut PassRecorder<'_>) -> R,
@@ -76,7 +104,7 @@ impl Recorder {
         if self.ctx().draws_debug.load(Ordering::Relaxed) {
             self.announce_debug(name);
         }
-        self.begin_span(name, SpanKind::Scope);
+        self.begin_span(name, kind);
         self.transition(color, ImageState::COLOR_TARGET, targets.clear.is_none());
         if let Some(resolve) = targets.resolve {
             self.transition(resolve, ImageState::COLOR_TARGET, false);
@@ -123,7 +151,10 @@ impl Recorder {
                 .store_op(vk::AttachmentStoreOp::DONT_CARE)
                 .clear_value(vk::ClearValue {
                     depth_stencil: vk::ClearDepthStencilValue {
-                        depth: 0.0,
+                        depth: match targets.depth_test {
+                            DepthTest::Greatest => 0.0,
+                            DepthTest::Smallest => 1.0,
+                        },
                         stencil: 0,
                     },
                 });
@@ -149,12 +180,14 @@ impl Recorder {
             self.device().cmd_set_viewport(self.raw(), 0, &[viewport]);
             self.device().cmd_set_scissor(self.raw(), 0, &[area]);
         }
-        let (format, depth) = (color.format(), targets.depth.is_some());
+        let format = color.format();
+        let depth = targets.depth.map(|_| targets.depth_test);
         let result = record(&mut PassRecorder {
             rec: self,
             format,
             samples,
             depth,
+            times_draws: kind == SpanKind::Scope,
         });
         // SAFETY: begun above.
         unsafe { loader.cmd_end_rendering(self.raw()) };
@@ -212,12 +245,12 @@ impl PassRecorder<'_> {
         assert!(
             options.color == self.format
                 && options.samples == self.samples
-                && options.depth == self.depth,
-            "`{}` was made for {:?}, {} samples, depth {}; the pass has {:?}, {} samples, depth {}",
+                && options.depth.then_some(options.depth_test) == self.depth,
+            "`{}` was made for {:?}, {} samples, depth {:?}; the pass has {:?}, {} samples, depth {:?}",
             D::NAME,
             options.color,
             options.samples,
-            options.depth,
+            options.depth.then_some(options.depth_test),
             self.format,
             self.samples,
             self.depth
@@ -232,10 +265,15 @@ impl PassRecorder<'_> {
             &args,
             &params,
         );
-        self.rec.work(D::NAME, SpanKind::Draw, |rec| {
+        let draw = |rec: &Recorder| {
             // SAFETY: pipeline, descriptors and constants were bound for this layout above.
             unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
-        });
+        };
+        if self.times_draws {
+            self.rec.work(D::NAME, SpanKind::Draw, draw);
+        } else {
+            draw(self.rec);
+        }
     }
 
     /// The raw command buffer, inside the pass, for crates that draw by themselves.

@@ -37,13 +37,25 @@ pub enum Blend {
     Add,
 }
 
+/// Which of two fragments stays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DepthTest {
+    /// The one of greater depth, of equal ones the later: depth is reversed.
+    #[default]
+    Greatest,
+    /// The one of smaller depth, of equal ones the earlier.
+    Smallest,
+}
+
 /// What a [`RasterPipeline`] draws into and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
-    /// The pass has a depth target, and fragments behind what it holds, that is, of smaller depth, are dropped.
+    /// The pass has a depth target, and fragments behind what it holds are dropped.
     pub depth: bool,
+    /// What is behind; the same for all that a pass draws.
+    pub depth_test: DepthTest,
     /// Fragments write their depth, where there is a depth target.
     pub depth_write: bool,
     /// Samples of a pixel.
@@ -61,6 +73,7 @@ impl Default for RasterOptions {
         Self {
             color: Format::Rgba8Srgb,
             depth: true,
+            depth_test: DepthTest::Greatest,
             depth_write: true,
             samples: 1,
             topology: Topology::Triangles,
@@ -145,7 +158,10 @@ impl<D: Draw> RasterPipeline<D> {
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(options.depth)
             .depth_write_enable(options.depth && options.depth_write)
-            .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
+            .depth_compare_op(match options.depth_test {
+                DepthTest::Greatest => vk::CompareOp::GREATER_OR_EQUAL,
+                DepthTest::Smallest => vk::CompareOp::LESS,
+            });
         let attachments = [blend_state(options.blend)];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];

@@ -2,7 +2,7 @@
 
 use egui::{Align2, RichText, vec2};
 use myxo::Result;
-use myxo::gpu::{Frames, Swapchain, Targets};
+use myxo::gpu::{DepthTest, Frames, Swapchain, Targets};
 use myxo::render::gui::Gui;
 use winit::window::Window;
 
@@ -54,6 +54,7 @@ impl Loading<'_> {
             color: target,
             resolve: None,
             depth: None,
+            depth_test: DepthTest::Greatest,
             clear: Some([0.055, 0.06, 0.075, 1.0]),
         };
         let gui = &mut self.gui;

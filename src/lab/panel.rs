@@ -266,6 +266,7 @@ impl Interface {
 fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
     let Flow {
         arrived,
+        crossed,
         refused,
         most_wanted,
         ..
@@ -273,7 +274,11 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
     if arrived > 0 {
         let text = format!("{} transfers", grouped(arrived.into()));
         ui.label(RichText::new(text).monospace().color(theme::WEAK))
-            .on_hover_text("Particles that have changed objects so far.");
+            .on_hover_text(format!(
+                "Particles that have changed objects so far. {} went on from where their walk met the other object; the \
+                 others went to its nearest point.",
+                grouped(crossed.into())
+            ));
     }
     if refused > 0 {
         let text = format!("{} found the transfer buffer full", grouped(refused.into()));

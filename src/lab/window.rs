@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
-use myxo::gpu::{Context, ContextOptions, DeviceKind, Format, Frames, Swapchain, Targets};
+use myxo::gpu::{
+    Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Swapchain, Targets,
+};
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
@@ -294,6 +296,7 @@ impl Lab {
             color: target,
             resolve: None,
             depth: None,
+            depth_test: DepthTest::Greatest,
             clear: None,
         };
         let gui = &mut self.gui;

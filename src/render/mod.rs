@@ -3,7 +3,6 @@
 pub mod camera;
 pub mod charts;
 pub mod colormap;
-pub mod draws;
 pub mod exposure;
 pub mod gui;
 pub mod normals;

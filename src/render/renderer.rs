@@ -10,18 +10,18 @@ use glam::{Vec2, Vec3, Vec4};
 use super::camera::Camera;
 use super::charts;
 use super::colormap;
-use super::draws::{
-    AtlasViewArgs, AtlasViewDraw, AtlasViewParams, BackgroundDraw, BackgroundParams, ParticlesArgs,
-    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceDraw, SurfaceParams,
-};
 use super::exposure::{self, Exposure};
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 use super::view::View;
 use crate::gpu::{
-    Access, Blend, Buffer, Context, Format, GpuError, Image, PassRecorder, Pipeline, RasterOptions,
-    RasterPipeline, Recorder, Targets, Threads, Topology,
+    Access, Blend, Buffer, Context, DepthTest, Format, GpuError, Image, PassRecorder, Pipeline,
+    RasterOptions, RasterPipeline, Recorder, Targets, Threads, Topology,
 };
 use crate::scene::settings::{ColorMap, Show};
+use crate::sim::draws::{
+    AtlasViewArgs, AtlasViewDraw, AtlasViewParams, BackgroundDraw, BackgroundParams, ParticlesArgs,
+    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceDraw, SurfaceParams,
+};
 use crate::sim::kernels::{
     Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramParams,
 };
@@ -238,6 +238,7 @@ impl Renderer {
                 color: &canvas.color,
                 resolve: canvas.resolved.as_ref(),
                 depth: Some(&canvas.depth),
+                depth_test: DepthTest::Greatest,
                 clear: Some([0.0, 0.0, 0.0, 1.0]),
             };
             let [width, height] = canvas.size();

@@ -216,6 +216,8 @@ impl Default for TransferSettings {
 pub struct DistanceSettings {
     /// How the nearest triangle is found.
     pub method: DistanceMethod,
+    /// For `raster`: how distances become depths.
+    pub depth: DepthMapping,
     /// How it is told whether a place is inside of an object.
     pub sign: SignRule,
     /// Distances are taken at most every so many steps.
@@ -228,6 +230,7 @@ impl Default for DistanceSettings {
     fn default() -> Self {
         Self {
             method: DistanceMethod::Bvh,
+            depth: DepthMapping::Ordered,
             sign: SignRule::Pseudonormal,
             interval: 1,
             reach: 0.2,
@@ -527,6 +530,23 @@ choice! {
         Bvh = "bvh",
         /// By looking at every one: slow, and a check on the others.
         Brute = "brute",
+        /// By the graphics pipeline, whose depth test keeps the nearest.
+        Raster = "raster",
+    }
+}
+
+choice! {
+    /// How a distance becomes a depth, of which the depth test keeps the smallest.
+    DepthMapping {
+        /// By the order of its bits, of which the last two are dropped.
+        #[default]
+        Ordered = "ordered",
+        /// Straight, as in clip space.
+        Clip = "clip",
+        /// By the logistic curve.
+        Logistic = "logistic",
+        /// By the arctangent.
+        Arctangent = "arctangent",
     }
 }
 

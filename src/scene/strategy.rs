@@ -1,6 +1,6 @@
-//! What the strategy of transfer means for a step.
+//! What the strategy of transfer, and the method of distances, mean for a step.
 
-use super::settings::{Settings, Strategy};
+use super::settings::{DistanceMethod, Settings, Strategy};
 
 impl Settings {
     /// The strategy of transfer that takes effect: with a single object there is nothing to change to.
@@ -11,6 +11,12 @@ impl Settings {
         } else {
             Strategy::None
         }
+    }
+
+    /// Are distances taken by the graphics pipeline?
+    #[must_use]
+    pub fn uses_raster(&self) -> bool {
+        self.objects.len() > 1 && self.distance.method == DistanceMethod::Raster
     }
 }
 

@@ -8,7 +8,7 @@ use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::{Tree, Trees};
-use crate::scene::settings::{DistanceMethod, SignRule};
+use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
@@ -24,6 +24,8 @@ const MOST_HINTS: u32 = 16;
 pub struct DistanceSetup {
     /// The surface points under owned texels, object by object.
     pub samples: Vec<SurfaceSample>,
+    /// The triangle of each sample.
+    pub owners: Vec<u32>,
     /// First sample of each object, and one past the last.
     pub ranges: Vec<(u32, u32)>,
     /// Balls round the samples of each object, [`TILE_SAMPLES`] in each; the last of an object may have fewer.
@@ -40,7 +42,8 @@ impl DistanceSetup {
     /// Of all objects of a surface; `others` says which count for which.
     #[must_use]
     pub fn new(surface: &Surface, atlas: &Atlas, others: Vec<Vec<u32>>) -> Self {
-        let mut samples = Vec::new();
+        let mut samples: Vec<SurfaceSample> = Vec::new();
+        let mut owners = Vec::new();
         let mut ranges = Vec::new();
         let mut tiles = Vec::new();
         let mut first_tiles = Vec::new();
@@ -48,12 +51,14 @@ impl DistanceSetup {
             let texels = owned_texels(surface, atlas);
             for object in 0..surface.objects.len() as u32 {
                 let first = samples.len() as u32;
-                samples.extend(
-                    texels
-                        .iter()
-                        .filter(|(_, o, _)| *o == object)
-                        .map(|(_, _, sample)| *sample),
-                );
+                let (start, end) = surface.objects[object as usize].triangles;
+                let own = texels
+                    .iter()
+                    .filter(|owned| (start..end).contains(&owned.triangle));
+                for owned in own {
+                    samples.push(owned.sample);
+                    owners.push(owned.triangle);
+                }
                 ranges.push((first, samples.len() as u32));
                 first_tiles.push(tiles.len() as u32);
                 let own = samples[first as usize..].chunks(TILE_SAMPLES as usize);
@@ -67,6 +72,7 @@ impl DistanceSetup {
         };
         Self {
             samples,
+            owners,
             ranges,
             tiles,
             first_tiles,
@@ -121,24 +127,33 @@ fn tile_of(samples: &[SurfaceSample]) -> SampleTile {
     }
 }
 
-/// Owned texels in tiles of 8 x 8, so that invocations side by side look at places side by side; with their objects.
-fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<(u64, u32, SurfaceSample)> {
-    let mut texels: Vec<_> = (0..atlas.texel_count() as u32)
+/// An owned texel, and where it stands in the order of tiles.
+struct Owned {
+    order: u64,
+    triangle: u32,
+    sample: SurfaceSample,
+}
+
+/// Owned texels in tiles of 8 x 8, so that invocations side by side look at places side by side.
+fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<Owned> {
+    let mut texels: Vec<Owned> = (0..atlas.texel_count() as u32)
         .into_par_iter()
         .filter_map(|texel| {
             let (triangle, u, v) = atlas.surface_point_of(texel)?;
             let corners = surface.corners[triangle as usize];
             let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
             let position = a + f64::from(u) * (b - a) + f64::from(v) * (c - a);
-            let object = surface.triangles[triangle as usize].object;
-            let sample = SurfaceSample {
-                position: position.as_vec3(),
-                texel,
-            };
-            Some((tile_order(texel, atlas.pitch), object, sample))
+            Some(Owned {
+                order: tile_order(texel, atlas.pitch),
+                triangle,
+                sample: SurfaceSample {
+                    position: position.as_vec3(),
+                    texel,
+                },
+            })
         })
         .collect();
-    texels.par_sort_unstable_by_key(|(order, object, _)| (*object, *order));
+    texels.par_sort_unstable_by_key(|owned| owned.order);
     texels
 }
 
@@ -159,6 +174,11 @@ pub struct DistanceUpdate {
     pub jobs: Vec<DistanceJob>,
     /// Which others they have within reach.
     pub pairs: Vec<ObjectPair>,
+    /// Which object each job is for.
+    pub objects: Vec<u32>,
+    /// For each pair: beyond this world length the other object's triangles tell nothing. That is reach, or as far as a
+    /// place inside of it can be from all of them.
+    pub farthest: Vec<f32>,
     /// How many invocations that are.
     pub thread_count: u32,
 }
@@ -167,7 +187,7 @@ pub struct DistanceUpdate {
 #[derive(Clone, Debug, Default)]
 pub struct DistancePlanner {
     /// For each object: its pairs then. `None` before the first time.
-    last: Vec<Option<Vec<ObjectPair>>>,
+    last: Vec<Option<Vec<NearPair>>>,
     /// The poses then.
     poses: Vec<Pose>,
     /// How they were taken.
@@ -181,8 +201,14 @@ pub struct DistanceRules {
     pub reach: f32,
     /// By which kernel.
     pub method: DistanceMethod,
+    /// How they become depths, if they do.
+    pub depth: DepthMapping,
     /// How sides are told.
     pub sign: SignRule,
+    /// A world length: what is nearer is covered.
+    pub threshold: f32,
+    /// A world length: how far behind a crossing places are told.
+    pub farthest: f32,
 }
 
 impl DistancePlanner {
@@ -216,7 +242,12 @@ impl DistancePlanner {
             if last.as_ref() == Some(&pairs) {
                 continue;
             }
-            update.add(setup.ranges[object], setup.first_tiles[object], &pairs);
+            update.add(
+                object as u32,
+                setup.ranges[object],
+                setup.first_tiles[object],
+                &pairs,
+            );
             *last = Some(pairs);
         }
         update
@@ -224,7 +255,14 @@ impl DistancePlanner {
 }
 
 impl DistanceUpdate {
-    fn add(&mut self, (first, end): (u32, u32), first_tile: u32, pairs: &[ObjectPair]) {
+    /// How many rounds `raster` takes: in each, every job has one of its pairs. The first one clears what was.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        let most = self.jobs.iter().map(|job| job.pair_count).max();
+        most.map_or(0, |most| most.max(1))
+    }
+
+    fn add(&mut self, object: u32, (first, end): (u32, u32), first_tile: u32, pairs: &[NearPair]) {
         if first == end {
             return;
         }
@@ -236,9 +274,32 @@ impl DistanceUpdate {
             pair_count: pairs.len() as u32,
             first_tile,
         });
-        self.pairs.extend_from_slice(pairs);
+        self.objects.push(object);
+        self.pairs.extend(pairs.iter().map(|near| near.pair));
+        self.farthest.extend(pairs.iter().map(|near| near.farthest));
         self.thread_count += (end - first).next_multiple_of(GROUP);
     }
+}
+
+/// A pair, and how far the other object's triangles tell something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct NearPair {
+    pair: ObjectPair,
+    farthest: f32,
+}
+
+/// What is inside of a closed object comes out of it on the shorter way along the shortest side of its box, at the
+/// latest. A little more is for rounding.
+fn farthest(tree: &Tree, rules: DistanceRules) -> f32 {
+    let sides = tree.high - tree.low;
+    let deepest = if tree.is_closed {
+        0.5 * sides.min_element()
+    } else if rules.sign == SignRule::Winding {
+        sides.length()
+    } else {
+        0.0
+    };
+    1.001 * deepest.max(rules.reach)
 }
 
 /// The pairs of an object with those others whose boxes come within reach of its own.
@@ -247,7 +308,7 @@ fn pairs_of(
     poses: &[Placed],
     object: usize,
     rules: DistanceRules,
-) -> Vec<ObjectPair> {
+) -> Vec<NearPair> {
     let own = &setup.trees.objects[object];
     let others = setup.others[object].iter();
     others
@@ -270,7 +331,7 @@ fn pairs_of(
                 return None;
             }
             let rows = glam::DMat4::from(other_from_object).transpose().as_mat4();
-            Some(ObjectPair {
+            let pair = ObjectPair {
                 x: rows.x_axis,
                 y: rows.y_axis,
                 z: rows.z_axis,
@@ -279,6 +340,10 @@ fn pairs_of(
                 first_node: other.first_node,
                 // Winding numbers know an inside of whatever encloses most of a place.
                 is_closed: u32::from(other.is_closed || rules.sign == SignRule::Winding),
+            };
+            Some(NearPair {
+                pair,
+                farthest: farthest(other, rules),
             })
         })
         .collect()

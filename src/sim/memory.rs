@@ -2,6 +2,7 @@
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
 use super::distance::DistanceSetup;
+use super::raster::Raster;
 use super::setup::Setup;
 use super::types::{
     AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, Motion, ObjectPair, Particle,
@@ -12,11 +13,12 @@ use crate::gpu::DeviceInfo;
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE};
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
+use crate::scene::settings::Settings;
 
 /// Bytes that the buffers of a simulation take on the device. Pictures come on top: some bytes a pixel, and about 4 a
 /// texel and 16 a triangle.
 #[must_use]
-pub fn size_in_bytes(setup: &Setup) -> u64 {
+pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
     let count = |len: usize| len as u64;
     particle_bytes(count(setup.particles.len()))
         + texel_bytes(count(setup.atlas.texel_count()))
@@ -28,12 +30,18 @@ pub fn size_in_bytes(setup: &Setup) -> u64 {
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (size_of::<Pose>() + size_of::<Physarum>()) as u64
         + distance_bytes(setup)
+        + if settings.uses_raster() {
+            Raster::size_in_bytes(setup)
+        } else {
+            0
+        }
 }
 
 /// What distances between objects take.
 fn distance_bytes(setup: &Setup) -> u64 {
     let DistanceSetup {
         samples,
+        owners,
         tiles,
         trees,
         ..
@@ -41,17 +49,19 @@ fn distance_bytes(setup: &Setup) -> u64 {
     if setup.distance.is_empty() {
         return 0;
     }
-    let fields = 2 * TEXEL * setup.atlas.texel_count() as u64;
+    // Distances, nearest triangles, and places across.
+    let fields = 3 * TEXEL * setup.atlas.texel_count() as u64;
     let objects = setup.poses.len() as u64;
     fields
         + size_of_val(&samples[..]) as u64
+        + size_of_val(&owners[..]) as u64
         + size_of_val(&tiles[..]) as u64
         + (setup.distance.hints_len() * size_of::<u32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
         + size_of_val(&trees.dipoles[..]) as u64
         + size_of_val(&trees.pseudonormals[..]) as u64
-        + objects * size_of::<DistanceJob>() as u64
+        + objects * (size_of::<DistanceJob>() + size_of::<u32>()) as u64
         + objects * (objects - 1) * PAIR
 }
 
@@ -326,7 +336,6 @@ fn number(value: u64) -> String {
 mod tests {
     use super::*;
     use crate::gpu::DeviceKind;
-    use crate::scene::settings::Settings;
 
     /// A device whose buffers hold `limit` bytes.
     fn device(limit: u64) -> DeviceInfo {

@@ -12,12 +12,15 @@ mod state;
 mod turns;
 
 pub mod checkpoint;
+pub mod depth_queries;
 pub mod diffusion;
 pub mod distance;
+pub mod draws;
 pub mod kernels;
 pub mod memory;
 pub mod movement;
 pub mod queries;
+pub mod raster;
 pub mod start;
 pub mod transfer_queries;
 pub mod transfers;

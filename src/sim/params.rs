@@ -2,11 +2,12 @@
 //! cosines and sines. The twins take the same.
 
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate, TILE_SAMPLES};
+use super::draws::DistanceRasterConstants;
 use super::kernels::{
     AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceParams,
-    DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsParams, MoveBorderConstants,
-    TransferOutConstants,
+    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceMergeConstants,
+    DistanceMergeParams, DistanceParams, DistanceTilesConstants, DistanceTilesParams,
+    ExchangeSeamsParams, MoveBorderConstants, TransferOutConstants, UnfoldConstants, UnfoldParams,
 };
 use super::setup::Setup;
 use super::turns::{Turn, border_constants, departure_constants};
@@ -31,6 +32,12 @@ pub struct StepParams {
     pub distance: DistanceParams,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteParams,
+    /// For `distance_merge`, in the first round.
+    pub distance_merge: DistanceMergeParams,
+    /// For `unfold`.
+    pub unfold: UnfoldParams,
+    /// Do sensors see other objects where these cover what they get to?
+    pub sees_across: bool,
     /// The objects' turns, or one for all of them.
     pub turn: Turn,
     /// For `diffuse`; in two halves of a step for the second of them.
@@ -52,6 +59,8 @@ pub struct StepConstants {
     pub move_border: MoveBorderConstants,
     /// For `transfer_out`.
     pub transfer_out: TransferOutConstants,
+    /// For `unfold`.
+    pub unfold: UnfoldConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
     /// For `distance_tiles`.
@@ -60,6 +69,10 @@ pub struct StepConstants {
     pub distance: DistanceConstants,
     /// For `distance_brute`.
     pub distance_brute: DistanceBruteConstants,
+    /// For `distance_raster`, where distances are taken by it.
+    pub distance_raster: Option<DistanceRasterConstants>,
+    /// For `distance_merge`.
+    pub distance_merge: DistanceMergeConstants,
 }
 
 impl StepConstants {
@@ -84,12 +97,20 @@ impl StepConstants {
                 turns: settings.strategy().has_turns(),
                 windows: settings.strategy().has_windows(),
                 own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
+                across: sees_across(settings),
+            },
+            unfold: UnfoldConstants {
+                border_reflects: settings.physarum.border == Border::Reflect,
             },
             move_border: border_constants(settings),
             transfer_out: departure_constants(settings),
             distance_tiles: DistanceTilesConstants { sign_rule },
             distance: DistanceConstants { sign_rule },
             distance_brute: DistanceBruteConstants { sign_rule },
+            distance_raster: settings.uses_raster().then_some(DistanceRasterConstants {
+                depth: settings.distance.depth as u32,
+            }),
+            distance_merge: DistanceMergeConstants { sign_rule },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -128,6 +149,7 @@ impl StepParams {
             distance_weight: everywhere.distance_weight,
             ..AdvanceParams::default()
         };
+        let turn = Turn::new(settings, setup, advance, capacity);
         Self {
             distance_update: DistanceUpdate::default(),
             distance_tiles: DistanceTilesParams {
@@ -151,7 +173,23 @@ impl StepParams {
                 first_vertex_normal,
                 reach: settings.distance.reach * radius,
             },
-            turn: Turn::new(settings, setup, advance, capacity),
+            distance_merge: DistanceMergeParams {
+                thread_count: 0,
+                job_count: 0,
+                first_vertex_normal,
+                reach: settings.distance.reach * radius,
+                round: 0,
+            },
+            unfold: UnfoldParams {
+                thread_count: 0,
+                job_count: 0,
+                attempts: physarum.edge_crossing_attempts,
+                threshold: turn.advance.transfer_threshold,
+                // Sensors get no farther behind a crossing than they are away.
+                farthest: sensor_offsets(settings).fold(0.0, f32::max) * radius,
+            },
+            sees_across: sees_across(settings),
+            turn,
             diffuse: DiffuseParams {
                 diffusion,
                 deposit: physarum.deposit,
@@ -183,7 +221,10 @@ impl StepParams {
         let rules = DistanceRules {
             reach: settings.distance.reach * setup.radius,
             method: settings.distance.method,
+            depth: settings.distance.depth,
             sign: settings.distance.sign,
+            threshold: self.unfold.threshold,
+            farthest: self.unfold.farthest,
         };
         let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
         self.distance_update = planner.update(&setup.distance, poses, rules, is_due);
@@ -195,6 +236,10 @@ impl StepParams {
         self.distance.job_count = job_count;
         self.distance_brute.thread_count = thread_count;
         self.distance_brute.job_count = job_count;
+        self.distance_merge.thread_count = thread_count;
+        self.distance_merge.job_count = job_count;
+        self.unfold.thread_count = thread_count;
+        self.unfold.job_count = job_count;
     }
 
     /// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each. The first
@@ -209,6 +254,17 @@ impl StepParams {
             half
         })
     }
+}
+
+/// Do sensors see other objects? Where particles change to them, they do.
+fn sees_across(settings: &Settings) -> bool {
+    !matches!(settings.strategy(), Strategy::None | Strategy::Respawn)
+}
+
+/// On each object, in scene radii.
+fn sensor_offsets(settings: &Settings) -> impl Iterator<Item = f32> {
+    let objects = settings.objects.iter();
+    objects.map(|object| object.physarum.over(&settings.physarum).sensor_offset)
 }
 
 /// What particles do on each object: the scene's values with the object's own over them.

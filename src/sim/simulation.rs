@@ -8,6 +8,7 @@ use super::distance::DistancePlanner;
 use super::memory;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
+use super::raster::Raster;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
@@ -240,7 +241,13 @@ impl Simulation {
         }
         let constants = StepConstants::new(settings);
         if constants != self.constants {
-            self.kernels = Kernels::new(&self.ctx, &constants)?;
+            let kernels = Kernels::new(&self.ctx, &constants)?;
+            self.state.raster = match self.state.raster.take() {
+                _ if !settings.uses_raster() => None,
+                Some(raster) => Some(raster),
+                None => Some(Raster::new(&self.ctx, &self.setup)?),
+            };
+            self.kernels = kernels;
             self.constants = constants;
         }
         self.settings = settings.clone();

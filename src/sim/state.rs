@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
-    DistanceBrute, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn, TransferOut,
+    DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn,
+    TransferOut, Unfold,
 };
 use super::params::StepConstants;
+use super::raster::{Raster, raster_options};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
@@ -14,7 +17,7 @@ use super::types::{
     AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Seam,
     SurfaceSample, Vertex,
 };
-use crate::gpu::{Buffer, Context, GpuError, Pipeline, TexelScalar, Texels};
+use crate::gpu::{Buffer, Context, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -26,6 +29,12 @@ pub struct Kernels {
     pub distance: Pipeline<Distance>,
     /// The same by looking at every triangle.
     pub distance_brute: Pipeline<DistanceBrute>,
+    /// The same by drawing, where that is the method.
+    pub distance_raster: Option<RasterPipeline<DistanceRasterDraw>>,
+    /// Takes the distances to what was drawn.
+    pub distance_merge: Pipeline<DistanceMerge>,
+    /// Where walks go on on other objects.
+    pub unfold: Pipeline<Unfold>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
     /// Lets transfers land.
@@ -57,6 +66,11 @@ impl Kernels {
             distance_tiles: Pipeline::new(ctx, &constants.distance_tiles)?,
             distance: Pipeline::new(ctx, &constants.distance)?,
             distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
+            distance_raster: (constants.distance_raster.as_ref())
+                .map(|constants| RasterPipeline::new(ctx, constants, raster_options()))
+                .transpose()?,
+            distance_merge: Pipeline::new(ctx, &constants.distance_merge)?,
+            unfold: Pipeline::new(ctx, &constants.unfold)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -176,12 +190,18 @@ pub struct State {
     pub dipoles: Texels<u32>,
     /// One a half-edge, then one a vertex.
     pub pseudonormals: Texels<u32>,
+    /// One an owned texel, as `samples`: the triangle that owns it.
+    pub owners: Buffer<u32>,
+    /// One a texel: for places that another object covers, where on that one walks go on, as packed atlas position.
+    pub across: Buffer<u32>,
     /// One an object: the first node of its tree.
     pub roots: Buffer<u32>,
     /// The objects whose distances are being taken.
     pub distance_jobs: Buffer<DistanceJob>,
     /// Which others they have within reach.
     pub distance_pairs: Buffer<ObjectPair>,
+    /// What `distance_raster` draws, and what it draws into, where that is the method.
+    pub raster: Option<Raster>,
 }
 
 impl State {
@@ -250,9 +270,14 @@ impl State {
                 &Buffer::from_slice(ctx, "pseudonormals", &setup.distance.trees.pseudonormals)?,
                 4,
             )?,
+            owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
+            across: Buffer::from_slice(ctx, "across", &vec![NONE; field])?,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
+            raster: (settings.uses_raster())
+                .then(|| Raster::new(ctx, setup))
+                .transpose()?,
         })
     }
 }

@@ -1,9 +1,11 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
+mod distances;
+
 use super::kernels::{
     AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
-    DiffuseSeamsArgs, DistanceArgs, DistanceBruteArgs, DistanceTilesArgs, ExchangeSeamsArgs,
-    MoveBorderArgs, RespawnArgs, TransferInArgs, TransferOutArgs,
+    DiffuseSeamsArgs, ExchangeSeamsArgs, MoveBorderArgs, RespawnArgs, TransferInArgs,
+    TransferOutArgs,
 };
 use super::params::StepParams;
 use super::state::{Kernels, State};
@@ -13,7 +15,9 @@ use crate::gpu::{
     Access::{Copy, Indirect, Kernel},
     Recorder, Threads,
 };
-use crate::scene::settings::{DistanceMethod, Strategy};
+use crate::scene::settings::Strategy;
+
+use distances::distance;
 
 /// Which groups an indirect dispatch takes: one invocation a transfer, or one a particle of the window.
 const TRANSFERS: usize = 0;
@@ -81,90 +85,6 @@ pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
     }
 }
 
-/// Where nothing has moved there are no jobs, and nothing is recorded.
-fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    let update = &params.distance_update;
-    if update.jobs.is_empty() {
-        return;
-    }
-    rec.update_long(&s.distance_jobs, &update.jobs);
-    rec.update_long(&s.distance_pairs, &update.pairs);
-    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
-    match params.distance_method {
-        DistanceMethod::Bvh => {
-            rec.dispatch(
-                &k.distance_tiles,
-                Threads(params.distance_tiles.tile_count),
-                DistanceTilesArgs {
-                    jobs: &s.distance_jobs,
-                    pairs: &s.distance_pairs,
-                    tiles: &s.tiles,
-                    faces: &s.faces,
-                    pseudonormals: &s.pseudonormals,
-                    corners: &s.corners,
-                    hints: &s.hints,
-                    nodes: &s.nodes,
-                    dipoles: &s.dipoles,
-                },
-                params.distance_tiles,
-            );
-            // Texels search no farther than the face is that their tile has found.
-            rec.barrier(Kernel, Kernel, &[&s.hints]);
-            rec.dispatch(
-                &k.distance,
-                Threads(update.thread_count),
-                DistanceArgs {
-                    jobs: &s.distance_jobs,
-                    pairs: &s.distance_pairs,
-                    samples: &s.samples,
-                    faces: &s.faces,
-                    pseudonormals: &s.pseudonormals,
-                    corners: &s.corners,
-                    distances: &s.distances,
-                    nearest: &s.nearest,
-                    nodes: &s.nodes,
-                    dipoles: &s.dipoles,
-                    hints: &s.hints,
-                },
-                params.distance,
-            );
-            // The next update writes other hints.
-            rec.barrier(Kernel, Kernel, &[&s.hints]);
-        }
-        DistanceMethod::Brute => rec.dispatch(
-            &k.distance_brute,
-            Threads(update.thread_count),
-            DistanceBruteArgs {
-                jobs: &s.distance_jobs,
-                pairs: &s.distance_pairs,
-                samples: &s.samples,
-                faces: &s.faces,
-                pseudonormals: &s.pseudonormals,
-                corners: &s.corners,
-                distances: &s.distances,
-                nearest: &s.nearest,
-                nodes: &s.nodes,
-                dipoles: &s.dipoles,
-            },
-            params.distance_brute,
-        ),
-    }
-    // Gutter texels are filled from those that were written; the next update writes other jobs.
-    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
-    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
-    rec.dispatch(
-        &k.exchange_seams,
-        Threads(params.exchange_seams.seam_count),
-        ExchangeSeamsArgs {
-            seams: &s.seams,
-            trail: &s.distances,
-        },
-        params.exchange_seams,
-    );
-    // What follows reads distances.
-    rec.barrier(Kernel, Kernel, &[&s.distances]);
-}
-
 /// Every particle advances once. Those that go into another object change to it, as the strategy says.
 fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: &Turn) {
     match all.strategy {
@@ -221,6 +141,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         poses: &s.poses,
         distances: &s.distances,
         physarums: &s.physarums,
+        across: &s.across,
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
         particle_indices: &s.transfers.particle_indices,
@@ -243,6 +164,7 @@ fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             &s.particles,
             &s.motions,
             &s.distances,
+            &s.across,
             &s.transfers.flow,
             &s.transfers.particle_indices,
         ],

@@ -128,8 +128,8 @@ pub struct Flow {
     pub selected: u32,
     /// Particles that have arrived so far.
     pub arrived: u32,
-    /// Unused.
-    pub pad0: u32,
+    /// Particles that went on from where their walk met the other object, so far; the others went to its nearest point.
+    pub crossed: u32,
 }
 
 /// A walk under way: a place, a heading and what remains to be walked. `u` is `weight_b`, `v` is `weight_c`.

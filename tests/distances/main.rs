@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod depths;
+mod raster;
 mod reference;
 mod trees;
 
@@ -328,7 +330,10 @@ fn particles_mind_distances() {
         let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
         gpu.run(|rec| simulation.record_step(rec));
         twin.step();
-        let (after, by_twin) = (simulation.snapshot().unwrap(), twin.snapshot());
+        let (mut after, mut by_twin) = (simulation.snapshot().unwrap(), twin.snapshot());
+        // Some have changed objects, and slots with others, in any order.
+        after.particles.sort_unstable_by_key(|p| p.id);
+        by_twin.particles.sort_unstable_by_key(|p| p.id);
         let same = after
             .particles
             .iter()

@@ -79,10 +79,8 @@ impl Model {
                 .min(to_segment(p, b, c))
                 .min(to_segment(p, c, a));
             doubt = doubt.min(to_side / self.radius);
-            if is_over(p, triangle, normal) {
-                if first.is_none_or(|(before, _)| t < before) {
-                    first = Some((t, (start - end).abs() / from.distance(to)));
-                }
+            if is_over(p, triangle, normal) && first.is_none_or(|(before, _)| t < before) {
+                first = Some((t, (start - end).abs() / from.distance(to)));
             }
         }
         let ends = self.distance(from).min(self.distance(to));

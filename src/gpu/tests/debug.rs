@@ -87,6 +87,7 @@ fn draws_tell_under_the_name_of_their_pass() {
         color: &color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([0.0; 4]),
     };
     rec.pass("marks", &targets, |pass| pass.draw(&mark, 1, 1, (), ()));

@@ -29,6 +29,7 @@ fn a_picture_is_drawn_and_read_back() {
             color: &color,
             resolve: resolve.as_ref(),
             depth: Some(&depth),
+            depth_test: DepthTest::Greatest,
             clear,
         };
         rec.pass("picture", &targets, |pass| {
@@ -90,6 +91,7 @@ fn depth_and_blending_do_what_they_say() {
         color: &color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([1.0, 0.0, 0.0, 0.0]),
     };
     rec.pass("first", &targets, |pass| {
@@ -109,6 +111,55 @@ fn depth_and_blending_do_what_they_say() {
 }
 
 #[test]
+fn of_equal_depths_one_stays_as_the_test_says() {
+    let Some(ctx) = context() else { return };
+    let color = Image::new(&ctx, "color", [8, 8], Format::Rgba32Float, 1).unwrap();
+    let depth = Image::new(&ctx, "depth", [8, 8], Format::Depth32, 1).unwrap();
+    let centres = Buffer::from_slice(&ctx, "centres", &[glam::Vec2::ZERO]).unwrap();
+    for (depth_test, stays) in [(DepthTest::Greatest, 2.0), (DepthTest::Smallest, 1.0)] {
+        let options = RasterOptions {
+            color: Format::Rgba32Float,
+            depth_test,
+            ..RasterOptions::default()
+        };
+        let pipeline = RasterPipeline::<DiscDraw>::new(&ctx, &(), options).unwrap();
+        let pixels = Buffer::<[f32; 4]>::new(&ctx, "pixels", 64, Domain::Readback).unwrap();
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let mut rec = frames.begin().unwrap();
+        let targets = Targets {
+            color: &color,
+            resolve: None,
+            depth: Some(&depth),
+            depth_test,
+            clear: Some([0.0; 4]),
+        };
+        rec.pass_as_kernel("discs", &targets, |pass| {
+            for red in [1.0, 2.0] {
+                let params = DiscParams {
+                    color: glam::Vec4::new(red, 0.0, 0.0, 1.0),
+                    size: 9.0,
+                };
+                pass.draw(&pipeline, 3, 1, DiscArgs { centres: &centres }, params);
+            }
+        });
+        rec.copy_image(&color, &pixels);
+        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        assert_eq!(pixels.as_slice()[27][0], stays, "{depth_test:?}");
+        let frame = frames.timings().frames().next().unwrap();
+        let names: Vec<_> = frame.iter().map(|s| (s.name.as_str(), s.kind)).collect();
+        let expected = [
+            ("frame", SpanKind::Frame),
+            ("discs", SpanKind::Kernel),
+            ("copy_image", SpanKind::Copy),
+        ];
+        assert_eq!(names, expected, "the draws have no times of their own");
+    }
+    assert_silent(&ctx);
+}
+
+#[test]
 fn pictures_are_copied_into_pictures_and_cut_at_the_edge() {
     let Some(ctx) = context() else { return };
     let small = Image::new(&ctx, "small", [4, 4], Format::Rgba8Srgb, 1).unwrap();
@@ -120,6 +171,7 @@ fn pictures_are_copied_into_pictures_and_cut_at_the_edge() {
         color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([red, 0.0, 0.0, 1.0]),
     };
     rec.pass("small", &target(&small, 0.215_86), |_| ());
@@ -154,6 +206,7 @@ fn a_draw_needs_its_barrier_before_the_pass() {
         color: &color,
         resolve: None,
         depth: None,
+        depth_test: DepthTest::Greatest,
         clear: Some([0.0; 4]),
     };
     let text = panic_text(|| {

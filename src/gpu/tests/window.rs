@@ -54,6 +54,7 @@ impl ApplicationHandler for Show {
                 color: image,
                 resolve: None,
                 depth: None,
+                depth_test: DepthTest::Greatest,
                 clear: Some([0.2, 0.4, 0.6, 1.0]),
             };
             rec.pass("clear", &clear(target), |_| ());

@@ -2,7 +2,7 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DistanceMethod, Show, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Show, SignRule, Start, Strategy,
 };
 
 /// Every parameter of a scene, in the order that people read them.
@@ -244,9 +244,17 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "distance.method",
         name: "Distance method",
         unit: "",
-        help: "How the nearest triangle of another object is found: in a tree of boxes, or by looking at every one, which is slow and a check on the other.",
+        help: "How the nearest triangle of another object is found. bvh: in a tree of boxes. brute: by looking at every one, which is slow and a check on the others. raster: by the graphics pipeline, which draws the triangles where they lie in the atlas, once for each triangle of the other object, and keeps the nearest by its depth test; to compare.",
         effect: Effect::Live,
         kind: word!(distance.method: DistanceMethod),
+    },
+    Parameter {
+        key: "distance.depth",
+        name: "Distance depth",
+        unit: "",
+        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: straight, as a projection does. logistic, arctangent: by these curves. What depths cannot tell apart, they confuse: another triangle may count as the nearest then, and its distance is told exactly.",
+        effect: Effect::Live,
+        kind: word!(distance.depth: DepthMapping),
     },
     Parameter {
         key: "distance.sign",

@@ -1,6 +1,6 @@
 //! Twin of `shaders/advance.comp`.
 
-use super::trail::{atlas_position, texel_at, trail_at};
+use super::trail::{atlas_position, texel_at, trail_at, unpacked_position};
 use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
@@ -32,6 +32,8 @@ pub struct AdvanceInputs<'a> {
     pub physarums: &'a [Physarum],
     /// Signed distance to other objects, with filled gutters.
     pub distances: &'a [f32],
+    /// Where covered texels go on on other objects.
+    pub across: &'a [u32],
 }
 
 /// Where `advance` finds the particles of a turn, and lists those that it selects.
@@ -225,7 +227,13 @@ fn sense(
         constants.border_reflects,
     );
     let [u, v] = w.uv();
-    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    let mut position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    if constants.across {
+        let beyond = inputs.across[texel_at(position, params.pitch) as usize];
+        if beyond != NONE {
+            position = unpacked_position(beyond);
+        }
+    }
     let mut value = trail_at(inputs.trail, position, params.pitch);
     if constants.favourite_density && own.favourite_density > 0.0 {
         value = -(value - own.favourite_density).abs();

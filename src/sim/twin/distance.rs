@@ -1,4 +1,4 @@
-//! Twin of `shaders/distance.comp` and of `shaders/include/distance.glsl`, which `distance_brute` shares.
+//! Twin of `shaders/distance.comp`, and of `shaders/include/distance.glsl` and `jobs.glsl`, which the other methods share.
 
 use glam::{Vec3, Vec4};
 
@@ -140,8 +140,13 @@ pub fn distance(
 /// A place in the space of a pair's other object.
 #[must_use]
 pub fn place_in_other(pair: &ObjectPair, place: Vec3) -> Vec3 {
-    let along = |row: Vec4| ((row.x * place.x + row.y * place.y) + row.z * place.z) + row.w;
-    Vec3::new(along(pair.x), along(pair.y), along(pair.z))
+    Vec3::from([pair.x, pair.y, pair.z].map(|row| along(row, place)))
+}
+
+/// One coordinate of a place in another space.
+#[must_use]
+pub fn along(row: Vec4, place: Vec3) -> f32 {
+    ((row.x * place.x + row.y * place.y) + row.z * place.z) + row.w
 }
 
 /// The job that an invocation belongs to: the last one that begins at it or before.

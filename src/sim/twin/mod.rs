@@ -5,10 +5,13 @@
 mod advance;
 pub mod bvh;
 pub mod crossing;
+pub mod depth;
 mod diffuse;
 mod diffuse_seams;
 pub mod distance;
 mod distance_brute;
+mod distance_merge;
+mod distance_raster;
 mod distance_tiles;
 pub mod exact;
 mod exchange_seams;
@@ -21,25 +24,33 @@ pub mod transfer;
 pub mod transfer_queries;
 mod tree_queries;
 mod turns;
+pub mod unfold;
 pub mod walk;
 mod walk_queries;
 
 pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance};
+pub use depth::depth_queries;
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
+pub use distance_merge::distance_merge;
+pub use distance_raster::distance_raster;
 pub use distance_tiles::distance_tiles;
 pub use exchange_seams::exchange_seams;
 pub use respawn::respawn;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
+use transfer::Ground;
 use turns::TwinTransfers;
+use unfold::{UnfoldInputs, unfold};
 
 use super::distance::{DistancePlanner, DistanceSetup};
+use super::kernels::DistanceMergeParams;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
+use super::raster::RasterLayout;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::arranged;
@@ -62,6 +73,7 @@ pub struct Simulation {
     previous_deposits: Vec<u32>,
     movement: Movement,
     poses: Vec<Pose>,
+    across: Vec<u32>,
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
@@ -95,6 +107,7 @@ impl Simulation {
             previous_deposits: vec![0; texels],
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],
+            across: vec![NONE; texels],
             planner: DistancePlanner::default(),
             step: 0,
         }
@@ -208,8 +221,39 @@ impl Simulation {
                 distances,
                 nearest,
             ),
+            DistanceMethod::Raster => {
+                let layout = RasterLayout::new(&self.setup);
+                for round in 0..params.distance_update.rounds() {
+                    let winners = distance_raster(constants, params, round, &layout, &inputs);
+                    let merge = DistanceMergeParams {
+                        round,
+                        ..params.distance_merge
+                    };
+                    distance_merge(
+                        &constants.distance_merge,
+                        &merge,
+                        &inputs,
+                        &winners,
+                        distances,
+                        nearest,
+                    );
+                }
+            }
         }
         exchange_seams(&self.setup.atlas.seams, &mut self.distances);
+        if params.sees_across {
+            let inputs = UnfoldInputs {
+                jobs: &params.distance_update.jobs,
+                samples: &self.setup.distance.samples,
+                owners: &self.setup.distance.owners,
+                distances: &self.distances,
+                nearest: &self.nearest,
+                halfedges: &self.setup.surface.halfedges,
+                ground: Ground::of(&self.setup, &self.poses),
+                atlas_maps: &self.setup.atlas.maps,
+            };
+            unfold(&constants.unfold, &params.unfold, &inputs, &mut self.across);
+        }
     }
 
     fn diffuse(&mut self, constants: &StepConstants, params: &StepParams) {
@@ -246,6 +290,12 @@ impl Simulation {
     #[must_use]
     pub fn distances(&self) -> (&[f32], &[u32]) {
         (&self.distances, &self.nearest)
+    }
+
+    /// One a texel: where on another object walks go on.
+    #[must_use]
+    pub fn across(&self) -> &[u32] {
+        &self.across
     }
 
     /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].

@@ -1,4 +1,5 @@
-//! Twin of `shaders/include/trail.glsl`: reading the trail between texel centres.
+//! Twin of `shaders/include/trail.glsl`, `atlas.glsl`, `distances.glsl` and `across.glsl`: places in the atlas, and
+//! reading between texel centres.
 
 use crate::mesh::surface::AtlasMap;
 
@@ -15,6 +16,19 @@ pub fn atlas_position(map: &AtlasMap, u: f32, v: f32) -> [f32; 2] {
 #[must_use]
 pub fn texel_at(position: [f32; 2], pitch: u32) -> u32 {
     position[1] as u32 * pitch + position[0] as u32
+}
+
+/// A position packed into a word: quarters of a texel.
+#[must_use]
+pub fn packed_position(position: [f32; 2]) -> u32 {
+    let [x, y] = position.map(|x| (x * 4.0) as u32);
+    x | y << 16
+}
+
+/// The middle of that quarter.
+#[must_use]
+pub fn unpacked_position(word: u32) -> [f32; 2] {
+    [word & 0xffff, word >> 16].map(|x| (x as f32 + 0.5) * 0.25)
 }
 
 /// Bilinear over the four texels around.

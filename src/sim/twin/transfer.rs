@@ -135,6 +135,17 @@ impl Ground<'_> {
         turned_to_object(pose, position - translation_of(pose))
     }
 
+    /// A place of an object's space in the world.
+    pub(super) fn place_of(&self, object: u32, position: Vec3) -> Vec3 {
+        let pose = &self.poses[object as usize];
+        turned_to_world(pose, position) + translation_of(pose)
+    }
+
+    /// A direction of an object's space in the world.
+    pub(super) fn direction_of(&self, object: u32, direction: Vec3) -> Vec3 {
+        turned_to_world(&self.poses[object as usize], direction)
+    }
+
     /// A direction of the world in an object's space.
     pub(super) fn direction_in(&self, object: u32, direction: Vec3) -> Vec3 {
         turned_to_object(&self.poses[object as usize], direction)
@@ -224,7 +235,7 @@ pub fn transfer_out(
     constants: &TransferOutConstants,
     params: &TransferOutParams,
     terrain: &Terrain,
-    flow: &Flow,
+    flow: &mut Flow,
     particle_indices: &[u32],
     particles: &[Particle],
     motions: &[Motion],
@@ -264,6 +275,7 @@ pub fn transfer_out(
             if let Some((meeting, rest)) = met {
                 let w = terrain.walker_on_target(&meeting, source, rest, params.attempts);
                 triangle = w.triangle;
+                flow.crossed = flow.crossed.wrapping_add(1);
                 flight = terrain.flight_of_walker(&w);
             } else {
                 let Sides { nodes, faces, .. } = terrain.sides;

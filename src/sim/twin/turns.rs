@@ -88,6 +88,7 @@ impl Simulation {
                 poses: &self.poses,
                 physarums: &physarums(&self.settings, self.setup.radius),
                 distances: &self.distances,
+                across: &self.across,
             },
             advance::Turn {
                 windows: &self.transfers.windows,
@@ -135,7 +136,7 @@ impl Simulation {
                 constants.sign_rule,
                 constants.border_reflects,
             ),
-            &self.transfers.flow,
+            &mut self.transfers.flow,
             &self.transfers.particle_indices,
             &self.particles,
             &self.motions,

@@ -1,4 +1,5 @@
-//! The typed handles of what is drawn, as the build generates them from `shaders/*.vert` and `shaders/*.frag`.
+//! The typed handles of what is drawn, as the build generates them from `shaders/*.vert` and `shaders/*.frag`: pictures,
+//! and what the step lets the graphics pipeline do.
 
 #![allow(
     clippy::identity_op,

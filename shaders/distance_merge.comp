@@ -1,0 +1,68 @@
+// distance_merge: signed distance to the faces that `distance_raster` has found, where it is less than that to the
+// objects before.
+// Reads   jobs, pairs, samples, winners, faces, pseudonormals, corners; for signs nodes, dipoles.
+// Writes  owned texels of distances and nearest, of the objects that have a job.
+// One invocation a sample of a job; jobs begin at multiples of the group size.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint SIGN_RULE = 0u;
+
+layout(push_constant) uniform Params {
+    uint thread_count;
+    uint job_count;
+    uint first_vertex_normal;  // behind those of the half-edges
+    float reach;               // world length; distances are clamped to it
+    uint round;                // which of each job's pairs
+} params;
+
+layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Samples { SurfaceSample samples[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer faces;
+layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
+layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 6) buffer Distances { float distances[]; };
+layout(std430, set = 0, binding = 7) buffer Nearest { uint nearest[]; };
+layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
+layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
+layout(std430, set = 0, binding = 10) readonly buffer Winners { uint winners[]; };
+
+#include "sign.glsl"
+#include "jobs.glsl"
+#include "distance.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.thread_count) return;
+    DistanceJob job = jobs[job_of(i, params.job_count)];
+    if (i - job.first_thread >= job.sample_count) return;
+    SurfaceSample here = samples[job.first_sample + (i - job.first_thread)];
+
+    float least = params.round == 0u ? params.reach : distances[here.texel];
+    uint triangle = params.round == 0u ? NONE : nearest[here.texel];
+    uint winner = params.round < job.pair_count ? winners[here.texel] : 0u;
+    if (winner != 0u) {
+        ObjectPair pair = pairs[job.first_pair + params.round];
+        vec3 place = place_in_other(pair, here.position);
+        uint slot = winner - 1u;
+        vec4 point = nearest_on_face(slot, place);
+        float distance = sqrt(point.z);
+        // On the surface is outside: of two objects in one place, neither covers the other.
+        bool outside = distance <= slack_of_tree(pair.first_node)
+            || is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
+        float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
+        if (candidate < least) {
+            least = candidate;
+            triangle = distance < params.reach ? triangle_of(slot) : NONE;
+        }
+    }
+    distances[here.texel] = least;
+    nearest[here.texel] = triangle;
+}

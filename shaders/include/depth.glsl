@@ -1,0 +1,108 @@
+// depth: four ways from a signed distance to a depth in [0, 1), by which a depth test keeps the smallest distance. Twin
+// of src/sim/twin/depth.rs.
+//
+// Of a larger distance no depth is smaller, by construction: each is a chain of steps that keep the order however they
+// are rounded. So none uses the device's exp() and atan(), which need not.
+
+#ifndef MYXO_DEPTH
+#define MYXO_DEPTH
+
+const uint DEPTH_ORDERED = 0u;
+const uint DEPTH_CLIP = 1u;
+const uint DEPTH_LOGISTIC = 2u;
+const uint DEPTH_ARCTANGENT = 3u;
+
+// The greatest float below 1.
+const float BELOW_ONE = 0.99999994;
+
+// Slope of the two curves: how many depths lie near the surface, at the cost of those near reach.
+const float STEEPNESS = 4.0;
+
+// The distance in units of reach.
+float share_of_reach(float distance, float reach) {
+    precise float share = clamp(distance / max(reach, 1.0e-30), -1.0e30, 1.0e30);
+    return share;
+}
+
+// The bits of floats are in order but for the sign: a positive one has its sign bit flipped, a negative one all bits. Two
+// bits are dropped for a float in [0, 2). Knows no reach: digits are lost everywhere alike.
+float depth_ordered(float distance) {
+    uint bits = floatBitsToUint(distance);
+    uint key = (bits & 0x80000000u) != 0u ? ~bits : bits ^ 0x80000000u;
+    precise float depth = 0.5 * uintBitsToFloat(key >> 2u);
+    return depth;
+}
+
+// Straight from 0 at -reach to 1 at reach, as a projection's depth.
+float depth_clip(float distance, float reach) {
+    float share = clamp(share_of_reach(distance, reach), -1.0, 1.0);
+    precise float depth = 0.5 + 0.5 * share;
+    return min(depth, BELOW_ONE);
+}
+
+// e to the power of x, |x| up to 80. Sums of positive products keep the order.
+float growth(float x) {
+    precise float power = 1.44269504 * x;
+    float whole = floor(power);
+    precise float part = power - whole;
+    precise float sum = 1.3215487e-6;
+    sum = sum * part + 1.5252734e-5;
+    sum = sum * part + 1.5403530e-4;
+    sum = sum * part + 1.3333558e-3;
+    sum = sum * part + 9.6181291e-3;
+    sum = sum * part + 5.5504109e-2;
+    sum = sum * part + 2.4022651e-1;
+    sum = sum * part + 6.9314718e-1;
+    sum = sum * part + 1.0;
+    precise float value = uintBitsToFloat(uint(int(whole) + 127) << 23u) * min(sum, 2.0);
+    return value;
+}
+
+float depth_logistic(float distance, float reach) {
+    precise float way = -STEEPNESS * share_of_reach(distance, reach);
+    precise float sum = 1.0 + growth(clamp(way, -80.0, 80.0));
+    precise float depth = 1.0 / sum;
+    return min(depth, BELOW_ONE);
+}
+
+// The arctangent of at most tan(pi / 8) (Moshier, Cephes). What is added to x is too small to disturb the order.
+float small_angle(float x) {
+    precise float z = x * x;
+    precise float sum = 8.05374449538e-2;
+    sum = sum * z - 1.38776856032e-1;
+    sum = sum * z + 1.99777106478e-1;
+    sum = sum * z - 3.33329491539e-1;
+    precise float angle = sum * z * x + x;
+    return angle;
+}
+
+// The arctangent of x, not negative. Each third stays within its bounds, so that they meet in order.
+float angle_of(float x) {
+    if (x < 0.41421356) {
+        return min(small_angle(x), 0.39269908);
+    }
+    if (x < 2.41421356) {
+        precise float turned = 1.0 - 2.0 / (x + 1.0);
+        precise float angle = 0.78539816 + small_angle(turned);
+        return clamp(angle, 0.39269908, 1.17809725);
+    }
+    precise float inverse = 1.0 / x;
+    precise float angle = 1.57079633 - small_angle(inverse);
+    return max(angle, 1.17809725);
+}
+
+float depth_arctangent(float distance, float reach) {
+    precise float way = STEEPNESS * share_of_reach(distance, reach);
+    precise float half_turns = 0.318309886 * angle_of(abs(way));
+    precise float depth = way < 0.0 ? 0.5 - half_turns : 0.5 + half_turns;
+    return clamp(depth, 0.0, BELOW_ONE);
+}
+
+float depth_of(uint mapping, float distance, float reach) {
+    if (mapping == DEPTH_CLIP) return depth_clip(distance, reach);
+    if (mapping == DEPTH_LOGISTIC) return depth_logistic(distance, reach);
+    if (mapping == DEPTH_ARCTANGENT) return depth_arctangent(distance, reach);
+    return depth_ordered(distance);
+}
+
+#endif

@@ -1,0 +1,87 @@
+// unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
+// Reads   jobs, samples, owners, distances, nearest, triangles, halfedges, corners, vertices, poses, atlas_maps.
+// Writes  across: owned texels of the objects that have a job.
+// One invocation a sample of a job; jobs begin at multiples of the group size.
+// Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const bool BORDER_REFLECTS = true;
+
+layout(push_constant) uniform Params {
+    uint thread_count;
+    uint job_count;
+    uint attempts;    // edge crossings that one walk may make
+    float threshold;  // world length of signed distance below which a place is covered
+    float farthest;   // world length behind the line up to which places are told
+} params;
+
+layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Samples { SurfaceSample samples[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Owners { uint owners[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Distances { float distances[]; };
+layout(std430, set = 0, binding = 4) readonly buffer Nearest { uint nearest[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
+layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
+layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; };
+layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Poses { Pose poses[]; };
+layout(std430, set = 0, binding = 10) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
+layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
+
+const bool WALK_CARRIES = false;
+#include "jobs.glsl"
+#include "walk.glsl"
+#include "transfer.glsl"
+#include "across.glsl"
+
+// Planes that meet at a smaller sine than this meet far away, or nowhere.
+const float LEAST_SINE = 0.02;
+
+uint place_across(vec3 position, uint own_triangle, uint triangle) {
+    uvec4 shape = texelFetch(triangles, int(triangle));
+    Pose own = poses[texelFetch(triangles, int(own_triangle)).w];
+    Pose other = poses[shape.w];
+    vec3 world = turned_to_world(own, position) + translation_of(own);
+    Frame frame = frame_of(triangle);
+    vec3 place = turned_to_object(other, world - translation_of(other)) - frame.origin;
+    vec3 own_normal = turned_to_object(other, turned_to_world(own, frame_of(own_triangle).normal));
+    float cosine = dot(own_normal, frame.normal);
+    float sine = length(cross(own_normal, frame.normal));
+    // Over the plane there is no line behind: such a place is covered from afar.
+    float depth = max(-dot(place, frame.normal), 0.0);
+    if (sine < LEAST_SINE || depth > params.farthest * sine) return NONE;
+    float behind = depth / sine;
+    // Down the own plane to the line, and from there up the other one.
+    vec3 to_line = (behind / sine) * (frame.normal - cosine * own_normal);
+    vec3 up = (own_normal - cosine * frame.normal) / sine;
+    // It is the nearest triangle that is known, so the walk goes there from the nearest point.
+    vec2 weights = nearest_weights(uintBitsToFloat(shape.x), uintBitsToFloat(shape.y), uintBitsToFloat(shape.z),
+        dot(place, frame.p), dot(place, frame.h));
+    vec3 way = to_line + behind * up;
+    vec2 flat_way = vec2(dot(way, frame.p), dot(way, frame.h));
+    float distance = length(flat_way);
+    vec2 heading = distance > 0.0 ? flat_way / distance : vec2(1.0, 0.0);
+    Walker w = walker_at(triangle, weights.x, weights.y, heading, distance);
+    walk(w, params.attempts, BORDER_REFLECTS);
+    vec2 uv = walker_uv(w);
+    return packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y));
+}
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.thread_count) return;
+    DistanceJob job = jobs[job_of(i, params.job_count)];
+    if (i - job.first_thread >= job.sample_count) return;
+    uint sample_index = job.first_sample + (i - job.first_thread);
+    uint texel = samples[sample_index].texel;
+    uint triangle = nearest[texel];
+    bool covered = triangle != NONE && distances[texel] < params.threshold;
+    across[texel] = covered ? place_across(samples[sample_index].position, owners[sample_index], triangle) : NONE;
+}

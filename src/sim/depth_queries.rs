@@ -1,0 +1,44 @@
+//! Depths of distances on the GPU, by the code that `distance_raster` uses.
+
+use std::sync::Arc;
+
+use super::kernels::{DepthQueries, DepthQueriesArgs, DepthQueriesConstants, DepthQueriesParams};
+use crate::error::Result;
+use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Threads};
+use crate::scene::settings::DepthMapping;
+
+/// The depth of each distance, where distances are told up to `reach`.
+///
+/// # Errors
+/// When the device fails or has too little memory.
+pub fn depth_queries(
+    ctx: &Arc<Context>,
+    mapping: DepthMapping,
+    reach: f32,
+    distances: &[f32],
+) -> Result<Vec<f32>> {
+    let constants = DepthQueriesConstants {
+        depth: mapping as u32,
+    };
+    let pipeline = Pipeline::<DepthQueries>::new(ctx, &constants)?;
+    let asked = Buffer::from_slice(ctx, "distances", distances)?;
+    let depths = Buffer::<f32>::zeroed(ctx, "depths", distances.len())?;
+    let mut frames = Frames::new(ctx, 1)?;
+    let mut rec = frames.begin()?;
+    rec.dispatch(
+        &pipeline,
+        Threads::of(distances.len()),
+        DepthQueriesArgs {
+            distances: &asked,
+            depths: &depths,
+        },
+        DepthQueriesParams {
+            query_count: distances.len() as u32,
+            reach,
+        },
+    );
+    rec.barrier(Access::Kernel, Access::Copy, &[&depths]);
+    frames.submit(rec)?;
+    frames.wait_idle()?;
+    Ok(ctx.download(&depths)?)
+}

@@ -1,0 +1,187 @@
+//! The part of a step that takes distances between objects, where something has moved.
+
+use super::super::draws::DistanceRasterArgs;
+use super::super::kernels::{
+    DistanceArgs, DistanceBruteArgs, DistanceMergeArgs, DistanceMergeParams, DistanceTilesArgs,
+    ExchangeSeamsArgs, UnfoldArgs,
+};
+use super::super::params::StepParams;
+use super::super::state::{Kernels, State};
+use crate::gpu::{
+    Access::{Copy, Kernel},
+    Recorder, Threads,
+};
+use crate::scene::settings::DistanceMethod;
+
+/// Where nothing has moved there are no jobs, and nothing is recorded.
+pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let update = &params.distance_update;
+    if update.jobs.is_empty() {
+        return;
+    }
+    rec.update_long(&s.distance_jobs, &update.jobs);
+    rec.update_long(&s.distance_pairs, &update.pairs);
+    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
+    match params.distance_method {
+        DistanceMethod::Bvh => {
+            rec.dispatch(
+                &k.distance_tiles,
+                Threads(params.distance_tiles.tile_count),
+                DistanceTilesArgs {
+                    jobs: &s.distance_jobs,
+                    pairs: &s.distance_pairs,
+                    tiles: &s.tiles,
+                    faces: &s.faces,
+                    pseudonormals: &s.pseudonormals,
+                    corners: &s.corners,
+                    hints: &s.hints,
+                    nodes: &s.nodes,
+                    dipoles: &s.dipoles,
+                },
+                params.distance_tiles,
+            );
+            // Texels search no farther than the face is that their tile has found.
+            rec.barrier(Kernel, Kernel, &[&s.hints]);
+            rec.dispatch(
+                &k.distance,
+                Threads(update.thread_count),
+                DistanceArgs {
+                    jobs: &s.distance_jobs,
+                    pairs: &s.distance_pairs,
+                    samples: &s.samples,
+                    faces: &s.faces,
+                    pseudonormals: &s.pseudonormals,
+                    corners: &s.corners,
+                    distances: &s.distances,
+                    nearest: &s.nearest,
+                    nodes: &s.nodes,
+                    dipoles: &s.dipoles,
+                    hints: &s.hints,
+                },
+                params.distance,
+            );
+            // The next update writes other hints.
+            rec.barrier(Kernel, Kernel, &[&s.hints]);
+        }
+        DistanceMethod::Brute => rec.dispatch(
+            &k.distance_brute,
+            Threads(update.thread_count),
+            DistanceBruteArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+                nodes: &s.nodes,
+                dipoles: &s.dipoles,
+            },
+            params.distance_brute,
+        ),
+        DistanceMethod::Raster => distance_raster(rec, k, s, params),
+    }
+    // Gutter texels are filled from those that were written; the next update writes other jobs.
+    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
+    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.dispatch(
+        &k.exchange_seams,
+        Threads(params.exchange_seams.seam_count),
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &s.distances,
+        },
+        params.exchange_seams,
+    );
+    // What follows reads distances.
+    rec.barrier(Kernel, Kernel, &[&s.distances]);
+    if params.sees_across {
+        unfold(rec, k, s, params);
+    }
+}
+
+fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    rec.dispatch(
+        &k.unfold,
+        Threads(params.unfold.thread_count),
+        UnfoldArgs {
+            jobs: &s.distance_jobs,
+            samples: &s.samples,
+            owners: &s.owners,
+            distances: &s.distances,
+            nearest: &s.nearest,
+            triangles: &s.triangles,
+            halfedges: &s.halfedges,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses,
+            atlas_maps: &s.atlas_maps,
+            across: &s.across,
+        },
+        params.unfold,
+    );
+    // Sensors look there; the next update writes other jobs, and distances anew.
+    rec.barrier(Kernel, Kernel, &[&s.across, &s.distances, &s.nearest]);
+    rec.barrier(Kernel, Copy, &[&s.distance_jobs]);
+}
+
+/// In each round every job has one of its pairs: what is nearest on the other object is drawn, and counts if it is less
+/// far than those of the rounds before.
+fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let update = &params.distance_update;
+    let (Some(raster), Some(pipeline)) = (&s.raster, &k.distance_raster) else {
+        unreachable!("both are there while the method is");
+    };
+    for round in 0..update.rounds() {
+        let draws = raster
+            .ranges
+            .draws(update, round, params.distance_merge.reach);
+        if !draws.is_empty() {
+            rec.pass_as_kernel("distance_raster", &raster.targets(), |pass| {
+                for draw in &draws {
+                    pass.draw(
+                        pipeline,
+                        draw.vertices,
+                        draw.instances,
+                        DistanceRasterArgs {
+                            outlines: &raster.outlines,
+                            bounds: &raster.bounds,
+                            slots: &raster.slots,
+                            nodes: &s.nodes,
+                            places: &raster.places,
+                            faces: &s.faces,
+                        },
+                        draw.params,
+                    );
+                }
+            });
+            rec.copy_image(&raster.target, &raster.winners);
+            rec.barrier(Copy, Kernel, &[&raster.winners]);
+        }
+        rec.dispatch(
+            &k.distance_merge,
+            Threads(update.thread_count),
+            DistanceMergeArgs {
+                jobs: &s.distance_jobs,
+                pairs: &s.distance_pairs,
+                samples: &s.samples,
+                faces: &s.faces,
+                pseudonormals: &s.pseudonormals,
+                corners: &s.corners,
+                distances: &s.distances,
+                nearest: &s.nearest,
+                nodes: &s.nodes,
+                dipoles: &s.dipoles,
+                winners: &raster.winners,
+            },
+            DistanceMergeParams {
+                round,
+                ..params.distance_merge
+            },
+        );
+        // The next round draws others, and compares them with these.
+        rec.barrier(Kernel, Copy, &[&raster.winners]);
+        rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
+    }
+}

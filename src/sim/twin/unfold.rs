@@ -1,0 +1,110 @@
+//! Twin of `shaders/unfold.comp`.
+
+use glam::{Vec2, Vec3};
+
+use super::distance::job_of;
+use super::trail::{atlas_position, packed_position};
+use super::transfer::{Ground, nearest_weights};
+use super::walk::walk;
+use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
+use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
+use crate::sim::types::{DistanceJob, SurfaceSample, Walker};
+
+/// Planes that meet at a smaller sine than this meet far away, or nowhere.
+const LEAST_SINE: f32 = 0.02;
+
+/// What `unfold` reads.
+#[derive(Clone, Copy)]
+pub struct UnfoldInputs<'a> {
+    /// Objects whose distances were taken.
+    pub jobs: &'a [DistanceJob],
+    /// Surface points under texels.
+    pub samples: &'a [SurfaceSample],
+    /// The triangle of each.
+    pub owners: &'a [u32],
+    /// Signed distance to other objects.
+    pub distances: &'a [f32],
+    /// The nearest triangle of another object.
+    pub nearest: &'a [u32],
+    /// Crossings.
+    pub halfedges: &'a [HalfEdge],
+    /// The surface and where its objects stand.
+    pub ground: Ground<'a>,
+    /// Triangle to atlas.
+    pub atlas_maps: &'a [AtlasMap],
+}
+
+/// Tells for covered texels where on the other object walks go on.
+pub fn unfold(
+    constants: &UnfoldConstants,
+    params: &UnfoldParams,
+    inputs: &UnfoldInputs,
+    across: &mut [u32],
+) {
+    for i in 0..params.thread_count {
+        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
+        if i - job.first_thread >= job.sample_count {
+            continue;
+        }
+        let sample = (job.first_sample + (i - job.first_thread)) as usize;
+        let SurfaceSample { position, texel } = inputs.samples[sample];
+        let triangle = inputs.nearest[texel as usize];
+        let covered = triangle != NONE && inputs.distances[texel as usize] < params.threshold;
+        across[texel as usize] = if covered {
+            let own_triangle = inputs.owners[sample];
+            place_across(constants, params, inputs, position, own_triangle, triangle)
+        } else {
+            NONE
+        };
+    }
+}
+
+fn place_across(
+    constants: &UnfoldConstants,
+    params: &UnfoldParams,
+    inputs: &UnfoldInputs,
+    position: Vec3,
+    own_triangle: u32,
+    triangle: u32,
+) -> u32 {
+    let ground = &inputs.ground;
+    let shape = &ground.triangles[triangle as usize];
+    let own = ground.triangles[own_triangle as usize].object;
+    let frame = ground.frame(triangle);
+    let place = ground.place_in(shape.object, ground.place_of(own, position)) - frame.origin;
+    let own_normal = ground.direction_of(own, ground.frame(own_triangle).normal);
+    let own_normal = ground.direction_in(shape.object, own_normal);
+    let cosine = own_normal.dot(frame.normal);
+    let sine = own_normal.cross(frame.normal).length();
+    let depth = (-place.dot(frame.normal)).max(0.0);
+    if sine < LEAST_SINE || depth > params.farthest * sine {
+        return NONE;
+    }
+    let behind = depth / sine;
+    let to_line = (behind / sine) * (frame.normal - cosine * own_normal);
+    let up = (own_normal - cosine * frame.normal) / sine;
+    let [u, v] = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
+    let way = to_line + behind * up;
+    let flat_way = Vec2::new(way.dot(frame.p), way.dot(frame.h));
+    let distance = flat_way.length();
+    let heading = if distance > 0.0 {
+        flat_way / distance
+    } else {
+        Vec2::X
+    };
+    let mut w = Walker::at(triangle, u, v, heading.to_array(), distance);
+    let reflects = constants.border_reflects;
+    walk::<false>(
+        ground.triangles,
+        inputs.halfedges,
+        &mut w,
+        params.attempts,
+        reflects,
+    );
+    let [u, v] = w.uv();
+    packed_position(atlas_position(
+        &inputs.atlas_maps[w.triangle as usize],
+        u,
+        v,
+    ))
+}

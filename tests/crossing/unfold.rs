@@ -1,0 +1,154 @@
+//! What sensors see on another object: the kernel against its twin, and against folds that can be worked out.
+
+use glam::{DAffine3, DQuat, DVec3};
+use myxo::mesh::surface::NONE;
+use myxo::scene::settings::Strategy;
+use myxo::sim::twin::trail::unpacked_position;
+use myxo::sim::{Setup, Simulation, twin};
+
+use crate::common::gpu;
+use crate::scene;
+
+#[test]
+fn unfold_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [
+        ("torus?major=12&minor=8", [0.0; 3]),
+        ("icosphere?subdivisions=2", [0.5, 0.3, 0.1]),
+        ("plane?columns=4&rows=3", [0.1, -0.1, 0.0]),
+    ];
+    for threshold in [0.0, 0.05] {
+        let scene = scene(&meshes, |s| {
+            s.physarum.sensor_offset = 0.15;
+            s.transfer.threshold = threshold;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        gpu.run(|rec| simulation.record_step(rec));
+        let kernel = gpu.ctx.download(&simulation.state().across).unwrap();
+        let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
+        twin.step();
+        let (mut told, mut others) = (0, 0);
+        for (&a, &b) in kernel.iter().zip(twin.across()) {
+            if a == NONE && b == NONE {
+                continue;
+            }
+            told += 1;
+            let [a_place, b_place] = [a, b].map(unpacked_position);
+            let off = (a_place[0] - b_place[0]).abs() + (a_place[1] - b_place[1]).abs();
+            // Rounding may take a place to the other side of a seam, or of what counts.
+            others += u32::from((a == NONE) != (b == NONE) || off > 0.51);
+        }
+        assert!(
+            told > 200 && others * 100 <= told,
+            "{others} of {told} differ"
+        );
+    }
+    gpu.finish();
+}
+
+/// The place in the world of the texel that holds an atlas position.
+fn place_at(setup: &Setup, poses: &[DAffine3], [x, y]: [f32; 2]) -> Option<(usize, DVec3)> {
+    let texel = y as u32 * setup.atlas.pitch + x as u32;
+    place_of(setup, poses, texel)
+}
+
+fn place_of(setup: &Setup, poses: &[DAffine3], texel: u32) -> Option<(usize, DVec3)> {
+    let (triangle, u, v) = setup.atlas.surface_point_of(texel)?;
+    let surface = &setup.surface;
+    let corners = surface.corners[triangle as usize];
+    let [a, b, c] = corners.map(|corner| surface.positions[corner as usize].as_dvec3());
+    let object = surface.triangles[triangle as usize].object as usize;
+    let place = a + f64::from(u) * (b - a) + f64::from(v) * (c - a);
+    Some((object, poses[object].transform_point3(place)))
+}
+
+/// Two squares that cross at an angle: what lies behind the line on one is seen as far above it on the other, on the
+/// side that the first one's normal points to.
+#[test]
+fn what_lies_behind_the_line_is_seen_beyond_it() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [
+        ("plane?columns=3&rows=2", [0.0; 3]),
+        ("plane?columns=5&rows=7", [0.0; 3]),
+    ];
+    let scene = scene(&meshes, |s| {
+        s.physarum.sensor_offset = 0.3;
+        s.distance.reach = 1.0;
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let anywhere = DAffine3::from_rotation_translation(
+        DQuat::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 2.2),
+        DVec3::new(0.1, -0.2, 0.3),
+    );
+    for angle in [30.0_f64, 60.0, 90.0, 120.0] {
+        let turn = DQuat::from_axis_angle(DVec3::new(0.8, 0.0, -0.6), angle.to_radians());
+        let poses = [anywhere, anywhere * DAffine3::from_quat(turn)];
+        for (object, pose) in poses.into_iter().enumerate() {
+            simulation.set_pose(object, Some(pose)).unwrap();
+        }
+        gpu.run(|rec| simulation.record_step(rec));
+        let across = gpu.ctx.download(&simulation.state().across).unwrap();
+        let setup = simulation.setup();
+        let line = anywhere.matrix3 * DVec3::new(0.8, 0.0, -0.6);
+        let normals = poses.map(|pose| pose.matrix3 * DVec3::Y);
+        let texel_size = 2.0 * (2.0 / across.len() as f64).sqrt();
+        let (mut seen, mut above) = (0, 0);
+        for (texel, &word) in across.iter().enumerate() {
+            let Some((own, place)) = place_of(setup, &poses, texel as u32) else {
+                assert_eq!(word, NONE, "a gutter texel");
+                continue;
+            };
+            let other = 1 - own;
+            let from_line = place - anywhere.translation;
+            if from_line.dot(normals[other]) > 1e-3 {
+                assert_eq!(word, NONE, "nothing covers it");
+                above += 1;
+                continue;
+            }
+            if word == NONE {
+                continue;
+            }
+            let foot = from_line.dot(line) * line;
+            let behind = (from_line - foot).length();
+            let up = normals[other].cross(line);
+            let up = up * up.dot(normals[own]).signum();
+            let expected = anywhere.translation + foot + behind * up;
+            let Some((object, found)) = place_at(setup, &poses, unpacked_position(word)) else {
+                continue;
+            };
+            assert_eq!(object, other);
+            let off = found.distance(expected);
+            let inside = anywhere.inverse().transform_point3(expected).abs();
+            // Beyond the border of the other square walks come back.
+            if inside.max_element() < 0.9 {
+                seen += 1;
+                assert!(
+                    off < 2.0 * texel_size,
+                    "{angle} degrees: {off} of {texel_size}"
+                );
+            }
+        }
+        assert!(
+            seen > 100 && above > 1000,
+            "{angle} degrees: {seen}, {above}"
+        );
+    }
+    gpu.finish();
+}
+
+/// Sensors see other objects where particles change to them, and only there.
+#[test]
+fn only_who_can_change_sees_across() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [("cube", [0.0; 3]), ("cube", [1.0, 0.3, 0.2])];
+    for &strategy in Strategy::ALL {
+        let scene = scene(&meshes, |s| s.transfer.strategy = strategy);
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        gpu.run(|rec| simulation.record_step(rec));
+        let across = gpu.ctx.download(&simulation.state().across).unwrap();
+        let sees = across.iter().any(|&word| word != NONE);
+        let changes = !matches!(strategy, Strategy::None | Strategy::Respawn);
+        assert_eq!(sees, changes, "{strategy:?}");
+    }
+    gpu.finish();
+}
