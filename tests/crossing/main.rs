@@ -233,7 +233,7 @@ fn transfer_out_agrees_with_its_twin() {
         };
         let (kernel, flux, kernel_crossed) = case.by_kernel(&gpu);
         let (twin, twin_flux, twin_crossed) = case.by_twin();
-        assert_eq!(flux.iter().sum::<u32>(), count as u32 - carried);
+        assert_eq!(flux.iter().sum::<u32>(), count - carried);
         let mut elsewhere = 0;
         for (a, b) in kernel.iter().zip(&twin) {
             let whole = |t: &Transfer| (t.particle, t.source, t.target);
@@ -252,9 +252,9 @@ fn transfer_out_agrees_with_its_twin() {
         }
         assert!(elsewhere * 100 <= count, "{elsewhere} of {count}");
         assert_eq!(flux, twin_flux);
-        assert!(kernel_crossed.abs_diff(twin_crossed) * 100 <= count as u32);
+        assert!(kernel_crossed.abs_diff(twin_crossed) * 100 <= count);
         crossed += kernel_crossed;
-        all += count as u32 - carried;
+        all += count - carried;
     }
     // Both ways out of the kernel were taken.
     assert!(

@@ -63,7 +63,7 @@ impl Geodesic {
                 walk_queries(ctx, surface, queries, BorderRule::Stop)
             })
         };
-        sink.write(&answer(&mesh, &table, &on_device)?.told())?;
+        sink.write(answer(&mesh, &table, &on_device)?.told())?;
         Ok(Outcome::Done)
     }
 }

@@ -109,7 +109,7 @@ impl Transfer {
                 transfer_queries(ctx, surface, poses, self.sign.into(), queries)
             })
         };
-        sink.write(&question.answer(&table, &on_device)?.told())?;
+        sink.write(question.answer(&table, &on_device)?.told())?;
         Ok(Outcome::Done)
     }
 }
