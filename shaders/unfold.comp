@@ -1,5 +1,5 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
-// Reads   jobs, samples, owners, distances, nearest, triangles, halfedges, corners, vertices, poses, atlas_maps.
+// Reads   jobs, pairs, samples, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
 // Writes  across: owned texels of the objects that have a job.
 // One invocation a sample of a job; jobs begin at multiples of the group size.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
@@ -23,6 +23,7 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Pairs { ObjectPair pairs[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Samples { SurfaceSample samples[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Owners { uint owners[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Distances { float distances[]; };
@@ -31,27 +32,26 @@ layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
 layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 9) readonly buffer Poses { Pose poses[]; };
 layout(std430, set = 0, binding = 10) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
 
 const bool WALK_CARRIES = false;
 #include "jobs.glsl"
+#include "distance.glsl"
 #include "walk.glsl"
-#include "transfer.glsl"
+#include "frame.glsl"
 #include "across.glsl"
 
 // Planes that meet at a smaller sine than this meet far away, or nowhere.
 const float LEAST_SINE = 0.02;
 
-uint place_across(vec3 position, uint own_triangle, uint triangle) {
+// Objects stand to each other as they did when their distances were taken.
+uint place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triangle) {
     uvec4 shape = texelFetch(triangles, int(triangle));
-    Pose own = poses[texelFetch(triangles, int(own_triangle)).w];
-    Pose other = poses[shape.w];
-    vec3 world = turned_to_world(own, position) + translation_of(own);
     Frame frame = frame_of(triangle);
-    vec3 place = turned_to_object(other, world - translation_of(other)) - frame.origin;
-    vec3 own_normal = turned_to_object(other, turned_to_world(own, frame_of(own_triangle).normal));
+    vec3 place = place_in_other(pair, position) - frame.origin;
+    vec3 normal = frame_of(own_triangle).normal;
+    vec3 own_normal = vec3(dot(pair.x.xyz, normal), dot(pair.y.xyz, normal), dot(pair.z.xyz, normal));
     float cosine = dot(own_normal, frame.normal);
     float sine = length(cross(own_normal, frame.normal));
     // Over the plane there is no line behind: such a place is covered from afar.
@@ -82,6 +82,12 @@ void main() {
     uint sample_index = job.first_sample + (i - job.first_thread);
     uint texel = samples[sample_index].texel;
     uint triangle = nearest[texel];
-    bool covered = triangle != NONE && distances[texel] < params.threshold;
-    across[texel] = covered ? place_across(samples[sample_index].position, owners[sample_index], triangle) : NONE;
+    uint place = NONE;
+    if (triangle != NONE && distances[texel] < params.threshold) {
+        // The other object that the triangle belongs to.
+        uint p = job.first_pair;
+        while (triangle - pairs[p].first_face >= pairs[p].face_count) p++;
+        place = place_across(pairs[p], samples[sample_index].position, owners[sample_index], triangle);
+    }
+    across[texel] = place;
 }

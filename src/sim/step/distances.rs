@@ -107,6 +107,7 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         Threads(params.unfold.thread_count),
         UnfoldArgs {
             jobs: &s.distance_jobs,
+            pairs: &s.distance_pairs,
             samples: &s.samples,
             owners: &s.owners,
             distances: &s.distances,
@@ -115,7 +116,6 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             halfedges: &s.halfedges,
             corners: &s.corners,
             vertices: &s.vertices,
-            poses: &s.poses,
             atlas_maps: &s.atlas_maps,
             across: &s.across,
         },
@@ -123,7 +123,7 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     );
     // Sensors look there; the next update writes other jobs, and distances anew.
     rec.barrier(Kernel, Kernel, &[&s.across, &s.distances, &s.nearest]);
-    rec.barrier(Kernel, Copy, &[&s.distance_jobs]);
+    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
 }
 
 /// In each round every job has one of its pairs: what is nearest on the other object is drawn, and counts if it is less

@@ -244,6 +244,7 @@ impl Simulation {
         if params.sees_across {
             let inputs = UnfoldInputs {
                 jobs: &params.distance_update.jobs,
+                pairs: &params.distance_update.pairs,
                 samples: &self.setup.distance.samples,
                 owners: &self.setup.distance.owners,
                 distances: &self.distances,

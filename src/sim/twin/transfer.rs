@@ -135,17 +135,6 @@ impl Ground<'_> {
         turned_to_object(pose, position - translation_of(pose))
     }
 
-    /// A place of an object's space in the world.
-    pub(super) fn place_of(&self, object: u32, position: Vec3) -> Vec3 {
-        let pose = &self.poses[object as usize];
-        turned_to_world(pose, position) + translation_of(pose)
-    }
-
-    /// A direction of an object's space in the world.
-    pub(super) fn direction_of(&self, object: u32, direction: Vec3) -> Vec3 {
-        turned_to_world(&self.poses[object as usize], direction)
-    }
-
     /// A direction of the world in an object's space.
     pub(super) fn direction_in(&self, object: u32, direction: Vec3) -> Vec3 {
         turned_to_object(&self.poses[object as usize], direction)

@@ -2,13 +2,13 @@
 
 use glam::{Vec2, Vec3};
 
-use super::distance::job_of;
+use super::distance::{job_of, place_in_other};
 use super::trail::{atlas_position, packed_position};
 use super::transfer::{Ground, nearest_weights};
 use super::walk::walk;
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
-use crate::sim::types::{DistanceJob, SurfaceSample, Walker};
+use crate::sim::types::{DistanceJob, ObjectPair, SurfaceSample, Walker};
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
 const LEAST_SINE: f32 = 0.02;
@@ -18,6 +18,8 @@ const LEAST_SINE: f32 = 0.02;
 pub struct UnfoldInputs<'a> {
     /// Objects whose distances were taken.
     pub jobs: &'a [DistanceJob],
+    /// Which other objects each of them has within reach.
+    pub pairs: &'a [ObjectPair],
     /// Surface points under texels.
     pub samples: &'a [SurfaceSample],
     /// The triangle of each.
@@ -28,7 +30,7 @@ pub struct UnfoldInputs<'a> {
     pub nearest: &'a [u32],
     /// Crossings.
     pub halfedges: &'a [HalfEdge],
-    /// The surface and where its objects stand.
+    /// The surface; poses do not matter.
     pub ground: Ground<'a>,
     /// Triangle to atlas.
     pub atlas_maps: &'a [AtlasMap],
@@ -51,8 +53,21 @@ pub fn unfold(
         let triangle = inputs.nearest[texel as usize];
         let covered = triangle != NONE && inputs.distances[texel as usize] < params.threshold;
         across[texel as usize] = if covered {
+            let (first, count) = (job.first_pair as usize, job.pair_count as usize);
+            let pair = inputs.pairs[first..first + count]
+                .iter()
+                .find(|pair| triangle.wrapping_sub(pair.first_face) < pair.face_count)
+                .expect("it is a triangle of one of them");
             let own_triangle = inputs.owners[sample];
-            place_across(constants, params, inputs, position, own_triangle, triangle)
+            place_across(
+                constants,
+                params,
+                inputs,
+                pair,
+                position,
+                own_triangle,
+                triangle,
+            )
         } else {
             NONE
         };
@@ -63,17 +78,17 @@ fn place_across(
     constants: &UnfoldConstants,
     params: &UnfoldParams,
     inputs: &UnfoldInputs,
+    pair: &ObjectPair,
     position: Vec3,
     own_triangle: u32,
     triangle: u32,
 ) -> u32 {
     let ground = &inputs.ground;
     let shape = &ground.triangles[triangle as usize];
-    let own = ground.triangles[own_triangle as usize].object;
     let frame = ground.frame(triangle);
-    let place = ground.place_in(shape.object, ground.place_of(own, position)) - frame.origin;
-    let own_normal = ground.direction_of(own, ground.frame(own_triangle).normal);
-    let own_normal = ground.direction_in(shape.object, own_normal);
+    let place = place_in_other(pair, position) - frame.origin;
+    let normal = ground.frame(own_triangle).normal;
+    let own_normal = Vec3::from([pair.x, pair.y, pair.z].map(|row| row.truncate().dot(normal)));
     let cosine = own_normal.dot(frame.normal);
     let sine = own_normal.cross(frame.normal).length();
     let depth = (-place.dot(frame.normal)).max(0.0);
