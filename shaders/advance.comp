@@ -144,7 +144,7 @@ float sense(Walker start, vec2 heading) {
     vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
     if (ACROSS) {
         uint beyond = across[texel_at(position, params.pitch)];
-        position = beyond == NONE ? position : unpacked_position(beyond);
+        position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
     }
     precise float value = trail_at(position, params.pitch);
     if (FAVOURITE_DENSITY && own_favourite_density > 0.0) {

@@ -53,5 +53,7 @@ void main() {
     bool beyond = u + v > 1.0;
     float angle = 6.28318530718 * unit_float(words.w);
     particles[slot] = Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id);
-    motions[slot] = Motion(cos(angle), sin(angle), 0.0, motions[slot].flags & ~IN_FLIGHT);
+    // Devices may be a little off in both.
+    vec2 heading = normalize(vec2(cos(angle), sin(angle)));
+    motions[slot] = Motion(heading.x, heading.y, 0.0, motions[slot].flags & ~IN_FLIGHT);
 }

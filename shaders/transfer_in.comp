@@ -44,5 +44,5 @@ void main() {
     particles[transfer.particle] =
         Particle(transfer.triangle, landing.u, landing.v, particles[transfer.particle].id);
     motions[transfer.particle] =
-        Motion(landing.heading_p, landing.heading_h, motion.pending, motion.flags & ~IN_FLIGHT);
+        Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~IN_FLIGHT);
 }

@@ -125,6 +125,7 @@ void main() {
     uint triangle = near == NONE ? particle.triangle : near;
     uint target = texelFetch(triangles, int(triangle)).w;
     Flight flight = flight_of(particle, motion);
+    float left = 0.0;
     if (near != NONE) {
         float speed = OWN_PHYSARUM ? physarums[source].speed : params.speed;
         float rest;
@@ -132,6 +133,7 @@ void main() {
         if (meeting.slot != NONE) {
             Walker w = walker_on_target(meeting, source, rest);
             triangle = w.triangle;
+            left = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
             atomicAdd(flow[0].crossed, 1u);
             flight = flight_of_walker(w);
         } else {
@@ -139,6 +141,6 @@ void main() {
             triangle = triangle_of(face);
         }
     }
-    departing[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, 0u, 0u, 0u);
+    departing[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, left, 0u, 0u);
     atomicAdd(flux[source * params.object_count + target], 1u);
 }

@@ -17,6 +17,7 @@ layout(constant_id = 0) const bool BORDER_REFLECTS = true;
 layout(push_constant) uniform Params {
     uint thread_count;
     uint job_count;
+    uint pitch;       // texels from one atlas row to the next
     uint attempts;    // edge crossings that one walk may make
     float threshold;  // world length of signed distance below which a place is covered
     float farthest;   // world length behind the line up to which places are told
@@ -71,7 +72,7 @@ uint place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triang
     Walker w = walker_at(triangle, weights.x, weights.y, heading, distance);
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
-    return packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y));
+    return packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch);
 }
 
 void main() {

@@ -61,3 +61,19 @@ fn drawing_distances_takes_memory() {
         (tables + targets) as u64
     );
 }
+
+/// Room for those who are under way counts.
+#[test]
+fn lists_of_transfers_take_memory() {
+    let mut settings = common::scene("builtin:cube", |s| s.atlas.size = 131).settings;
+    settings.objects.push(settings.objects[0].clone());
+    settings.objects[1].position = [1.0, 0.0, 0.0];
+    settings.particles.count = 5000;
+    let scene = Scene::from_settings("test".to_owned(), settings.clone(), ".".into()).unwrap();
+    let setup = Setup::new(&scene).unwrap();
+    let mut size = |buffer_size: u32| {
+        settings.transfer.buffer_size = buffer_size;
+        memory::size_in_bytes(&setup, &settings)
+    };
+    assert_eq!(size(3000) - size(1000), 2000 * 2 * (64 + 4));
+}

@@ -1,4 +1,5 @@
-// across: atlas positions on other objects, packed into a word: quarters of a texel, 16 bits for each of X and Y.
+// across: atlas positions on other objects, packed into a word, 16 bits for each of X and Y: quarters of a texel, or halves
+// where there are so many that quarters do not fit.
 // Twin of src/sim/twin/trail.rs.
 
 #ifndef MYXO_ACROSS
@@ -6,13 +7,18 @@
 
 #include "atlas.glsl"
 
-uint packed_position(vec2 position) {
-    return uint(position.x * 4.0) | uint(position.y * 4.0) << 16u;
+float parts_of_texel(uint pitch) {
+    return pitch > 16384u ? 2.0 : 4.0;
 }
 
-// The middle of that quarter.
-vec2 unpacked_position(uint word) {
-    return (vec2(float(word & 0xffffu), float(word >> 16u)) + 0.5) * 0.25;
+uint packed_position(vec2 position, uint pitch) {
+    float parts = parts_of_texel(pitch);
+    return uint(position.x * parts) | uint(position.y * parts) << 16u;
+}
+
+// The middle of that part.
+vec2 unpacked_position(uint word, uint pitch) {
+    return (vec2(float(word & 0xffffu), float(word >> 16u)) + 0.5) / parts_of_texel(pitch);
 }
 
 #endif

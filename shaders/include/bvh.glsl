@@ -26,6 +26,9 @@ const float UNLIMITED = 1.0e18;
 // What rounding may make of a length in a tree, by its largest coordinate.
 const float ROUNDING = 1.0e-6;
 
+// What rounding may make of a length itself: squares of it must not fall short of the distance that it was.
+const float LENGTH_ROUNDING = 1.000001;
+
 float box_square(vec3 place, vec3 low, vec3 high) {
     precise vec3 way = max(max(low - place, place - high), vec3(0.0));
     return dot_of(way, way);
@@ -44,7 +47,7 @@ float slack_of_tree(uint root) {
 
 // The square up to which boxes may hold a face that is nearer than a distance.
 float limit_of(float distance, float slack) {
-    precise float most = distance + slack;
+    precise float most = distance * LENGTH_ROUNDING + slack;
     precise float square = most * most;
     return min(square, FAR);
 }

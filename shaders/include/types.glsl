@@ -18,7 +18,7 @@ struct Transfer {
     vec3 position; uint particle;
     vec3 heading; uint source;
     vec3 normal; uint target;
-    uint triangle; uint pad0; uint pad1; uint pad2;
+    uint triangle; float rest; uint pad0; uint pad1;
 };
 struct Flow {
     uint wanted; uint passing; uint leaving; uint carried;

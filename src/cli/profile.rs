@@ -63,6 +63,15 @@ impl Profile {
             console::message("the validation layers are on: these times are not worth comparing");
         }
 
+        let has_turns = session.simulation.settings().strategy().has_turns();
+        if has_turns && kernel.is_some_and(|kernel| KERNELS[kernel].0 == "advance") {
+            return Err(Error::Invalid(
+                "`advance` cannot be measured alone where objects have turns, because each particle advances once a step: \
+                 add --set transfer.strategy=direct"
+                    .to_owned(),
+            ));
+        }
+
         let warm = repeat(self.warmup, || session.step())?;
         let measured = |session: &mut Session| {
             session.begin_measuring(self.steps as usize, self.trace.is_some())

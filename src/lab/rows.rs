@@ -71,7 +71,7 @@ fn editor<T>(ui: &mut Ui, parameter: &Parameter<T>, value: &mut T) -> bool {
             let before = (own.get)(value);
             let mut has = before.is_some();
             let (low, high) = own.slider;
-            let mut now = before.unwrap_or(low);
+            let mut now = before.unwrap_or(0.5 * (low + high));
             ui.checkbox(&mut has, "of its own")
                 .on_hover_text("Otherwise the scene's value holds here too.");
             if has {

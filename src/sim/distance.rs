@@ -209,6 +209,10 @@ pub struct DistanceRules {
     pub threshold: f32,
     /// A world length: how far behind a crossing places are told.
     pub farthest: f32,
+    /// Are they told at all?
+    pub sees_across: bool,
+    /// Edge crossings of a walk, and whether it comes back from open borders.
+    pub walk: (u32, bool),
 }
 
 impl DistancePlanner {

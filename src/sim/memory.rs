@@ -4,9 +4,10 @@
 use super::distance::DistanceSetup;
 use super::raster::Raster;
 use super::setup::Setup;
+use super::transfers::capacity;
 use super::types::{
     AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, Motion, ObjectPair, Particle,
-    Physarum, Pose, Seam, Triangle, Vertex,
+    Physarum, Pose, Seam, Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
@@ -30,11 +31,22 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (size_of::<Pose>() + size_of::<Physarum>()) as u64
         + distance_bytes(setup)
+        + transfer_bytes(setup, settings)
         + if settings.uses_raster() {
             Raster::size_in_bytes(setup)
         } else {
             0
         }
+}
+
+/// What the lists of particles under way take; next to nothing for a single object.
+fn transfer_bytes(setup: &Setup, settings: &Settings) -> u64 {
+    if setup.poses.len() < 2 {
+        return 0;
+    }
+    // Two lists of transfers, and two of indices.
+    let entry = 2 * (size_of::<Transfer>() + size_of::<u32>()) as u64;
+    u64::from(capacity(settings, setup, 0)) * entry
 }
 
 /// What distances between objects take.

@@ -3,7 +3,7 @@
 //! The host computes poses in double precision and sends them along with the step's own commands, so a step that waits
 //! for its turn keeps the poses that it was recorded with, and nobody waits for anybody.
 
-use glam::{Affine3A, DAffine3, DMat3};
+use glam::{Affine3A, DAffine3, DMat3, DQuat};
 
 use super::types::Pose;
 use crate::error::{Error, Result};
@@ -81,7 +81,11 @@ impl Movement {
                 Error::Invalid(format!("the pose of object {object} {problem}"))
             })?;
         }
-        *outside = world_from_object;
+        // Kernels take rotations back by the transpose.
+        *outside = world_from_object.map(|pose| {
+            let rotation = DQuat::from_mat3(&pose.matrix3).normalize();
+            DAffine3::from_rotation_translation(rotation, pose.translation)
+        });
         Ok(())
     }
 

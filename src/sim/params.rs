@@ -183,6 +183,7 @@ impl StepParams {
             unfold: UnfoldParams {
                 thread_count: 0,
                 job_count: 0,
+                pitch: atlas.pitch,
                 attempts: physarum.edge_crossing_attempts,
                 threshold: turn.advance.transfer_threshold,
                 // Sensors get no farther behind a crossing than they are away.
@@ -225,6 +226,11 @@ impl StepParams {
             sign: settings.distance.sign,
             threshold: self.unfold.threshold,
             farthest: self.unfold.farthest,
+            sees_across: self.sees_across,
+            walk: (
+                settings.physarum.edge_crossing_attempts,
+                settings.physarum.border == Border::Reflect,
+            ),
         };
         let is_due = step.is_multiple_of(u64::from(settings.distance.interval.max(1)));
         self.distance_update = planner.update(&setup.distance, poses, rules, is_due);

@@ -235,20 +235,24 @@ impl Simulation {
         }
         let rearranges = settings.strategy() != self.settings.strategy()
             || settings.transfer.buffer_size != self.settings.transfer.buffer_size;
+        // Whatever may fail comes first, so that a failure leaves all as it was.
+        let constants = StepConstants::new(settings);
+        let kernels = (constants != self.constants)
+            .then(|| Kernels::new(&self.ctx, &constants))
+            .transpose()?;
+        let raster = (settings.uses_raster() && self.state.raster.is_none())
+            .then(|| Raster::new(&self.ctx, &self.setup))
+            .transpose()?;
         if rearranges && settings.objects.len() > 1 {
             let snapshot = self.snapshot()?;
             self.upload_particles(&snapshot, settings)?;
         }
-        let constants = StepConstants::new(settings);
-        if constants != self.constants {
-            let kernels = Kernels::new(&self.ctx, &constants)?;
-            self.state.raster = match self.state.raster.take() {
-                _ if !settings.uses_raster() => None,
-                Some(raster) => Some(raster),
-                None => Some(Raster::new(&self.ctx, &self.setup)?),
-            };
+        if let Some(kernels) = kernels {
             self.kernels = kernels;
             self.constants = constants;
+        }
+        if raster.is_some() || !settings.uses_raster() {
+            self.state.raster = raster;
         }
         self.settings = settings.clone();
         // The last step's pose stays where it was; the next step comes by the new rate.
@@ -339,7 +343,8 @@ impl Simulation {
         self.step = snapshot.step;
         if let Some(movement) = movement {
             self.movement = movement;
-            self.movement.set_dt(self.settings.time.dt, self.step);
+            self.movement
+                .set_dt(self.settings.time.dt, self.last_step());
         }
         self.upload_poses()?;
         self.upload_particles(snapshot, &self.settings.clone())

@@ -94,12 +94,12 @@ pub struct Transfer {
     pub target: u32,
     /// The triangle of the target that it goes to.
     pub triangle: u32,
+    /// What of its way it could not walk there for want of attempts, world length; is pending once it has landed.
+    pub rest: f32,
     /// Unused.
     pub pad0: u32,
     /// Unused.
     pub pad1: u32,
-    /// Unused.
-    pub pad2: u32,
 }
 
 /// What the lists of transfers hold in the present object's turn, and what was counted so far.

@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 use myxo::mesh::surface::NONE;
-use myxo::scene::settings::Strategy;
+use myxo::scene::Scene;
+use myxo::scene::settings::{Settings, Strategy};
 use myxo::sim::twin::trail::unpacked_position;
 use myxo::sim::{Setup, Simulation, twin};
 
@@ -33,7 +34,8 @@ fn unfold_agrees_with_its_twin() {
                 continue;
             }
             told += 1;
-            let [a_place, b_place] = [a, b].map(unpacked_position);
+            let pitch = simulation.setup().atlas.pitch;
+            let [a_place, b_place] = [a, b].map(|word| unpacked_position(word, pitch));
             let off = (a_place[0] - b_place[0]).abs() + (a_place[1] - b_place[1]).abs();
             // Rounding may take a place to the other side of a seam, or of what counts.
             others += u32::from((a == NONE) != (b == NONE) || off > 0.51);
@@ -113,7 +115,9 @@ fn what_lies_behind_the_line_is_seen_beyond_it() {
             let up = normals[other].cross(line);
             let up = up * up.dot(normals[own]).signum();
             let expected = anywhere.translation + foot + behind * up;
-            let Some((object, found)) = place_at(setup, &poses, unpacked_position(word)) else {
+            let Some((object, found)) =
+                place_at(setup, &poses, unpacked_position(word, setup.atlas.pitch))
+            else {
                 continue;
             };
             assert_eq!(object, other);
@@ -149,6 +153,33 @@ fn only_who_can_change_sees_across() {
         let sees = across.iter().any(|&word| word != NONE);
         let changes = !matches!(strategy, Strategy::None | Strategy::Respawn);
         assert_eq!(sees, changes, "{strategy:?}");
+    }
+    gpu.finish();
+}
+
+/// Settings that say what is seen take effect though nothing has moved.
+#[test]
+fn what_is_seen_follows_changed_settings() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [("cube", [0.0; 3]), ("cube", [1.0, 0.3, 0.2])];
+    let scene = scene(&meshes, |s| s.physarum.sensor_offset = 0.05);
+    let seen = |settings: &Settings, before: Option<&Settings>| {
+        let first = before.unwrap_or(settings);
+        let scene = Scene::from_settings("test".to_owned(), first.clone(), ".".into()).unwrap();
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        gpu.run(|rec| simulation.record_step(rec));
+        simulation.apply(settings).unwrap();
+        gpu.run(|rec| simulation.record_step(rec));
+        gpu.ctx.download(&simulation.state().across).unwrap()
+    };
+    let fresh = seen(&scene.settings, None);
+    let mut others = vec![scene.settings.clone(); 3];
+    others[0].transfer.strategy = Strategy::None;
+    others[1].physarum.sensor_offset = 0.2;
+    others[2].transfer.threshold = -0.01;
+    for other in &others {
+        assert!(seen(&scene.settings, Some(other)) == fresh);
+        assert!(seen(other, None) != fresh);
     }
     gpu.finish();
 }

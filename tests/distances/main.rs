@@ -382,3 +382,31 @@ fn distance_to_is_a_list_of_names() {
         );
     }
 }
+
+/// A small object far within reach of a large one: rounding of the long way must not hide it.
+#[test]
+fn small_objects_are_found_from_afar() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene(
+        &[
+            ("builtin:icosphere?subdivisions=3", [0.0; 3], [0.0; 3]),
+            ("builtin:cube", [1.3, 0.0, 0.0], [10.0, 20.0, 30.0]),
+        ],
+        |s| {
+            s.objects[1].scale = 0.002;
+            s.distance.reach = 3.0;
+            s.atlas.size = 96;
+        },
+    );
+    let kernel = both(&gpu, &scene).0;
+    scene.settings.distance.method = DistanceMethod::Brute;
+    let by_brute = both(&gpu, &scene).0;
+    let found = by_brute
+        .1
+        .iter()
+        .filter(|&&triangle| triangle != NONE)
+        .count();
+    assert!(found > 1000, "{found}");
+    assert!(kernel == by_brute);
+    gpu.finish();
+}

@@ -67,13 +67,16 @@ impl Sdf {
         let surface = Surface::build(&[(&centred, 1.0)]);
         let trees = Trees::build(&surface);
         let b_from_world = b.world_from_mesh.inverse();
+        let tree = &trees.objects[0];
+        let (low, high) = (tree.low.as_dvec3(), tree.high.as_dvec3());
+        let farthest = FARTHEST * low.distance(high);
         let mut queries = Vec::new();
         for row in table.rows() {
             let place = DVec3::new(row.number(1)?, row.number(2)?, row.number(3)?);
             let place = b_from_world.transform_point3(place) - centre;
-            if place.abs().max_element() > FARTHEST {
+            if place.length() > farthest {
                 return Err(Error::Invalid(format!(
-                    "{}: the place is farther than {FARTHEST:e} away",
+                    "{}: the place is farther than {farthest:e} away from the mesh, too far to tell what is nearest",
                     row.place()
                 )));
             }
@@ -97,7 +100,12 @@ impl Sdf {
                 corners.map(|corner| surface.positions[corner as usize].as_dvec3());
             let nearest = first + point.u * (second - first) + point.v * (third - first) + centre;
             let q = b.world_from_mesh.transform_point3(nearest);
-            let sd = f64::from(answer.result);
+            // From afar, rounding makes all faces equally near; but beyond the box is outside.
+            let beyond = answer.place.cmplt(tree.low).any() || answer.place.cmpgt(tree.high).any();
+            let sd = match f64::from(answer.result) {
+                sd if beyond && tree.is_closed => sd.abs(),
+                sd => sd,
+            };
             let _ = writeln!(text, "{},{sd},{face},{},{},{}", row.text(0), q.x, q.y, q.z);
         }
         sink.write(&text)?;
@@ -105,5 +113,5 @@ impl Sdf {
     }
 }
 
-/// Squares of more do not fit a float32.
-const FARTHEST: f64 = 1e18;
+/// In diagonals of the mesh. Squares of what is farther are all alike in float32.
+const FARTHEST: f64 = 1e5;

@@ -300,7 +300,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "transfer.buffer_size",
         name: "Transfer buffer size",
         unit: "particles",
-        help: "How many particles may be under way between objects at once. Those that find it full stay on their object, and are counted. A smaller size than are under way takes effect when they have arrived.",
+        help: "How many particles may be under way between objects at once. Those that find it full stay on their object, and are counted. It is never less than are under way when it is changed.",
         effect: Effect::Live,
         kind: whole!(transfer.buffer_size: u32, (1.0, 2_097_152.0), (1_024.0, 1_048_576.0), Logarithmic),
     },

@@ -231,7 +231,7 @@ fn sense(
     if constants.across {
         let beyond = inputs.across[texel_at(position, params.pitch) as usize];
         if beyond != NONE {
-            position = unpacked_position(beyond);
+            position = unpacked_position(beyond, params.pitch);
         }
     }
     let mut value = trail_at(inputs.trail, position, params.pitch);

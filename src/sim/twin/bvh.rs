@@ -18,6 +18,9 @@ pub const UNLIMITED: f32 = 1.0e18;
 /// What rounding may make of a length in a tree, by its largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
+/// What rounding may make of a length itself.
+const LENGTH_ROUNDING: f32 = 1.000_001;
+
 pub(super) fn box_square(place: Vec3, node: &Node) -> f32 {
     let way = (node.low - place).max(place - node.high).max(Vec3::ZERO);
     way.dot(way)
@@ -30,7 +33,7 @@ pub fn slack_of(root: &Node) -> f32 {
 }
 
 pub(super) fn limit_of(distance: f32, slack: f32) -> f32 {
-    let most = distance + slack;
+    let most = distance * LENGTH_ROUNDING + slack;
     (most * most).min(FAR)
 }
 

@@ -18,17 +18,21 @@ pub fn texel_at(position: [f32; 2], pitch: u32) -> u32 {
     position[1] as u32 * pitch + position[0] as u32
 }
 
-/// A position packed into a word: quarters of a texel.
+fn parts_of_texel(pitch: u32) -> f32 {
+    if pitch > 16384 { 2.0 } else { 4.0 }
+}
+
+/// A position packed into a word: quarters of a texel, or halves in the largest atlases.
 #[must_use]
-pub fn packed_position(position: [f32; 2]) -> u32 {
-    let [x, y] = position.map(|x| (x * 4.0) as u32);
+pub fn packed_position(position: [f32; 2], pitch: u32) -> u32 {
+    let [x, y] = position.map(|x| (x * parts_of_texel(pitch)) as u32);
     x | y << 16
 }
 
-/// The middle of that quarter.
+/// The middle of that part.
 #[must_use]
-pub fn unpacked_position(word: u32) -> [f32; 2] {
-    [word & 0xffff, word >> 16].map(|x| (x as f32 + 0.5) * 0.25)
+pub fn unpacked_position(word: u32, pitch: u32) -> [f32; 2] {
+    [word & 0xffff, word >> 16].map(|x| (x as f32 + 0.5) / parts_of_texel(pitch))
 }
 
 /// Bilinear over the four texels around.
@@ -42,4 +46,21 @@ pub fn trail_at(trail: &[f32], position: [f32; 2], pitch: u32) -> f32 {
     let top = trail[texel] + f[0] * (trail[texel + 1] - trail[texel]);
     let bottom = trail[texel + pitch] + f[0] * (trail[texel + pitch + 1] - trail[texel + pitch]);
     top + f[1] * (bottom - top)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_come_back_from_their_words() {
+        for (pitch, off) in [(512, 0.13), (16384, 0.13), (16388, 0.26), (32768, 0.26)] {
+            let far = pitch as f32;
+            for position in [[0.5, 0.5], [far - 0.1, 3.3], [7.9, far - 0.6]] {
+                let back = unpacked_position(packed_position(position, pitch), pitch);
+                let [x, y] = [0, 1].map(|k: usize| (back[k] - position[k]).abs());
+                assert!(x < off && y < off, "{position:?} of {pitch}: {back:?}");
+            }
+        }
+    }
 }

@@ -7,6 +7,7 @@ use super::bvh::{UNLIMITED, nearest_on};
 use super::crossing::Terrain;
 use super::sign::Sides;
 use super::trail::atlas_position;
+use super::walk::WALK_OUT_OF_ATTEMPTS;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::sim::Setup;
 use crate::sim::kernels::{TransferInParams, TransferOutConstants, TransferOutParams};
@@ -189,7 +190,7 @@ impl Ground<'_> {
         *motion = Motion {
             heading_p,
             heading_h,
-            pending: motion.pending,
+            pending: motion.pending + transfer.rest,
             flags: motion.flags & !Motion::IN_FLIGHT,
         };
     }
@@ -253,6 +254,7 @@ pub fn transfer_out(
         };
         let target = ground.triangles[triangle as usize].object;
         let mut flight = ground.flight(particle, motion);
+        let mut left = 0.0;
         if near != NONE {
             let speed = if constants.own_physarum {
                 physarums[source as usize].speed
@@ -264,6 +266,9 @@ pub fn transfer_out(
             if let Some((meeting, rest)) = met {
                 let w = terrain.walker_on_target(&meeting, source, rest, params.attempts);
                 triangle = w.triangle;
+                if w.status == WALK_OUT_OF_ATTEMPTS {
+                    left = w.remaining;
+                }
                 flow.crossed = flow.crossed.wrapping_add(1);
                 flight = terrain.flight_of_walker(&w);
             } else {
@@ -282,6 +287,7 @@ pub fn transfer_out(
             normal: flight.normal,
             target,
             triangle,
+            rest: left,
             ..Transfer::default()
         };
         flux[(source * params.object_count + target) as usize] += 1;

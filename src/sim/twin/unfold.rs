@@ -117,9 +117,8 @@ fn place_across(
         reflects,
     );
     let [u, v] = w.uv();
-    packed_position(atlas_position(
-        &inputs.atlas_maps[w.triangle as usize],
-        u,
-        v,
-    ))
+    packed_position(
+        atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v),
+        params.pitch,
+    )
 }
