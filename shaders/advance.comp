@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances, across, physarums.
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded).
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
@@ -71,6 +71,7 @@ layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
 layout(std430, set = 0, binding = 16) readonly buffer Across { uint across[]; };
+layout(std430, set = 0, binding = 17) readonly buffer AcrossTriangles { uint across_triangles[]; };
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
@@ -133,8 +134,14 @@ float height_at(uint triangle, float u, float v) {
     return height;
 }
 
-// What a sensor reads at the end of its walk.
-float sense(Walker start, vec2 heading) {
+// Where a walk has come to in the atlas.
+vec2 walker_position(Walker w) {
+    vec2 uv = walker_uv(w);
+    return atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+}
+
+// What a sensor reads at the end of its walk. From a place that is itself covered, no other object is seen.
+float sense(Walker start, vec2 heading, bool from_open) {
     Walker w = start;
     w.heading_p = heading.x;
     w.heading_h = heading.y;
@@ -142,16 +149,22 @@ float sense(Walker start, vec2 heading) {
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
     vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    uint triangle = w.triangle;
     if (ACROSS) {
-        uint beyond = across[texel_at(position, params.pitch)];
+        uint texel = texel_at(position, params.pitch);
+        uint beyond = from_open ? across[texel] : NONE;
         position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
+        if (GRAVITY && beyond != NONE) {
+            triangle = across_triangles[texel];
+            uv = weights_at(atlas_maps[triangle], position);
+        }
     }
     precise float value = trail_at(position, params.pitch);
     if (FAVOURITE_DENSITY && own_favourite_density > 0.0) {
         value = -abs(value - own_favourite_density);
     }
     if (GRAVITY) {
-        value += own_gravity_weight * height_at(w.triangle, uv.x, uv.y);
+        value += own_gravity_weight * height_at(triangle, uv.x, uv.y);
     }
     if (DECROWDING) {
         value -= own_decrowding_weight * float(previous_deposits[texel_at(position, params.pitch)]);
@@ -208,10 +221,11 @@ void main() {
     }
 
     w.entered_by = NONE;
+    bool from_open = ACROSS && distances[texel_at(walker_position(w), params.pitch)] >= params.transfer_threshold;
     vec3 value = vec3(
-        sense(w, rotated(heading, own_sensor_cos, own_sensor_sin)),
-        sense(w, heading),
-        sense(w, rotated(heading, own_sensor_cos, -own_sensor_sin)));
+        sense(w, rotated(heading, own_sensor_cos, own_sensor_sin), from_open),
+        sense(w, heading, from_open),
+        sense(w, rotated(heading, own_sensor_cos, -own_sensor_sin), from_open));
     if (SENSOR_NOISE) {
         value += own_sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
     }

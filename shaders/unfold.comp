@@ -1,6 +1,6 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
 // Reads   jobs, pairs, samples, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
-// Writes  across: owned texels of the objects that have a job.
+// Writes  across and across_triangles: owned texels of the objects that have a job.
 // One invocation a sample of a job; jobs begin at multiples of the group size.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
@@ -35,6 +35,7 @@ layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[]; };
 layout(std430, set = 0, binding = 10) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
+layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
 
 const bool WALK_CARRIES = false;
 #include "jobs.glsl"
@@ -47,7 +48,8 @@ const bool WALK_CARRIES = false;
 const float LEAST_SINE = 0.02;
 
 // Objects stand to each other as they did when their distances were taken.
-uint place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triangle) {
+// The packed position, and the triangle that it is on.
+uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triangle) {
     uvec4 shape = texelFetch(triangles, int(triangle));
     Frame frame = frame_of(triangle);
     vec3 place = place_in_other(pair, position) - frame.origin;
@@ -57,7 +59,7 @@ uint place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triang
     float sine = length(cross(own_normal, frame.normal));
     // Over the plane there is no line behind: such a place is covered from afar.
     float depth = max(-dot(place, frame.normal), 0.0);
-    if (sine < LEAST_SINE || depth > params.farthest * sine) return NONE;
+    if (sine < LEAST_SINE || depth > params.farthest * sine) return uvec2(NONE);
     float behind = depth / sine;
     // Down the own plane to the line, and from there up the other one.
     vec3 to_line = (behind / sine) * (frame.normal - cosine * own_normal);
@@ -72,7 +74,7 @@ uint place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triang
     Walker w = walker_at(triangle, weights.x, weights.y, heading, distance);
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
-    return packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch);
+    return uvec2(packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch), w.triangle);
 }
 
 void main() {
@@ -83,12 +85,13 @@ void main() {
     uint sample_index = job.first_sample + (i - job.first_thread);
     uint texel = samples[sample_index].texel;
     uint triangle = nearest[texel];
-    uint place = NONE;
+    uvec2 place = uvec2(NONE);
     if (triangle != NONE && distances[texel] < params.threshold) {
         // The other object that the triangle belongs to.
         uint p = job.first_pair;
         while (triangle - pairs[p].first_face >= pairs[p].face_count) p++;
         place = place_across(pairs[p], samples[sample_index].position, owners[sample_index], triangle);
     }
-    across[texel] = place;
+    across[texel] = place.x;
+    across_triangles[texel] = place.y;
 }

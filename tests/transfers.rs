@@ -161,6 +161,7 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
         let scene = trio(|s| {
             s.transfer.strategy = strategy;
             s.transfer.threshold = 0.01;
+            s.physarum.gravity_weight = 3.0;
             s.particles.count = 1500;
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();

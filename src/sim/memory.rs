@@ -61,8 +61,8 @@ fn distance_bytes(setup: &Setup) -> u64 {
     if setup.distance.is_empty() {
         return 0;
     }
-    // Distances, nearest triangles, and places across.
-    let fields = 3 * TEXEL * setup.atlas.texel_count() as u64;
+    // Distances, nearest triangles, and places and triangles across.
+    let fields = 4 * TEXEL * setup.atlas.texel_count() as u64;
     let objects = setup.poses.len() as u64;
     fields
         + size_of_val(&samples[..]) as u64

@@ -194,6 +194,8 @@ pub struct State {
     pub owners: Buffer<u32>,
     /// One a texel: for places that another object covers, where on that one walks go on, as packed atlas position.
     pub across: Buffer<u32>,
+    /// One a texel: on which triangle that is.
+    pub across_triangles: Buffer<u32>,
     /// One an object: the first node of its tree.
     pub roots: Buffer<u32>,
     /// The objects whose distances are being taken.
@@ -272,6 +274,7 @@ impl State {
             )?,
             owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
             across: Buffer::from_slice(ctx, "across", &vec![NONE; field])?,
+            across_triangles: Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,

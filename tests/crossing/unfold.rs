@@ -5,6 +5,7 @@ use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
 use myxo::scene::settings::{Settings, Strategy};
 use myxo::sim::twin::trail::unpacked_position;
+use myxo::sim::twin::transfer::Ground;
 use myxo::sim::{Setup, Simulation, twin};
 
 use crate::common::gpu;
@@ -180,6 +181,63 @@ fn what_is_seen_follows_changed_settings() {
     for other in &others {
         assert!(seen(&scene.settings, Some(other)) == fresh);
         assert!(seen(other, None) != fresh);
+    }
+    gpu.finish();
+}
+
+/// A floor and a wall through it, and particles that want up: on the floor there is no up, but behind the wall sensors
+/// are told how high on the wall they would be. So those near the wall turn to it, if they can change to it.
+#[test]
+fn gravity_pulls_up_a_wall_that_is_near() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [
+        ("plane?columns=4&rows=4", [0.0; 3]),
+        ("plane?columns=3&rows=5", [0.0; 3]),
+    ];
+    for strategy in [Strategy::None, Strategy::Direct] {
+        let scene = scene(&meshes, |s| {
+            s.particles.count = 4000;
+            s.physarum.gravity_weight = 1000.0;
+            s.physarum.sensor_offset = 0.1;
+            s.physarum.speed = 0.001;
+            s.transfer.strategy = strategy;
+            s.objects[0].rotation = [0.0; 3];
+            s.objects[1].rotation = [0.0, 0.0, 90.0];
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let before = simulation.snapshot().unwrap();
+        gpu.run(|rec| simulation.record_step(rec));
+        let after = simulation.snapshot().unwrap();
+        let setup = simulation.setup();
+        let ground = Ground::of(setup, &setup.poses);
+        let first = setup.surface.objects[1].triangles.0;
+        let scale = setup.surface.positions[0].abs().max_element();
+        let (mut turned, mut towards) = (0, 0);
+        for slot in 0..before.particles.len() {
+            let (a, b) = (&before.particles[slot], &after.particles[slot]);
+            assert_eq!(a.id, b.id, "neither strategy moves particles in the buffer");
+            if a.triangle >= first || b.triangle >= first {
+                continue;
+            }
+            let a = ground.flight(a, &before.motions[slot]);
+            let b = ground.flight(b, &after.motions[slot]);
+            // At the floor's border headings turn back.
+            let is_inside = a.position.abs().max_element() < 0.95 * scale;
+            if is_inside && a.heading.dot(b.heading) < 0.999 {
+                turned += 1;
+                let to_wall = -a.position.x.signum();
+                towards += u32::from(to_wall * (b.heading.x - a.heading.x) > 0.0);
+            }
+        }
+        if strategy == Strategy::None {
+            assert_eq!(turned, 0, "a floor is level");
+        } else {
+            assert!(
+                // Some texels beside seams don't tell.
+                turned > 20 && towards * 10 > turned * 9,
+                "{towards} of {turned} to the wall"
+            );
+        }
     }
     gpu.finish();
 }

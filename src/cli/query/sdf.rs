@@ -76,7 +76,7 @@ impl Sdf {
             let place = b_from_world.transform_point3(place) - centre;
             if place.length() > farthest {
                 return Err(Error::Invalid(format!(
-                    "{}: the place is farther than {farthest:e} away from the mesh, too far to tell what is nearest",
+                    "{}: the place is farther than {farthest:.1e} away from the mesh, too far to tell what is nearest",
                     row.place()
                 )));
             }

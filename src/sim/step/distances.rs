@@ -118,11 +118,16 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             vertices: &s.vertices,
             atlas_maps: &s.atlas_maps,
             across: &s.across,
+            across_triangles: &s.across_triangles,
         },
         params.unfold,
     );
     // Sensors look there; the next update writes other jobs, and distances anew.
-    rec.barrier(Kernel, Kernel, &[&s.across, &s.distances, &s.nearest]);
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[&s.across, &s.across_triangles, &s.distances, &s.nearest],
+    );
     rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
 }
 

@@ -1,6 +1,6 @@
 //! Twin of `shaders/advance.comp`.
 
-use super::trail::{atlas_position, texel_at, trail_at, unpacked_position};
+use super::trail::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
 use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
@@ -34,6 +34,8 @@ pub struct AdvanceInputs<'a> {
     pub distances: &'a [f32],
     /// Where covered texels go on on other objects.
     pub across: &'a [u32],
+    /// On which triangle that is.
+    pub across_triangles: &'a [u32],
 }
 
 /// Where `advance` finds the particles of a turn, and lists those that it selects.
@@ -108,25 +110,17 @@ pub fn advance(
         }
 
         w.entered_by = NONE;
+        let [u, v] = w.uv();
+        let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+        let from_open = constants.across
+            && inputs.distances[texel_at(position, params.pitch) as usize]
+                >= params.transfer_threshold;
         let mut value = [
-            sense(
-                constants,
-                params,
-                inputs,
-                &own,
-                w,
-                rotated(heading, own.sensor_cos, own.sensor_sin),
-            ),
-            sense(constants, params, inputs, &own, w, heading),
-            sense(
-                constants,
-                params,
-                inputs,
-                &own,
-                w,
-                rotated(heading, own.sensor_cos, -own.sensor_sin),
-            ),
-        ];
+            rotated(heading, own.sensor_cos, own.sensor_sin),
+            heading,
+            rotated(heading, own.sensor_cos, -own.sensor_sin),
+        ]
+        .map(|towards| sense(constants, params, inputs, &own, w, towards, from_open));
         if constants.sensor_noise {
             let noise = normals(random(
                 params.seed,
@@ -206,7 +200,7 @@ pub fn advance(
     gaps
 }
 
-/// What a sensor reads at the end of its walk.
+/// What a sensor reads at the end of its walk. From a place that is itself covered, no other object is seen.
 fn sense(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -214,6 +208,7 @@ fn sense(
     own: &Physarum,
     start: Walker,
     heading: [f32; 2],
+    from_open: bool,
 ) -> f32 {
     let mut w = start;
     w.heading_p = heading[0];
@@ -226,12 +221,20 @@ fn sense(
         params.attempts,
         constants.border_reflects,
     );
-    let [u, v] = w.uv();
+    let [mut u, mut v] = w.uv();
     let mut position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    let mut triangle = w.triangle;
     if constants.across {
-        let beyond = inputs.across[texel_at(position, params.pitch) as usize];
+        let texel = texel_at(position, params.pitch) as usize;
+        let beyond = if from_open {
+            inputs.across[texel]
+        } else {
+            NONE
+        };
         if beyond != NONE {
             position = unpacked_position(beyond, params.pitch);
+            triangle = inputs.across_triangles[texel];
+            [u, v] = weights_at(&inputs.atlas_maps[triangle as usize], position);
         }
     }
     let mut value = trail_at(inputs.trail, position, params.pitch);
@@ -239,7 +242,7 @@ fn sense(
         value = -(value - own.favourite_density).abs();
     }
     if constants.gravity {
-        value += own.gravity_weight * height_at(inputs, w.triangle, u, v);
+        value += own.gravity_weight * height_at(inputs, triangle, u, v);
     }
     if constants.decrowding {
         value -= own.decrowding_weight

@@ -74,6 +74,7 @@ pub struct Simulation {
     movement: Movement,
     poses: Vec<Pose>,
     across: Vec<u32>,
+    across_triangles: Vec<u32>,
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
@@ -108,6 +109,7 @@ impl Simulation {
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],
             across: vec![NONE; texels],
+            across_triangles: vec![NONE; texels],
             planner: DistancePlanner::default(),
             step: 0,
         }
@@ -253,7 +255,13 @@ impl Simulation {
                 ground: Ground::of(&self.setup, &self.poses),
                 atlas_maps: &self.setup.atlas.maps,
             };
-            unfold(&constants.unfold, &params.unfold, &inputs, &mut self.across);
+            unfold(
+                &constants.unfold,
+                &params.unfold,
+                &inputs,
+                &mut self.across,
+                &mut self.across_triangles,
+            );
         }
     }
 

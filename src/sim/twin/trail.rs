@@ -12,6 +12,17 @@ pub fn atlas_position(map: &AtlasMap, u: f32, v: f32) -> [f32; 2] {
     ]
 }
 
+/// The weights of B and C at an atlas position.
+#[must_use]
+pub fn weights_at(map: &AtlasMap, position: [f32; 2]) -> [f32; 2] {
+    let way = [position[0] - map.origin.x, position[1] - map.origin.y];
+    let area = map.du.x * map.dv.y - map.du.y * map.dv.x;
+    [
+        (way[0] * map.dv.y - way[1] * map.dv.x) / area,
+        (map.du.x * way[1] - map.du.y * way[0]) / area,
+    ]
+}
+
 /// The texel that holds a point.
 #[must_use]
 pub fn texel_at(position: [f32; 2], pitch: u32) -> u32 {

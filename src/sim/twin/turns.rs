@@ -89,6 +89,7 @@ impl Simulation {
                 physarums: &physarums(&self.settings, self.setup.radius),
                 distances: &self.distances,
                 across: &self.across,
+                across_triangles: &self.across_triangles,
             },
             advance::Turn {
                 windows: &self.transfers.windows,

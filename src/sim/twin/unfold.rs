@@ -42,6 +42,7 @@ pub fn unfold(
     params: &UnfoldParams,
     inputs: &UnfoldInputs,
     across: &mut [u32],
+    across_triangles: &mut [u32],
 ) {
     for i in 0..params.thread_count {
         let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
@@ -52,7 +53,7 @@ pub fn unfold(
         let SurfaceSample { position, texel } = inputs.samples[sample];
         let triangle = inputs.nearest[texel as usize];
         let covered = triangle != NONE && inputs.distances[texel as usize] < params.threshold;
-        across[texel as usize] = if covered {
+        let [place, on] = if covered {
             let (first, count) = (job.first_pair as usize, job.pair_count as usize);
             let pair = inputs.pairs[first..first + count]
                 .iter()
@@ -69,8 +70,10 @@ pub fn unfold(
                 triangle,
             )
         } else {
-            NONE
+            [NONE; 2]
         };
+        across[texel as usize] = place;
+        across_triangles[texel as usize] = on;
     }
 }
 
@@ -82,7 +85,7 @@ fn place_across(
     position: Vec3,
     own_triangle: u32,
     triangle: u32,
-) -> u32 {
+) -> [u32; 2] {
     let ground = &inputs.ground;
     let shape = &ground.triangles[triangle as usize];
     let frame = ground.frame(triangle);
@@ -93,7 +96,7 @@ fn place_across(
     let sine = own_normal.cross(frame.normal).length();
     let depth = (-place.dot(frame.normal)).max(0.0);
     if sine < LEAST_SINE || depth > params.farthest * sine {
-        return NONE;
+        return [NONE; 2];
     }
     let behind = depth / sine;
     let to_line = (behind / sine) * (frame.normal - cosine * own_normal);
@@ -117,8 +120,6 @@ fn place_across(
         reflects,
     );
     let [u, v] = w.uv();
-    packed_position(
-        atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v),
-        params.pitch,
-    )
+    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    [packed_position(position, params.pitch), w.triangle]
 }
