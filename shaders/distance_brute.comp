@@ -31,9 +31,8 @@ layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; 
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 
-#include "sign.glsl"
+#include "candidate.glsl"
 #include "jobs.glsl"
-#include "distance.glsl"
 
 void main() {
     uint i = invocation_index();
@@ -60,11 +59,8 @@ void main() {
             }
         }
         vec4 point = nearest_on_face(slot, place);
-        // On the surface is outside: of two objects in one place, neither covers the other.
-        bool outside = sqrt(point.z) <= slack_of_tree(pair.first_node)
-            || is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
         float distance = sqrt(point.z);
-        float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
+        float candidate = candidate_distance(pair, slot, place, point, params.reach, params.first_vertex_normal);
         if (candidate < least) {
             least = candidate;
             triangle = distance < params.reach ? found : NONE;

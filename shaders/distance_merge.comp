@@ -34,9 +34,8 @@ layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 layout(std430, set = 0, binding = 10) readonly buffer Winners { uint winners[]; };
 
-#include "sign.glsl"
+#include "candidate.glsl"
 #include "jobs.glsl"
-#include "distance.glsl"
 
 void main() {
     uint i = invocation_index();
@@ -54,10 +53,7 @@ void main() {
         uint slot = winner - 1u;
         vec4 point = nearest_on_face(slot, place);
         float distance = sqrt(point.z);
-        // On the surface is outside: of two objects in one place, neither covers the other.
-        bool outside = distance <= slack_of_tree(pair.first_node)
-            || is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
-        float candidate = clamped_distance(distance, outside, pair.is_closed == 1u, params.reach);
+        float candidate = candidate_distance(pair, slot, place, point, params.reach, params.first_vertex_normal);
         if (candidate < least) {
             least = candidate;
             triangle = distance < params.reach ? triangle_of(slot) : NONE;

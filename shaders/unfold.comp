@@ -89,7 +89,8 @@ void main() {
     if (triangle != NONE && distances[texel] < params.threshold) {
         // The other object that the triangle belongs to.
         uint p = job.first_pair;
-        while (triangle - pairs[p].first_face >= pairs[p].face_count) p++;
+        uint last = job.first_pair + job.pair_count - 1u;
+        while (p < last && triangle - pairs[p].first_face >= pairs[p].face_count) p++;
         place = place_across(pairs[p], samples[sample_index].position, owners[sample_index], triangle);
     }
     across[texel] = place.x;

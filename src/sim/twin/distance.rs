@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use super::bvh::{UNLIMITED, is_in_box, nearest_on, slack_of};
-use super::nearest::nearest_on_face;
+use super::nearest::{NearestPoint, nearest_on_face};
 use super::sign::{Sides, is_outside};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::{Dipole, Face, Node};
@@ -113,16 +113,9 @@ pub fn distance(
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
             let distance = point.square.sqrt();
-            let outside = distance <= slack_of(&inputs.nodes[pair.first_node as usize])
-                || is_outside(
-                    &sides,
-                    constants.sign_rule,
-                    pair.first_node,
-                    slot,
-                    place,
-                    &point,
-                );
-            let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
+            let rule = constants.sign_rule;
+            let candidate =
+                candidate_distance(&sides, rule, pair, slot, place, &point, params.reach);
             if candidate < least {
                 least = candidate;
                 triangle = if distance < params.reach {
@@ -174,4 +167,22 @@ pub fn clamped_distance(distance: f32, outside: bool, is_closed: bool, reach: f3
     } else {
         -clamped
     }
+}
+
+/// Twin of `shaders/include/candidate.glsl`: `slot` is the face that is nearest to the place, and `point` the nearest
+/// point on it.
+pub(super) fn candidate_distance(
+    sides: &Sides,
+    sign_rule: u32,
+    pair: &ObjectPair,
+    slot: u32,
+    place: Vec3,
+    point: &NearestPoint,
+    reach: f32,
+) -> f32 {
+    let root = pair.first_node;
+    let distance = point.square.sqrt();
+    let outside = distance <= slack_of(&sides.nodes[root as usize])
+        || is_outside(sides, sign_rule, root, slot, place, point);
+    clamped_distance(distance, outside, pair.is_closed == 1, reach)
 }

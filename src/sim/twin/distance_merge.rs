@@ -1,9 +1,7 @@
 //! Twin of `shaders/distance_merge.comp`.
 
-use super::bvh::slack_of;
-use super::distance::{DistanceInputs, clamped_distance, job_of, place_in_other};
+use super::distance::{DistanceInputs, candidate_distance, job_of, place_in_other};
 use super::nearest::nearest_on_face;
-use super::sign::is_outside;
 use crate::mesh::surface::NONE;
 use crate::sim::kernels::{DistanceMergeConstants, DistanceMergeParams};
 
@@ -42,16 +40,9 @@ pub fn distance_merge(
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
             let distance = point.square.sqrt();
-            let outside = distance <= slack_of(&inputs.nodes[pair.first_node as usize])
-                || is_outside(
-                    &sides,
-                    constants.sign_rule,
-                    pair.first_node,
-                    slot,
-                    place,
-                    &point,
-                );
-            let candidate = clamped_distance(distance, outside, pair.is_closed == 1, params.reach);
+            let rule = constants.sign_rule;
+            let candidate =
+                candidate_distance(&sides, rule, pair, slot, place, &point, params.reach);
             if candidate < least {
                 least = candidate;
                 triangle = if distance < params.reach {
