@@ -33,6 +33,10 @@ pub struct Simulation {
     movement: Movement,
     /// What the commands recorded so far leave in `state.poses`.
     poses: Vec<Pose>,
+    /// Those that the last step had, which pictures need not have.
+    poses_of_step: Vec<Pose>,
+    /// What the commands recorded so far leave in `state.poses_before`.
+    poses_before: Vec<Pose>,
     /// Likewise in `state.physarums`.
     physarums: Vec<Physarum>,
     planner: DistancePlanner,
@@ -83,6 +87,8 @@ impl Simulation {
             ctx: ctx.clone(),
             movement: Movement::new(&scene.settings),
             poses: setup.poses.clone(),
+            poses_of_step: setup.poses.clone(),
+            poses_before: setup.poses.clone(),
             physarums: Vec::new(),
             setup,
             settings: scene.settings.clone(),
@@ -100,10 +106,14 @@ impl Simulation {
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
         let mut params = self.params();
+        let before = std::mem::take(&mut self.poses_of_step);
         let changes = Changes {
             poses: self.moved_at(self.step),
+            poses_before: (before != self.poses_before).then(|| before.clone()),
             physarums: self.changed_physarums(),
         };
+        self.poses_before = before;
+        self.poses_of_step.clone_from(&self.poses);
         let poses = self.poses_of_distances();
         params.update_distances(
             &mut self.planner,
@@ -121,7 +131,7 @@ impl Simulation {
     pub fn record_poses(&mut self, rec: &mut Recorder) {
         let changes = Changes {
             poses: self.moved_at(self.last_step()),
-            physarums: None,
+            ..Changes::default()
         };
         step::pose(rec, &self.state, &changes);
     }
@@ -347,6 +357,7 @@ impl Simulation {
                 .set_dt(self.settings.time.dt, self.last_step());
         }
         self.upload_poses()?;
+        self.poses_of_step.clone_from(&self.poses);
         self.upload_particles(snapshot, &self.settings.clone())
     }
 }

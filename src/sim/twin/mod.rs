@@ -73,6 +73,7 @@ pub struct Simulation {
     previous_deposits: Vec<u32>,
     movement: Movement,
     poses: Vec<Pose>,
+    poses_before: Vec<Pose>,
     across: Vec<u32>,
     across_triangles: Vec<u32>,
     distances: Vec<f32>,
@@ -100,6 +101,7 @@ impl Simulation {
             motions: start.motions,
             setup,
             movement: Movement::new(&settings),
+            poses_before: poses.clone(),
             poses,
             settings,
             trail: vec![0.0; texels],
@@ -123,7 +125,8 @@ impl Simulation {
         self.movement
             .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
         let objects = &self.settings.objects;
-        self.poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        let poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        self.poses_before = std::mem::replace(&mut self.poses, poses);
         params.update_distances(
             &mut self.planner,
             &self.settings,
