@@ -104,13 +104,12 @@ impl Simulation {
             poses: self.moved_at(self.step),
             physarums: self.changed_physarums(),
         };
-        let poses = self.poses_of_distances();
         params.update_distances(
             &mut self.planner,
             &self.settings,
             &self.setup,
             self.step,
-            &poses,
+            &self.poses,
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
@@ -137,17 +136,6 @@ impl Simulation {
         }
         self.physarums.clone_from(&physarums);
         Some(physarums)
-    }
-
-    /// The poses of the last step in which distances were due: those that a resumed run must begin with.
-    fn poses_of_distances(&self) -> Vec<Pose> {
-        let interval = u64::from(self.settings.distance.interval.max(1));
-        let due = self.step - self.step % interval;
-        if due == self.step {
-            return self.poses.clone();
-        }
-        let objects = &self.settings.objects;
-        self.movement.poses(objects, &self.setup.tracks, due)
     }
 
     /// The poses at a step, if they are others than those recorded last.
@@ -300,6 +288,7 @@ impl Simulation {
         Ok(Snapshot {
             step: self.step,
             movement: self.movement.save(),
+            distance_poses: self.planner.poses().to_vec(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -327,25 +316,17 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        let movement = snapshot.movement.restore();
-        let objects = snapshot.movement.object_count();
-        if movement.is_none() || objects != self.settings.objects.len() {
-            return Err(Error::Invalid(format!(
-                "the checkpoint has the poses of {objects} objects, or they are damaged; the scene has {}",
-                self.settings.objects.len()
-            )));
-        }
+        let movement = snapshot.movement_of(self.settings.objects.len());
+        let movement = movement.map_err(Error::Invalid)?;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.planner.forget();
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
         self.step = snapshot.step;
-        if let Some(movement) = movement {
-            self.movement = movement;
-            self.movement
-                .set_dt(self.settings.time.dt, self.last_step());
-        }
+        self.movement = movement;
+        self.movement
+            .set_dt(self.settings.time.dt, self.last_step());
         self.upload_poses()?;
         self.upload_particles(snapshot, &self.settings.clone())
     }

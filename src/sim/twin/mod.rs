@@ -325,6 +325,7 @@ impl Simulation {
         Snapshot {
             step: self.step,
             movement: self.movement.save(),
+            distance_poses: self.planner.poses().to_vec(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
             trail: self.trail.clone(),
@@ -338,7 +339,7 @@ impl Simulation {
     /// # Panics
     /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
-        let movement = snapshot.movement.restore();
+        let movement = snapshot.movement_of(self.settings.objects.len());
         self.movement = movement.expect("the poses are sound");
         let objects = &self.settings.objects;
         let last = snapshot.step.saturating_sub(1);
@@ -351,7 +352,7 @@ impl Simulation {
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
         self.deposits.fill(0);
-        self.planner.forget();
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
         self.step = snapshot.step;
     }
 }
