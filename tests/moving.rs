@@ -296,6 +296,14 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
     }
     assert!(distances[0] == distances[1] && distances[1] != distances[2]);
 
+    // Who does not know them goes on elsewhere.
+    let mut forgetful = half.clone();
+    forgetful.distance_poses.clear();
+    resumed.restore(&forgetful).unwrap();
+    advance(&gpu, &mut resumed, 4);
+    let elsewhere = resumed.snapshot().unwrap().hash();
+    assert_ne!(elsewhere, through.snapshot().unwrap().hash());
+
     // Damaged, or of another scene.
     let mut none_rigid = half.clone();
     none_rigid.distance_poses[1].y.w = f32::NAN;

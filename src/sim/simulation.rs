@@ -8,7 +8,7 @@ use super::distance::DistancePlanner;
 use super::memory;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
-use super::raster::Raster;
+use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
@@ -228,6 +228,7 @@ impl Simulation {
         let kernels = (constants != self.constants)
             .then(|| Kernels::new(&self.ctx, &constants))
             .transpose()?;
+        raster::check(&self.setup.surface, settings).map_err(Error::Invalid)?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &self.setup))
             .transpose()?;
