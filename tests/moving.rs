@@ -243,6 +243,98 @@ fn a_resumed_run_keeps_its_distances_until_they_are_due() {
     gpu.finish();
 }
 
+/// The same where poses are set and the time step changes between two steps in which distances are due: neither tells how
+/// the objects stood when distances were taken.
+#[test]
+fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
+    let Some(gpu) = gpu() else { return };
+    let scene = moving(|s| {
+        s.objects[1].position = [1.0, 0.0, 0.0];
+        s.distance.interval = 5;
+        s.physarum.distance_weight = 50.0;
+    });
+    let mut settings = scene.settings.clone();
+    settings.time.dt = 0.3;
+    let place = DVec3::new(0.4, 0.9, 0.1);
+    let pose = DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.7), place);
+    let begin = || {
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        // Steps 0 and 5 take distances.
+        advance(&gpu, &mut simulation, 6);
+        simulation.set_pose(0, Some(pose)).unwrap();
+        simulation.apply(&settings).unwrap();
+        advance(&gpu, &mut simulation, 2);
+        simulation
+    };
+    let (mut through, interrupted) = (begin(), begin());
+    let half = interrupted.snapshot().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("between.ckpt");
+    let checkpoint = Checkpoint::new(&scene, interrupted.setup(), half.clone());
+    checkpoint.write(&path).unwrap();
+    let read = Checkpoint::read(&path).unwrap();
+    assert_eq!(read.snapshot, half);
+    assert_ne!(half.distance_poses, poses_on(&gpu, &interrupted));
+    // Poses of the last step are not those that are shown, once others have been set.
+    let mut set = begin();
+    set.set_pose(1, Some(pose)).unwrap();
+    gpu.run(|rec| set.record_poses(rec));
+    assert_eq!(set.snapshot().unwrap().step_poses, half.step_poses);
+    assert_ne!(poses_on(&gpu, &set), half.step_poses);
+    let changed = Scene { settings, ..scene };
+    let mut resumed = Simulation::new(&gpu.ctx, &changed).unwrap();
+    resumed.restore(&read.snapshot).unwrap();
+    let mut twin = twin::Simulation::new(Setup::new(&changed).unwrap(), changed.settings.clone());
+    twin.restore(&read.snapshot);
+    let mut distances = Vec::new();
+    for step in 8..12 {
+        advance(&gpu, &mut through, 1);
+        advance(&gpu, &mut resumed, 1);
+        twin.step();
+        let states = [&resumed, &through].map(|simulation| simulation.snapshot().unwrap());
+        assert_eq!(states[0].hash(), states[1].hash(), "step {step}");
+        assert_eq!(states[0].distance_poses, states[1].distance_poses);
+        assert_eq!(states[0].step_poses, states[1].step_poses);
+        let [before, uninterrupted] = [&resumed, &through]
+            .map(|simulation| gpu.ctx.download(&simulation.state().poses_before).unwrap());
+        assert!(before == uninterrupted, "step {step}");
+        assert_eq!(twin.snapshot().distance_poses, states[1].distance_poses);
+        let [now, uninterrupted] = [&resumed, &through]
+            .map(|simulation| gpu.ctx.download(&simulation.state().distances).unwrap());
+        assert!(now == uninterrupted, "step {step}");
+        distances.push(now);
+    }
+    assert!(distances[0] == distances[1] && distances[1] != distances[2]);
+
+    // Who does not know them goes on elsewhere.
+    let mut forgetful = half.clone();
+    forgetful.distance_poses.clear();
+    resumed.restore(&forgetful).unwrap();
+    advance(&gpu, &mut resumed, 4);
+    let elsewhere = resumed.snapshot().unwrap().hash();
+    assert_ne!(elsewhere, through.snapshot().unwrap().hash());
+
+    // Damaged, or of another scene.
+    let mut none_rigid = half.clone();
+    none_rigid.distance_poses[1].y.w = f32::NAN;
+    let mut too_few = half.clone();
+    too_few.distance_poses.pop();
+    let mut none_of_the_step = half;
+    none_of_the_step.step_poses.clear();
+    for (damaged, words) in [
+        (none_rigid, "has distances taken with"),
+        (too_few, "has distances taken with"),
+        (none_of_the_step, "has a last step with"),
+    ] {
+        let problem = resumed.restore(&damaged).unwrap_err().to_string();
+        assert!(problem.contains(words), "{problem}");
+        let checkpoint = Checkpoint::new(&changed, resumed.setup(), damaged);
+        let problem = checkpoint.check(&changed, resumed.setup()).unwrap_err();
+        assert!(problem.contains(words), "{problem}");
+    }
+    gpu.finish();
+}
+
 /// Between steps, pictures show poses that were set from outside.
 #[test]
 fn poses_come_without_a_step() {

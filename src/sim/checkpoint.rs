@@ -1,8 +1,8 @@
 //! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
-//! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux as they lie in
-//! memory, then the CRC-32 of all that precedes it (u32).
+//! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, and the
+//! poses that distances were last taken with, as they lie in memory, then the CRC-32 of all that precedes it (u32).
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
@@ -23,7 +23,7 @@ use crate::scene::settings::Settings;
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -33,6 +33,8 @@ struct Header {
     windows: u64,
     in_flight: u64,
     flux: u64,
+    step_poses: u64,
+    distance_poses: u64,
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
@@ -108,6 +110,7 @@ impl Checkpoint {
             ));
         }
         self.snapshot.validate(setup)?;
+        self.snapshot.movement_of(now.objects.len())?;
         let of_the_state =
             |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
         Ok(live.iter().filter(of_the_state).map(tell).collect())
@@ -133,6 +136,8 @@ impl Checkpoint {
         let Snapshot {
             step,
             movement,
+            step_poses,
+            distance_poses,
             particles,
             motions,
             trail,
@@ -146,6 +151,8 @@ impl Checkpoint {
             windows: transfers.windows.len() as u64,
             in_flight: transfers.in_flight.len() as u64,
             flux: transfers.flux.len() as u64,
+            step_poses: step_poses.len() as u64,
+            distance_poses: distance_poses.len() as u64,
             scene: self.scene.clone(),
             layout: self.layout,
             movement: movement.clone(),
@@ -166,6 +173,8 @@ impl Checkpoint {
         out.put(bytemuck::cast_slice(&transfers.in_flight))?;
         out.put(bytemuck::bytes_of(&transfers.flow))?;
         out.put(bytemuck::cast_slice(&transfers.flux))?;
+        out.put(bytemuck::cast_slice(step_poses))?;
+        out.put(bytemuck::cast_slice(distance_poses))?;
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
         out.inner.flush()
@@ -234,6 +243,8 @@ impl Checkpoint {
                     flow: array(&mut rest, 1).ok_or_else(cut_short)?[0],
                     flux: array(&mut rest, header.flux).ok_or_else(cut_short)?,
                 },
+                step_poses: array(&mut rest, header.step_poses).ok_or_else(cut_short)?,
+                distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
             },
         };
         if rest.len() != crc.len() {
@@ -278,6 +289,8 @@ fn array<T: Pod>(rest: &mut &[u8], length: u64) -> Option<Vec<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Affine3A;
+
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
     fn checkpoint() -> Checkpoint {
@@ -287,6 +300,8 @@ mod tests {
             snapshot: Snapshot {
                 step: 41,
                 movement: SavedMovement::default(),
+                step_poses: vec![Affine3A::from_rotation_y(0.4).into(); 2],
+                distance_poses: vec![Affine3A::from_rotation_y(0.3).into(); 2],
                 particles: (0..33)
                     .map(|id| Particle {
                         triangle: id,

@@ -1,7 +1,7 @@
 //! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
 //! another since the last time, and only where their boxes come within reach.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, Vec3};
 use rayon::prelude::*;
 
 use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
@@ -216,12 +216,24 @@ pub struct DistanceRules {
 }
 
 impl DistancePlanner {
-    /// Forgets everything: the next update takes all distances.
-    pub fn forget(&mut self) {
-        self.last.clear();
+    /// As in a run that goes on after an interruption: all distances are unknown, and were last taken with `poses`. There
+    /// are none of those before the first time.
+    #[must_use]
+    pub fn resumed(poses: &[Pose]) -> Self {
+        Self {
+            poses: poses.to_vec(),
+            ..Self::default()
+        }
     }
 
-    /// What must be taken anew with these poses, and takes it for done. What has only moved waits until that is due.
+    /// The poses that distances were last taken with; none before the first time, and none with a single object.
+    #[must_use]
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// What must be taken anew with these poses, and takes it for done. What has only moved waits until that is due:
+    /// until then, whatever else makes distances unknown, they are taken with the poses that they were taken with last.
     pub fn update(
         &mut self,
         setup: &DistanceSetup,
@@ -233,14 +245,17 @@ impl DistancePlanner {
         if setup.is_empty() {
             return update;
         }
+        let moves = (is_due || self.poses.len() != poses.len()) && self.poses != poses;
+        if moves {
+            self.poses = poses.to_vec();
+        }
         if self.last.len() != poses.len() || self.rules != Some(rules) {
             self.last = vec![None; poses.len()];
             self.rules = Some(rules);
-        } else if !is_due || self.poses == poses {
+        } else if !moves {
             return update;
         }
-        self.poses = poses.to_vec();
-        let poses: Vec<Placed> = poses.iter().map(Placed::new).collect();
+        let poses: Vec<Placed> = self.poses.iter().map(Placed::new).collect();
         for (object, last) in self.last.iter_mut().enumerate() {
             let pairs = pairs_of(setup, &poses, object, rules);
             if last.as_ref() == Some(&pairs) {
@@ -361,21 +376,12 @@ struct Placed {
 
 impl Placed {
     fn new(pose: &Pose) -> Self {
-        let world_from_object = world_from_object(pose);
+        let world_from_object = DAffine3::from(pose);
         Self {
             world_from_object,
             object_from_world: world_from_object.inverse(),
         }
     }
-}
-
-fn world_from_object(pose: &Pose) -> DAffine3 {
-    let rows = [pose.x, pose.y, pose.z].map(|row| row.as_dvec4());
-    let matrix = DMat3::from_cols(rows[0].truncate(), rows[1].truncate(), rows[2].truncate());
-    DAffine3::from_mat3_translation(
-        matrix.transpose(),
-        DVec3::new(rows[0].w, rows[1].w, rows[2].w),
-    )
 }
 
 /// Is some face of either box a plane that keeps the boxes further apart than `reach`? Boxes that only edges keep apart

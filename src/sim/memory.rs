@@ -2,7 +2,7 @@
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
 use super::distance::DistanceSetup;
-use super::raster::Raster;
+use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::transfers::capacity;
 use super::types::{
@@ -178,6 +178,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
             ));
         }
     }
+    problems.extend(raster::check(&scene.surface, &scene.settings).err());
     match problems.as_slice() {
         [] => Ok(()),
         [only] => Err(too_large(device, only)),

@@ -143,7 +143,7 @@ impl Movement {
 impl SavedMovement {
     /// What was saved; nothing when it is damaged.
     #[must_use]
-    pub fn restore(&self) -> Option<Movement> {
+    pub(super) fn restore(&self) -> Option<Movement> {
         let outside = self
             .outside
             .iter()
@@ -166,6 +166,11 @@ impl SavedMovement {
     pub fn object_count(&self) -> usize {
         self.outside.len()
     }
+}
+
+/// Is this a rotation and a translation?
+pub(super) fn is_rigid(pose: &Pose) -> bool {
+    check_rigid(&DAffine3::from(pose)).is_ok()
 }
 
 fn check_rigid(pose: &DAffine3) -> Result<(), &'static str> {

@@ -51,6 +51,9 @@
 //! | brute | 160 | 235 |
 //! | raster | 112 + 2 for the merge | 1,340 + 2 |
 //!
+//! A pair of objects has three corners for each triangle of one and each of the other. Draws are split so that none has
+//! more than [`MOST_IN_A_DRAW`], and scenes with a pair of more than [`MOST_CORNERS`] are refused.
+//!
 //! The mappings take the same time. With a short reach most of it goes into corners of triangles that turn out to be too
 //! far apart, 3.5 million of them; with a long one into fragments, which come in pieces of few texels. So the method is
 //! for comparing, and for small meshes.
@@ -61,12 +64,23 @@ use glam::{DVec2, Vec2, Vec3, Vec4};
 
 use super::distance::DistanceUpdate;
 use super::draws::DistanceRasterParams;
-use super::setup::Setup;
+use super::setup::{Setup, others};
 use super::types::SurfaceSample;
 use crate::gpu::{
     Buffer, Context, DepthTest, Format, GpuError, Image, RasterOptions, Targets, Texels,
 };
+use crate::mesh::surface::Surface;
+use crate::scene::parameters::grouped;
+use crate::scene::settings::Settings;
 use bytemuck::{Pod, Zeroable};
+
+/// Most corners of a draw, unless one triangle of the other object has more: half a second on lavapipe. Devices show
+/// pictures of other programs between draws, and count corners in 32 bits.
+pub const MOST_IN_A_DRAW: u32 = 1 << 24;
+
+/// Most corners of a pair of objects: a minute on lavapipe, which is how long a device is waited for before it counts as
+/// hung.
+pub const MOST_CORNERS: u64 = (1 << 31) - 1;
 
 /// How far outlines reach beyond triangles, in texels: more than rounding may move what is drawn.
 const MARGIN: f64 = 1.0 / 16.0;
@@ -128,12 +142,12 @@ impl RasterRanges {
     pub fn draws(&self, update: &DistanceUpdate, round: u32, reach: f32) -> Vec<RasterDraw> {
         let jobs = update.jobs.iter().zip(&update.objects);
         jobs.filter(|(job, _)| round < job.pair_count)
-            .map(|(job, &object)| {
+            .flat_map(|(job, &object)| {
                 let index = (job.first_pair + round) as usize;
                 let pair = &update.pairs[index];
                 let (first, end) = self.objects[object as usize];
                 let [width, height] = self.size;
-                RasterDraw {
+                let draw = RasterDraw {
                     vertices: 3 * (end - first),
                     instances: pair.face_count,
                     params: DistanceRasterParams {
@@ -148,10 +162,63 @@ impl RasterRanges {
                         reach,
                         farthest: update.farthest[index],
                     },
-                }
+                };
+                draw.in_pieces(MOST_IN_A_DRAW)
             })
             .collect()
     }
+}
+
+impl RasterDraw {
+    /// The same as several draws, each of some triangles of the other object and of at most so many corners, but of one
+    /// triangle at least.
+    fn in_pieces(self, most: u32) -> impl Iterator<Item = Self> {
+        let in_one = (most / self.vertices.max(1)).max(1);
+        (0..self.instances)
+            .step_by(in_one as usize)
+            .map(move |first| Self {
+                instances: in_one.min(self.instances - first),
+                params: DistanceRasterParams {
+                    first_face: self.params.first_face + first,
+                    ..self.params
+                },
+                ..self
+            })
+    }
+}
+
+/// Makes sure that no pair of objects has too many triangles to be drawn, where that is the method.
+///
+/// # Errors
+/// Names the objects of the first such pair, how large they are, and what does it.
+pub fn check(surface: &Surface, settings: &Settings) -> Result<(), String> {
+    if !settings.uses_raster() {
+        return Ok(());
+    }
+    let triangles = |object: usize| {
+        let (first, end) = surface.objects[object].triangles;
+        u64::from(end - first)
+    };
+    let name = |object: usize| &settings.objects[object].name;
+    let number = |count: u64| grouped(count as f64);
+    for (object, others) in others(settings).into_iter().enumerate() {
+        for other in others.into_iter().map(|other| other as usize) {
+            let corners = 3 * triangles(object) * triangles(other);
+            if corners > MOST_CORNERS {
+                return Err(format!(
+                    "distance.method = \"raster\" draws the {} triangles of `{}` once for each of the {} of `{}`, \
+                     which makes {} corners, and at most {} are drawn: use distance.method = \"bvh\", or smaller meshes",
+                    number(triangles(object)),
+                    name(object),
+                    number(triangles(other)),
+                    name(other),
+                    number(corners),
+                    number(MOST_CORNERS),
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 impl RasterLayout {
@@ -338,5 +405,88 @@ impl Raster {
         texels * of_texel as u64
             + triangles * (size_of::<Vec4>() + size_of::<u32>()) as u64
             + owners * size_of::<Outline>() as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::scene::settings::{DistanceMethod, ObjectSettings};
+
+    fn draw(vertices: u32, instances: u32) -> RasterDraw {
+        RasterDraw {
+            vertices,
+            instances,
+            params: DistanceRasterParams {
+                first_face: 100,
+                ..DistanceRasterParams::default()
+            },
+        }
+    }
+
+    #[test]
+    fn pieces_of_a_draw_have_every_face_once() {
+        // The reference torus against itself, a mesh that is too large for a draw alone, and small ones.
+        for (vertices, instances, most, expected) in [
+            (82_944, 27_648, MOST_IN_A_DRAW, 137),
+            (30_000_000, 3, MOST_IN_A_DRAW, 3),
+            (36, 12, MOST_IN_A_DRAW, 1),
+            (6, 7, 18, 3),
+            (6, 6, 18, 2),
+            (0, 5, 18, 1),
+            (6, 0, 18, 0),
+        ] {
+            let whole = draw(vertices, instances);
+            let pieces: Vec<RasterDraw> = whole.in_pieces(most).collect();
+            assert_eq!(pieces.len(), expected, "{vertices} x {instances}");
+            let faces = pieces
+                .iter()
+                .flat_map(|p| p.params.first_face..p.params.first_face + p.instances);
+            assert!(faces.eq(100..100 + instances), "{vertices} x {instances}");
+            for piece in &pieces {
+                assert_eq!(piece.vertices, vertices);
+                let corners = u64::from(piece.vertices) * u64::from(piece.instances);
+                assert!(corners <= u64::from(most) || piece.instances == 1);
+            }
+        }
+    }
+
+    #[test]
+    fn pairs_that_are_too_large_are_refused_with_what_does_them() {
+        let mut settings = Settings::default();
+        settings.distance.method = DistanceMethod::Raster;
+        settings.objects = ["left", "middle", "right"]
+            .map(|name| ObjectSettings {
+                name: name.to_owned(),
+                ..ObjectSettings::default()
+            })
+            .to_vec();
+        let mesh = Mesh::builtin("cube").expect("it is there");
+        let mut surface = Surface::build(&[(&mesh, 1.0), (&mesh, 1.0), (&mesh, 1.0)]);
+        assert_eq!(check(&surface, &settings), Ok(()));
+        // As many as 26,754 each are drawn, and no more.
+        surface.objects[0].triangles = (0, 26_754);
+        surface.objects[2].triangles = (26_766, 26_766 + 26_754);
+        assert_eq!(check(&surface, &settings), Ok(()));
+        surface.objects[2].triangles.1 += 1;
+        let problem = check(&surface, &settings).unwrap_err();
+        for words in [
+            "26,754 triangles of `left`",
+            "26,755 of `right`",
+            "2,147,409,810 corners",
+            "at most 2,147,483,647",
+            "distance.method = \"bvh\"",
+        ] {
+            assert!(problem.contains(words), "{words}: {problem}");
+        }
+        // What does not count is not drawn, and other methods draw nothing.
+        settings.objects[0].distance_to = vec!["middle".to_owned()];
+        settings.objects[2].distance_to = vec!["middle".to_owned()];
+        assert_eq!(check(&surface, &settings), Ok(()));
+        settings.objects[0].distance_to.clear();
+        assert!(check(&surface, &settings).is_err());
+        settings.distance.method = DistanceMethod::Bvh;
+        assert_eq!(check(&surface, &settings), Ok(()));
     }
 }

@@ -108,7 +108,7 @@ fn weights(settings: &Settings) -> Vec<f32> {
 }
 
 /// For each object, the others that its distances are taken to.
-fn others(settings: &Settings) -> Vec<Vec<u32>> {
+pub(super) fn others(settings: &Settings) -> Vec<Vec<u32>> {
     let objects = &settings.objects;
     let counts = |of: usize, other: usize| {
         let names = &objects[of].distance_to;

@@ -8,7 +8,7 @@ use super::distance::DistancePlanner;
 use super::memory;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
-use super::raster::Raster;
+use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
@@ -114,13 +114,12 @@ impl Simulation {
         };
         self.poses_before = before;
         self.poses_of_step.clone_from(&self.poses);
-        let poses = self.poses_of_distances();
         params.update_distances(
             &mut self.planner,
             &self.settings,
             &self.setup,
             self.step,
-            &poses,
+            &self.poses,
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
@@ -147,17 +146,6 @@ impl Simulation {
         }
         self.physarums.clone_from(&physarums);
         Some(physarums)
-    }
-
-    /// The poses of the last step in which distances were due: those that a resumed run must begin with.
-    fn poses_of_distances(&self) -> Vec<Pose> {
-        let interval = u64::from(self.settings.distance.interval.max(1));
-        let due = self.step - self.step % interval;
-        if due == self.step {
-            return self.poses.clone();
-        }
-        let objects = &self.settings.objects;
-        self.movement.poses(objects, &self.setup.tracks, due)
     }
 
     /// The poses at a step, if they are others than those recorded last.
@@ -250,6 +238,7 @@ impl Simulation {
         let kernels = (constants != self.constants)
             .then(|| Kernels::new(&self.ctx, &constants))
             .transpose()?;
+        raster::check(&self.setup.surface, settings).map_err(Error::Invalid)?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &self.setup))
             .transpose()?;
@@ -310,6 +299,8 @@ impl Simulation {
         Ok(Snapshot {
             step: self.step,
             movement: self.movement.save(),
+            step_poses: self.poses_of_step.clone(),
+            distance_poses: self.planner.poses().to_vec(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -337,27 +328,19 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        let movement = snapshot.movement.restore();
-        let objects = snapshot.movement.object_count();
-        if movement.is_none() || objects != self.settings.objects.len() {
-            return Err(Error::Invalid(format!(
-                "the checkpoint has the poses of {objects} objects, or they are damaged; the scene has {}",
-                self.settings.objects.len()
-            )));
-        }
+        let movement = snapshot.movement_of(self.settings.objects.len());
+        let movement = movement.map_err(Error::Invalid)?;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.planner.forget();
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
         self.step = snapshot.step;
-        if let Some(movement) = movement {
-            self.movement = movement;
-            self.movement
-                .set_dt(self.settings.time.dt, self.last_step());
-        }
+        self.movement = movement;
+        self.movement
+            .set_dt(self.settings.time.dt, self.last_step());
         self.upload_poses()?;
-        self.poses_of_step.clone_from(&self.poses);
+        self.poses_of_step.clone_from(&snapshot.step_poses);
         self.upload_particles(snapshot, &self.settings.clone())
     }
 }

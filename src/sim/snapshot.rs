@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::movement::SavedMovement;
+use super::movement::{Movement, SavedMovement, is_rigid};
 use super::setup::Setup;
 use super::transfers::TransferState;
-use super::types::{Motion, Particle, Transfer};
+use super::types::{Motion, Particle, Pose, Transfer};
 
 /// The state after some step.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +14,10 @@ pub struct Snapshot {
     pub step: u64,
     /// The objects' time, and their poses from outside.
     pub movement: SavedMovement,
+    /// The poses of that step.
+    pub step_poses: Vec<Pose>,
+    /// The poses that distances between objects were last taken with; none before the first time.
+    pub distance_poses: Vec<Pose>,
     /// Where particles are.
     pub particles: Vec<Particle>,
     /// Where they are going.
@@ -48,7 +52,37 @@ impl Snapshot {
             deposits: vec![0; texels],
             transfers: TransferState::default(),
             movement: SavedMovement::default(),
+            step_poses: setup.poses.clone(),
+            distance_poses: Vec::new(),
         }
+    }
+
+    /// How the objects of a scene with so many of them move on from here.
+    ///
+    /// # Errors
+    /// When poses are damaged, or are those of another number of objects.
+    pub fn movement_of(&self, objects: usize) -> Result<Movement, String> {
+        let movement = self.movement.restore();
+        let there = self.movement.object_count();
+        let movement = movement.filter(|_| there == objects).ok_or_else(|| {
+            format!(
+                "the checkpoint has the poses of {there} objects, or they are damaged; the scene has {objects}"
+            )
+        })?;
+        for (poses, what, may_be_none) in [
+            (&self.step_poses, "a last step", false),
+            (&self.distance_poses, "distances taken", true),
+        ] {
+            let there = poses.len();
+            let fits = there == objects || (there == 0 && may_be_none);
+            if !fits || !poses.iter().all(is_rigid) {
+                return Err(format!(
+                    "the checkpoint has {what} with the poses of {there} objects, or these are damaged; \
+                     the scene has {objects}"
+                ));
+            }
+        }
+        Ok(movement)
     }
 
     /// A hash of everything that particles carry and of the trail's bits. The order of particles does not enter, so

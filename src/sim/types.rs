@@ -2,7 +2,7 @@
 //! The build compares every size and offset with the reflected shaders: a mismatch does not compile.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Affine3A, Vec3, Vec4};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3, Vec4};
 
 pub use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
@@ -228,6 +228,17 @@ impl From<Affine3A> for Pose {
             y: rows.y_axis,
             z: rows.z_axis,
         }
+    }
+}
+
+impl From<&Pose> for DAffine3 {
+    fn from(pose: &Pose) -> Self {
+        let rows = [pose.x, pose.y, pose.z].map(|row| row.as_dvec4());
+        let matrix = DMat3::from_cols(rows[0].truncate(), rows[1].truncate(), rows[2].truncate());
+        Self::from_mat3_translation(
+            matrix.transpose(),
+            DVec3::new(rows[0].w, rows[1].w, rows[2].w),
+        )
     }
 }
 

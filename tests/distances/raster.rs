@@ -5,7 +5,7 @@ use super::{TORUS, both, scene, scenes};
 use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, DepthMapping, DistanceMethod, SignRule};
-use myxo::sim::raster::RasterLayout;
+use myxo::sim::raster::{MOST_IN_A_DRAW, RasterLayout};
 use myxo::sim::{Setup, Simulation};
 
 /// The distances after one step by a method.
@@ -142,6 +142,36 @@ fn what_each_mapping_confuses_is_bounded() {
         );
         assert!(found.error < most_error, "{mapping:?}: {found:?}");
     }
+    gpu.finish();
+}
+
+/// A mesh so large that a draw of it for all triangles of the other is one of several.
+#[test]
+fn large_meshes_are_drawn_in_pieces() {
+    let Some(gpu) = gpu() else { return };
+    let ball = "builtin:icosphere?subdivisions=2";
+    let place = [1.1, 0.1, 0.2];
+    let meshes = [
+        ("builtin:torus", [0.0; 3], [0.0; 3]),
+        (ball, place, [0.0; 3]),
+    ];
+    let mut scene = scene(&meshes, |s| {
+        s.atlas.size = 256;
+        s.distance.reach = 0.1;
+    });
+    let [torus, ball] = [0, 1].map(|object: usize| {
+        let (first, end) = scene.surface.objects[object].triangles;
+        end - first
+    });
+    assert!(3 * torus * ball > MOST_IN_A_DRAW);
+    let bvh = fields(&gpu, &scene);
+    scene.settings.distance.method = DistanceMethod::Raster;
+    let raster = fields(&gpu, &scene);
+    let mut sum = Differences::default();
+    sum.add(&Setup::new(&scene).unwrap(), scene.radius, &bvh, &raster);
+    assert!(sum.within > 2000, "{sum:?}");
+    assert_eq!((sum.stranger, sum.other_sign), (0, 0), "{sum:?}");
+    assert!(sum.error < 1e-6, "{sum:?}");
     gpu.finish();
 }
 

@@ -328,6 +328,8 @@ impl Simulation {
         Snapshot {
             step: self.step,
             movement: self.movement.save(),
+            step_poses: self.poses.clone(),
+            distance_poses: self.planner.poses().to_vec(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
             trail: self.trail.clone(),
@@ -341,20 +343,21 @@ impl Simulation {
     /// # Panics
     /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
-        let movement = snapshot.movement.restore();
+        let movement = snapshot.movement_of(self.settings.objects.len());
         self.movement = movement.expect("the poses are sound");
         let objects = &self.settings.objects;
         let last = snapshot.step.saturating_sub(1);
         self.poses = self.movement.poses(objects, &self.setup.tracks, last);
         let strategy = self.settings.strategy();
         let state = arranged(snapshot, &self.setup, &self.poses, strategy);
+        self.poses.clone_from(&snapshot.step_poses);
         self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
         self.particles = state.particles;
         self.motions = state.motions;
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
         self.deposits.fill(0);
-        self.planner.forget();
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
         self.step = snapshot.step;
     }
 }
