@@ -227,23 +227,20 @@ fn one_kernel_runs_alone_and_leaves_the_state_alone() {
     assert_eq!(resumed["state_hash"], report(&straight)["state_hash"]);
 }
 
-/// Small, with some that change objects.
-const SMALL_TRIO: [&str; 9] = [
-    "trio",
-    "--set",
-    "particles.count=3000",
-    "--set",
-    "atlas.size=128",
-    "--set",
-    "physarum.speed=0.02",
-    "--set",
-    "transfer.threshold=0.01",
-];
+/// Two small objects in one another, so that some particles change.
+fn small_pair(folder: &Folder) -> std::path::PathBuf {
+    let file = folder.file("pair.toml");
+    let text = "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 64\n\
+        [transfer]\nthreshold = 0.01\n[[object]]\nmesh = \"builtin:cube?divisions=3\"\n\
+        [[object]]\nmesh = \"builtin:icosphere?subdivisions=2\"\nposition = [0.9, 0.3, 0.2]\n";
+    std::fs::write(&file, text).expect("there is room");
+    file
+}
 
-/// Those that a step of the small trio has, as the answer to a wrong name lists them.
-fn kernels_of_trio(options: &[&str]) -> Vec<String> {
+/// Those that a step of a scene has, as the answer to a wrong name lists them.
+fn kernels_of(scene: &[&str]) -> Vec<String> {
     let wrong = ["--kernel", "nothing_like_it", "--warmup", "0"];
-    let message = failed(&[&["profile"], &SMALL_TRIO[..], options, &wrong].concat());
+    let message = failed(&[&["profile"], scene, &wrong].concat());
     let (_, list) = message.trim_end().split_once(": it has ").expect("a list");
     list.split(", ").map(str::to_owned).collect()
 }
@@ -253,6 +250,8 @@ fn every_kernel_of_a_step_runs_alone() {
     if no_device() {
         return;
     }
+    let folder = Folder::new();
+    let pair = small_pair(&folder);
     let spreading = ["diffuse", "diffuse_seams", "exchange_seams"];
     let by_trees = ["distance_tiles", "distance", "exchange_seams", "unfold"];
     for (strategy, method, expected) in [
@@ -277,8 +276,8 @@ fn every_kernel_of_a_step_runs_alone() {
             format!("transfer.strategy={strategy}"),
             format!("distance.method={method}"),
         ];
-        let options = ["--set", &settings[0], "--set", &settings[1]];
-        let kernels = kernels_of_trio(&options);
+        let scene = [path(&pair), "--set", &settings[0], "--set", &settings[1]];
+        let kernels = kernels_of(&scene);
         for kernel in expected.split(' ').chain(spreading) {
             assert!(kernels.iter().any(|k| k == kernel), "{kernel}: {kernels:?}");
         }
@@ -294,7 +293,7 @@ fn every_kernel_of_a_step_runs_alone() {
         {
             let run = ["--kernel", kernel, "--steps", "3", "--warmup", "4"];
             let json = ["--json", "--validate"];
-            let all = [&["profile"], &SMALL_TRIO[..], &options, &run, &json].concat();
+            let all = [&["profile"], &scene[..], &run, &json].concat();
             let output = myxo(&all);
             assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
             let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
