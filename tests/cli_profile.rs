@@ -227,11 +227,99 @@ fn one_kernel_runs_alone_and_leaves_the_state_alone() {
     assert_eq!(resumed["state_hash"], report(&straight)["state_hash"]);
 }
 
+/// Two small objects in one another, so that some particles change.
+fn small_pair(folder: &Folder) -> std::path::PathBuf {
+    let file = folder.file("pair.toml");
+    let text = "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 64\n\
+        [transfer]\nthreshold = 0.01\n[[object]]\nmesh = \"builtin:cube?divisions=3\"\n\
+        [[object]]\nmesh = \"builtin:icosphere?subdivisions=2\"\nposition = [0.9, 0.3, 0.2]\n";
+    std::fs::write(&file, text).expect("there is room");
+    file
+}
+
+/// Those that a step of a scene has, as the answer to a wrong name lists them.
+fn kernels_of(scene: &[&str]) -> Vec<String> {
+    let wrong = ["--kernel", "nothing_like_it", "--warmup", "0"];
+    let message = failed(&[&["profile"], scene, &wrong].concat());
+    let (_, list) = message.trim_end().split_once(": it has ").expect("a list");
+    list.split(", ").map(str::to_owned).collect()
+}
+
+#[test]
+fn every_kernel_of_a_step_runs_alone() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let pair = small_pair(&folder);
+    let spreading = ["diffuse", "diffuse_seams", "exchange_seams"];
+    let by_trees = ["distance_tiles", "distance", "exchange_seams", "unfold"];
+    for (strategy, method, expected) in [
+        (
+            "parallel",
+            "bvh",
+            "transfer_in advance move_border transfer_out defragment_scan defragment_swap",
+        ),
+        (
+            "sequential",
+            "brute",
+            "distance_brute defragment_sequential",
+        ),
+        (
+            "direct",
+            "raster",
+            "distance_raster distance_merge transfer_in",
+        ),
+        ("respawn", "bvh", "advance move_border respawn"),
+    ] {
+        let settings = [
+            format!("transfer.strategy={strategy}"),
+            format!("distance.method={method}"),
+        ];
+        let scene = [path(&pair), "--set", &settings[0], "--set", &settings[1]];
+        let kernels = kernels_of(&scene);
+        for kernel in expected.split(' ').chain(spreading) {
+            assert!(kernels.iter().any(|k| k == kernel), "{kernel}: {kernels:?}");
+        }
+        if strategy == "parallel" {
+            let names = by_trees.iter().chain(&["transfer_in", "advance"]);
+            assert!(names.eq(&kernels[..6]), "in their order: {kernels:?}");
+        }
+        // Each alone; those that all strategies share, once.
+        let shared = |kernel: &str| spreading.contains(&kernel) || by_trees.contains(&kernel);
+        for kernel in kernels
+            .iter()
+            .filter(|k| strategy == "parallel" || !shared(k))
+        {
+            let run = ["--kernel", kernel, "--steps", "3", "--warmup", "4"];
+            let json = ["--json", "--validate"];
+            let all = [&["profile"], &scene[..], &run, &json].concat();
+            let output = myxo(&all);
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+            assert_eq!(report["alone"].as_str(), Some(kernel.as_str()));
+            let rows = report["kernels"].as_array().expect("they are listed");
+            if rows.iter().any(|row| row["mean_ms"].is_number()) {
+                assert_eq!(rows.len(), 1, "{rows:?}");
+                assert_eq!(rows[0]["name"].as_str(), Some(kernel.as_str()));
+                assert_eq!(rows[0]["dispatches_per_step"], 1.0);
+            }
+        }
+    }
+}
+
 #[test]
 fn unknown_kernels_are_answered_with_those_that_exist() {
-    let message = failed(&["profile", "cube", "--kernel", "difuse"]);
+    if no_device() {
+        return;
+    }
+    let message = failed(&[&["profile"], &TINY[..], &["--kernel", "difuse"]].concat());
     assert_eq!(
         message,
-        "myxo: there is no kernel `difuse`, did you mean `diffuse`?: those of a step are distance, advance, diffuse, diffuse_seams, exchange_seams\n"
+        "myxo: a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, diffuse, diffuse_seams, exchange_seams\n"
     );
+    // Another scene has it.
+    let options = ["--kernel", "transfer_out"];
+    let message = failed(&[&["profile"], &TINY[..], &options].concat());
+    assert!(message.contains("no kernel `transfer_out`"), "{message}");
 }

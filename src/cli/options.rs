@@ -41,7 +41,8 @@ pub struct DeviceOptions {
     /// Computes on this device: its number or a part of its name, as `myxo info` lists them
     #[arg(long, value_name = "N|NAME")]
     pub device: Option<String>,
-    /// Turns on Vulkan's validation layers and, without a window, the checks of invariants; slower
+    /// Turns on Vulkan's validation layers and the checks of invariants, after every step or, in the window, once a second;
+    /// slower
     #[arg(long)]
     pub validate: bool,
 }

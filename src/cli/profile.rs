@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myxo::scene::suggest::nearest;
-use myxo::sim::step::KERNELS;
 use myxo::{Error, Result};
 
 use super::files::{Sink, check_distinct};
@@ -20,6 +19,7 @@ Examples:
   myxo profile torus                            a table
   myxo profile torus --steps 500 --json > torus.json
   myxo profile cube --kernel advance            one kernel alone
+  myxo profile trio --kernel transfer_out       any that a step of the scene has
   myxo profile cube --trace cube.trace.json     for ui.perfetto.dev")]
 pub struct Profile {
     /// A built-in name, a .toml file or a model
@@ -30,8 +30,10 @@ pub struct Profile {
     /// Steps before that, which are not measured: the first ones compile kernels, and trails have yet to form
     #[arg(long, value_name = "N", default_value_t = 50)]
     warmup: u32,
-    /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds in the next step, with no
-    /// other kernel between. The state hash and --checkpoint are those of the warm-up's end
+    /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds when it comes for the first
+    /// time in the next step (with turns: in the first object's), with no other kernel between; what it changes is
+    /// brought back before each run, which is not measured. Every kernel of the scene's step can be named, those that
+    /// take distances among them. The state hash and --checkpoint are those of the warm-up's end
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
     /// Prints the report as JSON instead of the table
@@ -50,7 +52,6 @@ pub struct Profile {
 impl Profile {
     /// Checks everything that can be checked before the work, and does it.
     pub fn run(&self) -> Result<Outcome> {
-        let kernel = self.kernel.as_deref().map(kernel_called).transpose()?;
         let files = self.report.iter().chain(&self.trace);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
         let scene = self.common.load(&self.scene)?;
@@ -63,20 +64,15 @@ impl Profile {
             console::message("the validation layers are on: these times are not worth comparing");
         }
 
-        let has_turns = session.simulation.settings().strategy().has_turns();
-        if has_turns && kernel.is_some_and(|kernel| KERNELS[kernel].0 == "advance") {
-            return Err(Error::Invalid(
-                "`advance` cannot be measured alone where objects have turns, because each particle advances once a step: \
-                 add --set transfer.strategy=direct"
-                    .to_owned(),
-            ));
+        if let Some(kernel) = &self.kernel {
+            check_kernel(kernel, session.kernels())?;
         }
 
         let warm = repeat(self.warmup, || session.step())?;
         let measured = |session: &mut Session| {
             session.begin_measuring(self.steps as usize, self.trace.is_some())
         };
-        let (ending, completed) = match kernel {
+        let (ending, completed) = match &self.kernel {
             None => {
                 measured(&mut session)?;
                 let completed = warm && repeat(self.steps, || session.step())?;
@@ -84,11 +80,12 @@ impl Profile {
             }
             Some(kernel) => {
                 let ending = session.finish()?;
-                // Once before, to compile it and to bring about what it finds.
-                session.run_alone(kernel, true)?;
+                let alone = session.run_before(kernel)?;
+                // Once before, to compile it.
+                session.run_alone(&alone)?;
                 measured(&mut session)?;
                 let mut run = || {
-                    session.run_alone(kernel, false)?;
+                    session.run_alone(&alone)?;
                     session.progress.step();
                     Ok(())
                 };
@@ -151,20 +148,18 @@ fn repeat(times: u32, mut work: impl FnMut() -> Result<()>) -> Result<bool> {
     Ok(!interrupt::requested())
 }
 
-/// The number of a kernel in a step.
-fn kernel_called(name: &str) -> Result<usize> {
-    let names = KERNELS.map(|(name, _)| name);
-    names
-        .iter()
-        .position(|known| *known == name)
-        .ok_or_else(|| {
-            let meant = nearest(name, names.into_iter())
-                .map_or(String::new(), |near| format!(", did you mean `{near}`?"));
-            Error::Invalid(format!(
-                "there is no kernel `{name}`{meant}: those of a step are {}",
-                names.join(", ")
-            ))
-        })
+/// Makes sure that a kernel is one of the scene's step.
+fn check_kernel(name: &str, kernels: &[(String, u32)]) -> Result<()> {
+    let names: Vec<&str> = kernels.iter().map(|(name, _)| name.as_str()).collect();
+    if names.contains(&name) {
+        return Ok(());
+    }
+    let meant = nearest(name, names.iter().copied())
+        .map_or(String::new(), |near| format!(", did you mean `{near}`?"));
+    Err(Error::Invalid(format!(
+        "a step of this scene has no kernel `{name}`{meant}: it has {}",
+        names.join(", ")
+    )))
 }
 
 #[cfg(test)]
@@ -173,11 +168,12 @@ mod tests {
 
     #[test]
     fn unknown_kernels_are_answered_with_the_nearest_and_all() {
-        assert_eq!(kernel_called("advance").ok(), Some(1));
-        let error = kernel_called("difuse").unwrap_err().to_string();
+        let kernels = ["advance", "diffuse", "exchange_seams"].map(|name| (name.to_owned(), 1));
+        assert!(check_kernel("advance", &kernels).is_ok());
+        let error = check_kernel("difuse", &kernels).unwrap_err().to_string();
         assert_eq!(
             error,
-            "there is no kernel `difuse`, did you mean `diffuse`?: those of a step are distance, advance, diffuse, diffuse_seams, exchange_seams"
+            "a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, diffuse, exchange_seams"
         );
     }
 }

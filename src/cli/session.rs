@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Calibration, Context, ContextOptions, Frames, Recorder, Trace, default_cache_folder,
+    Alone, Calibration, Context, ContextOptions, Frames, Recorder, Trace, default_cache_folder,
 };
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::{Simulation, Snapshot, memory, step};
+use myxo::sim::{Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
@@ -36,6 +36,8 @@ pub struct Session {
     started: Instant,
     first_step: u64,
     trace: Option<Tracing>,
+    /// The kernels of a step, in order, and how often each runs in one that takes all distances.
+    kernels: Vec<(String, u32)>,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -103,8 +105,11 @@ impl Session {
                     .collect::<String>()
             ));
         }
+        let mut frames = Frames::new(&ctx, FRAMES_IN_FLIGHT)?;
+        let kernels = counted(simulation.kernels(&mut frames.begin()?));
         Ok(Self {
-            frames: Frames::new(&ctx, FRAMES_IN_FLIGHT)?,
+            frames,
+            kernels,
             progress: Progress::new(steps, &scene.name),
             first_step: simulation.step(),
             ctx,
@@ -191,15 +196,21 @@ impl Session {
         Ok(())
     }
 
-    /// Runs number `kernel` of [`step::KERNELS`] once, on what it would find in the next step if `with_those_before`
-    /// was true the first time. No step is possible any more.
-    pub fn run_alone(&mut self, kernel: usize, with_those_before: bool) -> Result<()> {
-        self.submit(|simulation, rec| {
-            if with_those_before {
-                (0..kernel).for_each(|before| simulation.record_alone(rec, before));
-            }
-            rec.scope("step", |rec| simulation.record_alone(rec, kernel));
-        })
+    /// The kernels of a step, each once, in order.
+    pub fn kernels(&self) -> &[(String, u32)] {
+        &self.kernels
+    }
+
+    /// Does what the next step does before a kernel. No step is possible any more.
+    pub fn run_before(&mut self, kernel: &str) -> Result<Alone> {
+        let mut alone = None;
+        self.submit(|simulation, rec| alone = Some(simulation.record_before(rec, kernel)))?;
+        alone.expect("it was recorded")
+    }
+
+    /// Runs that kernel once, on what it would find in the next step.
+    pub fn run_alone(&mut self, alone: &Alone) -> Result<()> {
+        self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
     /// Waits for the last step, checks and keeps the state.
@@ -287,12 +298,12 @@ impl Session {
         if self.ctx.info().has_timestamps() {
             return times::rows(&times, self.simulation.setup());
         }
-        let untimed = |(name, _): (&str, step::Record)| KernelTime {
-            name: name.to_owned(),
-            dispatches_per_step: 1.0,
+        let untimed = |(name, count): &(String, u32)| KernelTime {
+            name: name.clone(),
+            dispatches_per_step: f64::from(*count),
             ..KernelTime::default()
         };
-        step::KERNELS.map(untimed).into()
+        self.kernels.iter().map(untimed).collect()
     }
 
     /// The table of kernel times, or why there is none.
@@ -348,6 +359,18 @@ impl Session {
             })?;
         Ok((json, agreement))
     }
+}
+
+/// Each name once, in the order of their first, and how often it comes.
+fn counted(names: Vec<String>) -> Vec<(String, u32)> {
+    let mut counted: Vec<(String, u32)> = Vec::new();
+    for name in names {
+        match counted.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, count)) => *count += 1,
+            None => counted.push((name, 1)),
+        }
+    }
+    counted
 }
 
 /// Clocks run apart: the offset half-way from one calibration to the other is at most half the difference wrong.

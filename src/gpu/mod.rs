@@ -13,6 +13,7 @@
 //! **Invariant:** binding numbers, group sizes and element types stand in the shaders and nowhere on the host.
 
 mod access;
+mod alone;
 mod buffer;
 mod buffer_core;
 mod cache;
@@ -42,6 +43,7 @@ mod trace;
 mod transfer;
 
 pub use access::Access;
+pub use alone::Alone;
 pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
 pub use buffer_core::BufferCore;
 pub use cache::default_cache_folder;

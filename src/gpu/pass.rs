@@ -38,6 +38,8 @@ pub struct PassRecorder<'a> {
     depth: Option<DepthTest>,
     /// Does every draw have its own time?
     times_draws: bool,
+    /// Does the pass not take place?
+    skips: bool,
 }
 
 impl Recorder {
@@ -98,6 +100,21 @@ impl Recorder {
             "depth has {samples} samples, `{}` has others",
             color.name()
         );
+
+        let takes_place = match kind {
+            SpanKind::Kernel => self.admits_kernel(name, Vec::new()),
+            _ => !self.skips(),
+        };
+        if !takes_place {
+            return record(&mut PassRecorder {
+                format: color.format(),
+                samples,
+                depth: targets.depth.map(|_| targets.depth_test),
+                times_draws: false,
+                skips: true,
+                rec: self,
+            });
+        }
 
         // Inside a pass there can be neither: the draws share what is noted here.
         self.leave_crumb(name);
@@ -188,10 +205,12 @@ impl Recorder {
             samples,
             depth,
             times_draws: kind == SpanKind::Scope,
+            skips: false,
         });
         // SAFETY: begun above.
         unsafe { loader.cmd_end_rendering(self.raw()) };
         self.end_span();
+        self.ends_alone();
         result
     }
 
@@ -255,7 +274,7 @@ impl PassRecorder<'_> {
             self.samples,
             self.depth
         );
-        if vertices == 0 || instances == 0 {
+        if vertices == 0 || instances == 0 || self.skips {
             return;
         }
         self.rec.bind::<D>(

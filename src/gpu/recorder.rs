@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::access::Access;
+use super::alone::Part;
 use super::buffer::{AnyBuffer, Buffer};
 use super::context::Context;
 use super::frame::FrameResources;
@@ -31,6 +32,8 @@ pub struct Recorder {
     pub(crate) works: Vec<String>,
     /// What may have called `debug_value`, in order.
     pub(crate) debug_kernels: Vec<String>,
+    /// Which part of what is recorded takes place.
+    pub(crate) part: Part,
 }
 
 /// A span whose times are not known yet.
@@ -55,6 +58,7 @@ impl Recorder {
             submitted: false,
             works: Vec::new(),
             debug_kernels: Vec::new(),
+            part: Part::Whole,
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder
@@ -86,6 +90,9 @@ impl Recorder {
         let Some([x, y]) = threads.groups(K::GROUP_SIZE, self.ctx().info().max_group_count) else {
             return;
         };
+        if !self.admits::<K>(&args) {
+            return;
+        }
         self.bind::<K>(
             pipeline.core(),
             vk::PipelineBindPoint::COMPUTE,
@@ -117,6 +124,9 @@ impl Recorder {
             groups.name(),
             groups.len()
         );
+        if !self.admits::<K>(&args) {
+            return;
+        }
         let core = groups.core();
         core.touch(self.ticket, K::NAME, Access::Indirect, true, false);
         self.bind::<K>(
@@ -138,6 +148,9 @@ impl Recorder {
 
     /// What was done by `from` to the buffers happens before, and is seen by, what `to` does next.
     pub fn barrier(&mut self, from: Access, to: Access, buffers: &[&dyn AnyBuffer]) {
+        if matches!(self.part, Part::Names(_)) {
+            return;
+        }
         let barriers: Vec<_> = buffers
             .iter()
             .map(|buffer| {
@@ -314,6 +327,7 @@ impl Recorder {
         }
         record(self);
         self.end_span();
+        self.ends_alone();
     }
 
     /// Once a picture has been drawn, llvmpipe keeps timestamps back until it next flushes, which would be after the
@@ -357,17 +371,17 @@ impl Recorder {
         } else {
             (8, &whole_head[2..3])
         };
-        self.debug_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
+        self.full_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
         // SAFETY: the list is alive as long as the frame; the head lies in it.
         unsafe {
             let bytes = bytemuck::cast_slice(words);
             self.device()
                 .cmd_update_buffer(self.raw(), list.buffer().core().raw(), offset, bytes);
         }
-        self.debug_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
+        self.full_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
     }
 
-    fn debug_barrier(&self, to: vk::PipelineStageFlags) {
+    pub(crate) fn full_barrier(&self, to: vk::PipelineStageFlags) {
         let host = to.contains(vk::PipelineStageFlags::HOST);
         let barrier = vk::MemoryBarrier::default()
             .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
@@ -433,7 +447,7 @@ impl Recorder {
     /// Closes the frame's own span.
     pub(crate) fn finish(&mut self) {
         if !self.debug_kernels.is_empty() {
-            self.debug_barrier(vk::PipelineStageFlags::HOST);
+            self.full_barrier(vk::PipelineStageFlags::HOST);
         }
         self.end_span();
         assert!(self.open.is_empty(), "a scope is still open");

@@ -105,6 +105,7 @@ impl Clocks {
         facts.texels = setup.atlas.owned_count as usize;
         facts.kernels.clear();
         facts.step_ms = None;
+        facts.check = None;
     }
 
     fn read_timers(&mut self, frames: &Frames) {

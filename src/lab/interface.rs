@@ -13,6 +13,7 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
 use myxo::sim::types::Flow;
 
+use super::checks::Check;
 use super::keys::{self, KeyAction};
 use super::navigation::Navigation;
 use super::theme;
@@ -78,6 +79,8 @@ pub struct Facts {
     pub particles_drawn: u32,
     /// Transfers between objects.
     pub flow: Flow,
+    /// What the last check of the invariants has found, where they are checked.
+    pub check: Option<Check>,
     /// Triangles of all objects.
     pub triangles: usize,
     /// Texels that triangles own.

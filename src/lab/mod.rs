@@ -1,5 +1,6 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
+mod checks;
 mod clocks;
 mod interface;
 mod keys;
@@ -8,6 +9,7 @@ mod navigation;
 mod overlays;
 mod pacing;
 mod panel;
+mod place;
 mod rows;
 mod stage;
 mod theme;
@@ -25,7 +27,8 @@ use winit::event_loop::EventLoop;
 pub struct LabOptions {
     /// Index or part of the name of the device; `None` takes the best that can show pictures.
     pub device: Option<String>,
-    /// Switches on the validation layers; what they say goes to the log, and ends the lab with an error.
+    /// Switches on the validation layers, and checks of the invariants now and then; what they say goes to the log or to
+    /// the panel, and ends the lab with an error.
     pub validation: bool,
     /// Width and height of the window, pixels.
     pub size: [u32; 2],

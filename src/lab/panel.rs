@@ -6,6 +6,7 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::Show;
 use myxo::sim::types::Flow;
 
+use super::checks::Check;
 use super::interface::{Command, Facts, Interface};
 use super::rows::{RowContext, grouped, row};
 use super::theme;
@@ -92,6 +93,9 @@ impl Interface {
             }
         });
         transfers(ui, facts, self.running.transfer.buffer_size);
+        if let Some(check) = &facts.check {
+            invariants(ui, check);
+        }
         if self.is_pending() {
             ui.horizontal(|ui| {
                 let button =
@@ -217,6 +221,7 @@ impl Interface {
             filter.is_empty() || name.to_lowercase().contains(&filter) || key.contains(&filter)
         };
         let mut changed = false;
+        let shared = self.edited.physarum.clone();
         for (prefix, title, open) in SECTIONS {
             let parameters: Vec<_> = PARAMETERS
                 .iter()
@@ -229,6 +234,7 @@ impl Interface {
                 let context = RowContext {
                     loaded: &self.loaded,
                     running: &self.running,
+                    shared: &shared,
                 };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited, &context);
@@ -250,7 +256,11 @@ impl Interface {
             }
             let title = format!("Object: {}", self.edited.objects[i].name);
             section(ui, &title, false, !filter.is_empty(), |ui| {
-                let context = RowContext { loaded, running };
+                let context = RowContext {
+                    loaded,
+                    running,
+                    shared: &shared,
+                };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
                 }
@@ -289,6 +299,28 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
                 grouped(most_wanted.into())
             ));
     }
+}
+
+/// Whether the invariants hold, and what it costs to look.
+fn invariants(ui: &mut Ui, check: &Check) {
+    let cost = format!(
+        "The last check was of step {} and took {:.0} ms, in which nothing else happened. Particles are counted, windows \
+         and places are looked at.",
+        grouped(check.step as f64),
+        1e3 * check.took.as_secs_f64()
+    );
+    match &check.problem {
+        Some(problem) => {
+            let text = format!("{problem}; this is a bug in myxo");
+            ui.label(RichText::new(text).color(theme::ERROR))
+        }
+        None => {
+            let share = 100.0 * check.share;
+            let text = format!("invariants hold; checks take {share:.0} %");
+            ui.label(RichText::new(text).monospace().color(theme::WEAK))
+        }
+    }
+    .on_hover_text(cost);
 }
 
 /// The sections of the table, in the panel's order, with their titles and whether they begin open.

@@ -2,6 +2,7 @@
 
 use egui::{Align, Layout, RichText, Slider, SliderClamping, Ui};
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
+use myxo::scene::settings::PhysarumSettings;
 
 use super::theme;
 use super::widgets::wide_slider;
@@ -13,6 +14,8 @@ pub struct RowContext<'a, T> {
     pub loaded: &'a T,
     /// What the simulation runs with.
     pub running: &'a T,
+    /// What objects share with the scene as long as they have nothing of their own.
+    pub shared: &'a PhysarumSettings,
 }
 
 /// Shows a parameter and lets it be changed; true if it was.
@@ -57,21 +60,27 @@ pub fn row<T>(
                 }
             });
         });
-        changed |= editor(ui, parameter, value);
+        changed |= editor(ui, parameter, value, context.shared);
         ui.add_space(1.0);
     });
     changed
 }
 
 /// The line below the name, by what the parameter holds.
-fn editor<T>(ui: &mut Ui, parameter: &Parameter<T>, value: &mut T) -> bool {
+fn editor<T>(
+    ui: &mut Ui,
+    parameter: &Parameter<T>,
+    value: &mut T,
+    shared: &PhysarumSettings,
+) -> bool {
     match &parameter.kind {
         Kind::Number(number) => slider(ui, number, value),
         Kind::Own(own) => {
             let before = (own.get)(value);
             let mut has = before.is_some();
             let (low, high) = own.slider;
-            let mut now = before.unwrap_or(0.5 * (low + high));
+            // A value of its own begins as what holds here anyway.
+            let mut now = before.unwrap_or((own.shared)(shared));
             ui.checkbox(&mut has, "of its own")
                 .on_hover_text("Otherwise the scene's value holds here too.");
             if has {

@@ -23,10 +23,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
 use super::LabOptions;
+use super::checks::Checks;
 use super::clocks::Clocks;
 use super::interface::{Command, Interface};
 use super::loading::Loading;
 use super::pacing::Pacer;
+use super::place::Place;
 use super::stage::{Stage, save_screenshot};
 use super::theme;
 
@@ -122,6 +124,11 @@ impl ApplicationHandler for App {
         if let Some(mut lab) = self.lab.take() {
             let _ = lab.frames.wait_idle();
             lab.report_messages();
+            let problem = lab.checks.as_ref().and_then(Checks::problem);
+            if let (Some(problem), None) = (problem, &self.error) {
+                let text = format!("{problem}; this is a bug in myxo");
+                self.error = Some(Error::Invalid(text));
+            }
             if lab.message_count > 0 && self.error.is_none() {
                 let count = lab.message_count;
                 let text = format!(
@@ -143,6 +150,8 @@ struct Lab {
     interface: Interface,
     egui: egui_winit::State,
     clocks: Clocks,
+    /// Where the validation layers are on.
+    checks: Option<Checks>,
     pacer: Pacer,
     /// Steps that were asked for one by one.
     single_steps: u32,
@@ -233,6 +242,7 @@ impl Lab {
             interface,
             egui,
             clocks,
+            checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
             single_steps: 0,
             closing: false,
@@ -306,6 +316,7 @@ impl Lab {
         self.swapchain.present(&mut self.frames, rec, image)?;
         self.clocks
             .shown(steps, &self.ctx, &self.frames, &self.stage, &mut self.pacer);
+        self.check()?;
         self.report_messages();
         if let Some(left) = &mut self.frames_left {
             *left = left.saturating_sub(1);
@@ -458,8 +469,26 @@ impl Lab {
             self.interface.restarted(scene);
         }
         self.clocks.restart(&mut self.frames, &self.stage);
+        if let Some(checks) = &mut self.checks {
+            checks.restart();
+        }
         self.pacer.restart();
         self.moved = Instant::now();
+    }
+
+    /// Checks the invariants, if that is due, and tells the panel.
+    fn check(&mut self) -> Result<()> {
+        let Some(checks) = &mut self.checks else {
+            return Ok(());
+        };
+        if checks.look(&mut self.frames, &self.stage.simulation)? {
+            self.clocks.facts.check.clone_from(&checks.last);
+            self.window.request_redraw();
+            if let Some(problem) = checks.problem() {
+                log::error!("{problem}");
+            }
+        }
+        Ok(())
     }
 
     /// Passes on what the validation layers say.
@@ -472,41 +501,6 @@ impl Lab {
         if !told.entries.is_empty() || told.overflow > 0 {
             log::warn!("told by debug_value:\n{told}");
         }
-    }
-}
-
-/// Where the picture lies in the window, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
-    corner: [u32; 2],
-    size: [u32; 2],
-}
-
-impl Place {
-    /// Covers `rect` (points), as far as the window has pixels.
-    fn of(rect: egui::Rect, pixels_per_point: f32, window: [u32; 2]) -> Self {
-        let pixel = |points: f32, most: u32, round: fn(f32) -> f32| {
-            (round(points * pixels_per_point).max(0.0) as u32).min(most)
-        };
-        let corner = [
-            pixel(rect.left(), window[0], f32::floor),
-            pixel(rect.top(), window[1], f32::floor),
-        ];
-        let end = [
-            pixel(rect.right(), window[0], f32::ceil),
-            pixel(rect.bottom(), window[1], f32::ceil),
-        ];
-        Self {
-            corner,
-            size: [
-                end[0].saturating_sub(corner[0]),
-                end[1].saturating_sub(corner[1]),
-            ],
-        }
-    }
-
-    fn is_empty(self) -> bool {
-        self.size.contains(&0)
     }
 }
 
@@ -556,7 +550,6 @@ pub fn no_window(source: &dyn std::fmt::Display) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use egui::{Rect, pos2};
 
     #[test]
     fn a_missing_display_is_said_without_a_place_in_somebody_elses_source() {
@@ -568,27 +561,5 @@ mod tests {
             "{message}"
         );
         assert!(no_window(&"no memory").to_string().contains("(no memory)"));
-    }
-
-    #[test]
-    fn the_picture_covers_its_part_of_the_window_and_no_more() {
-        let rect = Rect::from_min_max(pos2(336.0, 0.0), pos2(1000.3, 700.7));
-        assert_eq!(
-            Place::of(rect, 1.0, [1000, 720]),
-            Place {
-                corner: [336, 0],
-                size: [664, 701],
-            }
-        );
-        assert_eq!(Place::of(rect, 2.0, [2000, 1440]).corner, [672, 0]);
-        assert!(Place::of(Rect::NOTHING, 1.0, [100, 100]).is_empty());
-        assert!(
-            Place::of(
-                Rect::from_min_max(pos2(336.0, 0.0), pos2(200.0, 80.0)),
-                1.0,
-                [200, 100]
-            )
-            .is_empty()
-        );
     }
 }

@@ -6,7 +6,7 @@ mod macros;
 mod objects;
 mod table;
 
-use super::settings::Settings;
+use super::settings::{PhysarumSettings, Settings};
 
 pub use objects::OBJECT_PARAMETERS;
 pub use table::PARAMETERS;
@@ -76,6 +76,8 @@ pub struct Own<T: 'static> {
     pub scale: Scale,
     /// Reads the value; `None` where it is the scene's.
     pub get: fn(&T) -> Option<f64>,
+    /// Reads the scene's.
+    pub shared: fn(&PhysarumSettings) -> f64,
     /// Writes the value.
     pub set: fn(&mut T, Option<f64>),
 }

@@ -1,5 +1,7 @@
 //! A running simulation on the GPU.
 
+mod alone;
+
 use std::sync::Arc;
 
 use glam::{Affine3A, DAffine3};
@@ -192,25 +194,6 @@ impl Simulation {
     #[must_use]
     pub fn time(&self) -> f64 {
         self.movement.time_at(self.last_step())
-    }
-
-    /// Records number `kernel` of [`step::KERNELS`] and nothing else of the next step, to measure it. The state is
-    /// none that steps lead to afterwards; [`Simulation::restore`] leads back.
-    ///
-    /// # Panics
-    /// When there is no such kernel.
-    pub fn record_alone(&self, rec: &mut Recorder, kernel: usize) {
-        let mut params = self.params();
-        // All distances, whatever has changed: that is what can be measured alone.
-        params.update_distances(
-            &mut DistancePlanner::default(),
-            &self.settings,
-            &self.setup,
-            self.step,
-            &self.poses,
-        );
-        let (_, record) = step::KERNELS[kernel];
-        record(rec, &self.kernels, &self.state, &params);
     }
 
     /// Takes over changed settings, poses of objects among them, from the next step on.

@@ -268,6 +268,7 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
+            distance_poses: Vec::new(),
             particles,
             motions,
             trail: vec![0.5, 0.25, 0.0, 1.0],

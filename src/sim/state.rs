@@ -112,6 +112,8 @@ pub struct PingPong<T> {
     /// What is written for the next step, or was read in the last one.
     pub back: Buffer<T>,
     back_views: Views<T>,
+    /// Was front back at first?
+    is_swapped: bool,
 }
 
 impl<T: TexelScalar> PingPong<T> {
@@ -123,6 +125,7 @@ impl<T: TexelScalar> PingPong<T> {
             back_views: Views::new(&back)?,
             front,
             back,
+            is_swapped: false,
         })
     }
 
@@ -130,7 +133,16 @@ impl<T: TexelScalar> PingPong<T> {
     pub fn swap(&mut self) {
         std::mem::swap(&mut self.front, &mut self.back);
         std::mem::swap(&mut self.front_views, &mut self.back_views);
+        self.is_swapped = !self.is_swapped;
     }
+}
+
+/// Which of two buffers each have which role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Roles {
+    trail: bool,
+    deposits: bool,
+    transfers: bool,
 }
 
 /// Every buffer of the simulation.
@@ -285,5 +297,28 @@ impl State {
                 .then(|| Raster::new(ctx, setup))
                 .transpose()?,
         })
+    }
+
+    /// Which buffers have which roles now.
+    #[must_use]
+    pub fn roles(&self) -> Roles {
+        Roles {
+            trail: self.trail.is_swapped,
+            deposits: self.deposits.is_swapped,
+            transfers: self.transfers.is_swapped(),
+        }
+    }
+
+    /// Gives the buffers roles that they had before; what they hold stays.
+    pub fn return_to(&mut self, roles: Roles) {
+        if self.trail.is_swapped != roles.trail {
+            self.trail.swap();
+        }
+        if self.deposits.is_swapped != roles.deposits {
+            self.deposits.swap();
+        }
+        if self.transfers.is_swapped() != roles.transfers {
+            self.transfers.swap();
+        }
     }
 }

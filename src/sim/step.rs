@@ -23,19 +23,6 @@ use distances::distance;
 const TRANSFERS: usize = 0;
 const WINDOW: usize = 1;
 
-/// Records a kernel and the barrier behind it, after which the same kernel may come again: that is how one is timed
-/// alone.
-pub type Record = fn(&mut Recorder, &Kernels, &State, &StepParams);
-
-/// The kernels of a step, in order, by name.
-pub const KERNELS: [(&str, Record); 5] = [
-    ("distance", distance),
-    ("advance", advance),
-    ("diffuse", diffuse),
-    ("diffuse_seams", diffuse_seams),
-    ("exchange_seams", exchange_seams),
-];
-
 /// What the host has found to be others than in the step before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
@@ -95,14 +82,14 @@ pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
 /// Every particle advances once. Those that go into another object change to it, as the strategy says.
 fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: &Turn) {
     match all.strategy {
-        Strategy::None => advance_turn(rec, k, s, all),
+        Strategy::None => advance(rec, k, s, all),
         Strategy::Respawn => {
-            advance_turn(rec, k, s, all);
+            advance(rec, k, s, all);
             move_border(rec, k, s, all);
             respawn(rec, k, s, all);
         }
         Strategy::Direct => {
-            advance_turn(rec, k, s, all);
+            advance(rec, k, s, all);
             move_border(rec, k, s, all);
             transfer_out(rec, k, s, all);
             s.transfers.swap();
@@ -111,7 +98,7 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
         Strategy::Scattered | Strategy::Sequential | Strategy::Parallel => {
             for turn in (0..all.count).map(|object| all.of(object)) {
                 transfer_in(rec, k, s, &turn);
-                advance_turn(rec, k, s, &turn);
+                advance(rec, k, s, &turn);
                 move_border(rec, k, s, &turn);
                 transfer_out(rec, k, s, &turn);
                 match turn.strategy {
@@ -128,12 +115,7 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
     }
 }
 
-/// Alone it is the first turn, or the only one.
-fn advance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    advance_turn(rec, k, s, &params.turn);
-}
-
-fn advance_turn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
     let args = AdvanceArgs {
         particles: &s.particles,
         motions: &s.motions,

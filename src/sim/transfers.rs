@@ -327,6 +327,8 @@ pub struct Transfers {
     /// One an object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
     capacity: u32,
+    /// Was arriving departing at first?
+    is_swapped: bool,
 }
 
 impl Transfers {
@@ -383,6 +385,7 @@ impl Transfers {
             area_shares: Buffer::from_slice(ctx, "area_shares", &shares)?,
             object_triangles: Buffer::from_slice(ctx, "object_triangles", &ranges)?,
             capacity,
+            is_swapped: false,
         })
     }
 
@@ -402,6 +405,11 @@ impl Transfers {
     /// What leaves in one turn arrives in the next.
     pub fn swap(&mut self) {
         std::mem::swap(&mut self.arriving, &mut self.departing);
+        self.is_swapped = !self.is_swapped;
+    }
+
+    pub(super) fn is_swapped(&self) -> bool {
+        self.is_swapped
     }
 
     /// Copies everything to the host. Waits for all that was submitted.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use myxo::gpu::{Context, ContextOptions, Frames, Recorder};
 use myxo::mesh::Mesh;
 use myxo::scene::Scene;
-use myxo::scene::settings::Settings;
+use myxo::scene::settings::{ObjectSettings, Settings};
 
 /// A device with the validation layers on. Call [`Gpu::finish`] at the end of the test.
 pub struct Gpu {
@@ -73,6 +73,32 @@ pub fn scene_of(mesh: Mesh, change: impl FnOnce(&mut Settings)) -> Scene {
     change(&mut settings);
     Scene::from_meshes("test".to_owned(), settings, vec![mesh], ".".into()).unwrap()
 }
+
+/// A scene of built-in meshes at these places, all turned alike.
+pub fn scene_of_several(meshes: &[(&str, [f32; 3])], change: impl FnOnce(&mut Settings)) -> Scene {
+    let objects = meshes
+        .iter()
+        .map(|&(mesh, position)| ObjectSettings {
+            mesh: format!("builtin:{mesh}"),
+            position,
+            rotation: [10.0, 20.0, 30.0],
+            ..ObjectSettings::default()
+        })
+        .collect();
+    let mut settings = Settings {
+        objects,
+        ..Settings::default()
+    };
+    change(&mut settings);
+    Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap()
+}
+
+/// Three that touch one another, each with the place that it stands at.
+pub const TRIO: [(&str, [f32; 3]); 3] = [
+    ("torus?major=24&minor=16", [0.0; 3]),
+    ("cube", [0.9, 0.1, 0.0]),
+    ("icosphere?subdivisions=2", [0.2, 1.0, 0.3]),
+];
 
 /// Sizes at which kernels break: nothing, one, about a group, about several.
 pub fn awkward_sizes(group: u32) -> Vec<u32> {

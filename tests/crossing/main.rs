@@ -8,13 +8,13 @@ mod unfold;
 
 use std::f64::consts::TAU;
 
-use common::{Gpu, gpu};
+use common::{Gpu, gpu, scene_of_several};
 use glam::{Affine3A, DAffine3, DQuat, DVec3};
 use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
 use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
-use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::settings::Settings;
 use myxo::sim::kernels::{TransferOut, TransferOutArgs, TransferOutConstants, TransferOutParams};
 use myxo::sim::twin::crossing::Terrain;
 use myxo::sim::twin::transfer::{Ground, transfer_out};
@@ -23,21 +23,12 @@ use myxo::sim::{Setup, twin};
 
 /// Objects that reach into one another, an open one among them.
 fn scene(meshes: &[(&str, [f32; 3])], change: impl FnOnce(&mut Settings)) -> Scene {
-    let mut settings = Settings::default();
-    settings.particles.count = 1021;
-    settings.atlas.size = 128;
-    settings.distance.reach = 0.5;
-    settings.objects = meshes
-        .iter()
-        .map(|&(mesh, position)| ObjectSettings {
-            mesh: format!("builtin:{mesh}"),
-            position,
-            rotation: [10.0, 20.0, 30.0],
-            ..ObjectSettings::default()
-        })
-        .collect();
-    change(&mut settings);
-    Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap()
+    scene_of_several(meshes, |settings| {
+        settings.particles.count = 1021;
+        settings.atlas.size = 128;
+        settings.distance.reach = 0.5;
+        change(settings);
+    })
 }
 
 fn pose(world_from_object: DAffine3) -> Pose {

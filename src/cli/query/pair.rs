@@ -2,15 +2,44 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use glam::{DAffine3, DMat4};
 use myxo::mesh::Mesh;
 use myxo::{Error, Result};
 use serde::Deserialize;
 
-use super::open_mesh;
+use super::table::Table;
+use super::{Sign, open_mesh};
+use crate::cli::options::DeviceOptions;
 
 /// How far a transform may be off from a rigid one, in the entries of its matrix.
 const RIGID: f64 = 1e-4;
+
+/// What questions about two objects take.
+#[derive(Clone, Debug, Args)]
+pub struct PairOptions {
+    /// Two meshes and their transforms
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// The questions; - for the standard input
+    #[arg(long = "in", value_name = "FILE", default_value = "-")]
+    input: PathBuf,
+    /// Where the answers go; - for the standard output
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    pub out: PathBuf,
+    /// How it is told whether a place is inside of a mesh
+    #[arg(long, value_name = "RULE", default_value = "pseudonormal")]
+    pub sign: Sign,
+    #[command(flatten)]
+    pub device: DeviceOptions,
+}
+
+impl PairOptions {
+    /// The questions, which have these columns.
+    pub fn questions(&self, columns: &'static [&'static str]) -> Result<Table> {
+        Table::read(&self.input, columns)
+    }
+}
 
 #[derive(Deserialize)]
 struct File {

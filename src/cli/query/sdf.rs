@@ -4,7 +4,6 @@
 //! that far from the origin no digits are lost.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
@@ -15,12 +14,10 @@ use myxo::sim::tree_queries::{Question, tree_queries};
 use myxo::sim::types::TreeQuery;
 use myxo::{Error, Result};
 
-use super::pair::PlacedMesh;
-use super::table::Table;
-use super::{Sign, about_its_middle, with_device};
+use super::pair::{PairOptions, PlacedMesh};
+use super::{about_its_middle, with_device};
 use crate::cli::Outcome;
 use crate::cli::files::Sink;
-use crate::cli::options::DeviceOptions;
 
 /// Tell the signed distance from given places to a mesh
 ///
@@ -39,20 +36,8 @@ Examples:
   myxo query sdf --scene two.json --sign winding < places.csv | head"
 )]
 pub struct Sdf {
-    /// Two meshes and their transforms
-    #[arg(long, value_name = "FILE")]
-    scene: PathBuf,
-    /// The places; - for the standard input
-    #[arg(long = "in", value_name = "FILE", default_value = "-")]
-    input: PathBuf,
-    /// Where the distances go; - for the standard output
-    #[arg(long, value_name = "FILE", default_value = "-")]
-    out: PathBuf,
-    /// How it is told whether a place is inside
-    #[arg(long, value_name = "RULE", default_value = "pseudonormal")]
-    sign: Sign,
     #[command(flatten)]
-    device: DeviceOptions,
+    pair: PairOptions,
 }
 
 const COLUMNS: &[&str] = &["id", "px", "py", "pz"];
@@ -60,9 +45,9 @@ const COLUMNS: &[&str] = &["id", "px", "py", "pz"];
 impl Sdf {
     /// Reads, asks, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.out)?;
-        let b = PlacedMesh::read_b(&self.scene)?;
-        let table = Table::read(&self.input, COLUMNS)?;
+        let sink = Sink::create(&self.pair.out)?;
+        let b = PlacedMesh::read_b(&self.pair.scene)?;
+        let table = self.pair.questions(COLUMNS)?;
         let (centre, centred) = about_its_middle(&b.mesh);
         let surface = Surface::build(&[(&centred, 1.0)]);
         let trees = Trees::build(&surface);
@@ -82,8 +67,8 @@ impl Sdf {
             }
             queries.push(TreeQuery::nearest(place.as_vec3()));
         }
-        with_device(&self.device, |ctx| {
-            let question = Question::Nearest(self.sign.into());
+        with_device(&self.pair.device, |ctx| {
+            let question = Question::Nearest(self.pair.sign.into());
             tree_queries(ctx, &surface, &trees, question, &mut queries)
         })?;
 

@@ -2,8 +2,6 @@
 //!
 //! Both meshes are taken about their middles and B stands still, so that far from the origin no digits are lost.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use glam::{Affine3A, DAffine3};
 use myxo::mesh::surface::Surface;
@@ -12,13 +10,11 @@ use myxo::sim::transfer_queries::transfer_queries;
 use myxo::sim::types::Pose;
 use myxo::{Error, Result};
 
-use super::pair::PlacedMesh;
-use super::table::Table;
+use super::pair::{PairOptions, PlacedMesh};
 use super::walks::{COLUMNS, Ground, Question};
-use super::{Sign, about_its_middle, with_device};
+use super::{about_its_middle, with_device};
 use crate::cli::Outcome;
 use crate::cli::files::Sink;
-use crate::cli::options::DeviceOptions;
 
 /// Walk straight on a mesh, and go on on another one where it is met
 ///
@@ -39,20 +35,8 @@ Examples:
   myxo query transfer --scene two.json < walks.csv | head"
 )]
 pub struct Transfer {
-    /// Two meshes and their transforms
-    #[arg(long, value_name = "FILE")]
-    scene: PathBuf,
-    /// The walks; - for the standard input
-    #[arg(long = "in", value_name = "FILE", default_value = "-")]
-    input: PathBuf,
-    /// Where their ends go; - for the standard output
-    #[arg(long, value_name = "FILE", default_value = "-")]
-    out: PathBuf,
-    /// How it is told whether a place is inside of A
-    #[arg(long, value_name = "RULE", default_value = "pseudonormal")]
-    sign: Sign,
     #[command(flatten)]
-    device: DeviceOptions,
+    pair: PairOptions,
 }
 
 const HEADER: &str = "id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
@@ -63,20 +47,21 @@ const FARTHEST: f64 = 1e18;
 impl Transfer {
     /// Reads, walks, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.out)?;
-        let pair = PlacedMesh::read_both(&self.scene)?;
-        let table = Table::read(&self.input, COLUMNS)?;
-        let [(a_centre, a), (b_centre, b)] = [0, 1].map(|k: usize| about_its_middle(&pair[k].mesh));
+        let sink = Sink::create(&self.pair.out)?;
+        let placed = PlacedMesh::read_both(&self.pair.scene)?;
+        let table = self.pair.questions(COLUMNS)?;
+        let [(a_centre, a), (b_centre, b)] =
+            [0, 1].map(|k: usize| about_its_middle(&placed[k].mesh));
         let surface = Surface::build(&[(&a, 1.0), (&b, 1.0)]);
         let [world_from_a, world_from_b] = [(0, a_centre), (1, b_centre)].map(|(k, centre)| {
-            let pose: DAffine3 = pair[k].world_from_mesh;
+            let pose: DAffine3 = placed[k].world_from_mesh;
             pose * DAffine3::from_translation(centre)
         });
         let b_from_a = world_from_b.inverse() * world_from_a;
         if b_from_a.translation.abs().max_element() > FARTHEST {
             return Err(Error::Invalid(format!(
                 "{}: the meshes are farther than {FARTHEST:e} apart",
-                self.scene.display()
+                self.pair.scene.display()
             )));
         }
         let poses = [b_from_a, DAffine3::IDENTITY].map(|pose| {
@@ -93,20 +78,20 @@ impl Transfer {
             surface: &surface,
             grounds: &[
                 Ground {
-                    mesh: &pair[0].mesh,
+                    mesh: &placed[0].mesh,
                     first_triangle: 0,
                     world_from_surface: world_from_a,
                 },
                 Ground {
-                    mesh: &pair[1].mesh,
+                    mesh: &placed[1].mesh,
                     first_triangle: surface.objects[1].triangles.0,
                     world_from_surface: world_from_b,
                 },
             ],
         };
         let on_device = |surface: &Surface, queries: &[WalkQuery]| {
-            with_device(&self.device, |ctx| {
-                transfer_queries(ctx, surface, poses, self.sign.into(), queries)
+            with_device(&self.pair.device, |ctx| {
+                transfer_queries(ctx, surface, poses, self.pair.sign.into(), queries)
             })
         };
         sink.write(question.answer(&table, &on_device)?.told())?;

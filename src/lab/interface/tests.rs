@@ -12,6 +12,8 @@ struct Harness {
     interface: Interface,
     facts: Facts,
     time: f64,
+    /// What the last frame has painted.
+    shapes: Vec<egui::epaint::ClippedShape>,
 }
 
 const SCREEN: egui::Vec2 = vec2(1200.0, 800.0);
@@ -28,6 +30,7 @@ impl Harness {
             interface: Interface::new(&scene),
             facts: Facts { ..Facts::default() },
             time: 0.0,
+            shapes: Vec::new(),
         };
         theme::apply(&harness.ctx);
         for _ in 0..3 {
@@ -45,11 +48,42 @@ impl Harness {
             ..RawInput::default()
         };
         let mut shown = None;
-        let output = self.ctx.run_ui(input, |ui| {
+        let mut output = self.ctx.run_ui(input, |ui| {
             shown = Some(self.interface.show(ui, &self.facts))
         });
+        self.shapes = std::mem::take(&mut output.shapes);
         output.drop_without_applying_deltas();
         shown.unwrap()
+    }
+
+    /// The middles of all texts of the last frame that begin so.
+    fn places_of(&self, words: &str) -> Vec<Pos2> {
+        fn look(shape: &egui::Shape, words: &str, found: &mut Vec<Pos2>) {
+            match shape {
+                egui::Shape::Vec(shapes) => shapes.iter().for_each(|s| look(s, words, found)),
+                egui::Shape::Text(text) if text.galley.text().starts_with(words) => {
+                    found.push(text.visual_bounding_rect().center());
+                }
+                _ => {}
+            }
+        }
+        let mut found = Vec::new();
+        let shapes = self.shapes.iter();
+        shapes.for_each(|clipped| look(&clipped.shape, words, &mut found));
+        found
+    }
+
+    fn click(&mut self, pos: Pos2) -> Vec<Command> {
+        let event = |pressed| Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        self.frame(vec![Event::PointerMoved(pos)]);
+        let mut commands = self.frame(vec![event(true)]).commands;
+        commands.extend(self.frame(vec![event(false)]).commands);
+        commands
     }
 
     fn press(&mut self, key: Key) -> Vec<Command> {
@@ -257,6 +291,52 @@ fn what_restarts_waits_and_what_does_not_is_live() {
     assert!(!interface.is_pending());
     interface.edited.objects[0].scale = 2.0;
     assert!(interface.is_pending());
+}
+
+/// Nothing changes for particles when an object gets a value of its own, before that is changed too.
+#[test]
+fn a_value_of_its_own_begins_as_the_scenes() {
+    let mut harness = Harness::new();
+    harness.interface.edited.physarum.speed = 0.0123;
+    harness.interface.filter = "particle speed".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    let [checkbox] = harness.places_of("of its own")[..] else {
+        panic!("{:?}", harness.places_of("of its own"));
+    };
+    assert_eq!(harness.click(checkbox), [Command::Apply]);
+    let own = |harness: &Harness| harness.interface.edited.objects[0].physarum.clone();
+    assert_eq!(own(&harness).speed, Some(0.0123));
+    // It is gone again, and begins as what the scene has now.
+    harness.click(checkbox);
+    assert!(own(&harness).is_empty());
+    harness.interface.edited.physarum.speed = 0.25;
+    harness.click(checkbox);
+    assert_eq!(own(&harness).speed, Some(0.25));
+}
+
+#[test]
+fn checks_of_invariants_tell_what_they_cost_and_find() {
+    let mut harness = Harness::new();
+    assert!(harness.places_of("invariants hold").is_empty());
+    let check = Check {
+        step: 1234,
+        took: std::time::Duration::from_millis(30),
+        share: 0.029,
+        problem: None,
+    };
+    harness.facts.check = Some(check.clone());
+    harness.frame(vec![]);
+    let told = harness.places_of("invariants hold; checks take 3 %");
+    assert_eq!(told.len(), 1);
+    harness.facts.check = Some(Check {
+        problem: Some("after step 1234: 2 particles are lost and 0 doubled".to_owned()),
+        ..check
+    });
+    harness.frame(vec![]);
+    let told = harness.places_of("after step 1234: 2 particles are lost");
+    assert_eq!(told.len(), 1);
 }
 
 #[test]

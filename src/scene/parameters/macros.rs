@@ -50,6 +50,7 @@ macro_rules! own {
             slider: $slider,
             scale: Scale::$scale,
             get: |s| s.physarum.$field.map(f64::from),
+            shared: |physarum| f64::from(physarum.$field),
             set: |s, value| s.physarum.$field = value.map(|value| value as f32),
         })
     };

@@ -1,0 +1,167 @@
+//! One kernel of many alone: what comes before it takes place once, and then it does again and again, each time on what
+//! it found the first time. The same code records all of it as records the whole.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::{AnyBuffer, Buffer, Domain};
+use super::buffer_core::BufferCore;
+use super::error::GpuResult;
+use super::kernel::{BindingAccess, Interface, Resource};
+use super::recorder::Recorder;
+use super::timer::SpanKind;
+
+/// A kernel that is to run alone, and what it found in the buffers that it writes.
+#[derive(Clone)]
+pub struct Alone(Arc<Kept>);
+
+struct Kept {
+    kernel: String,
+    /// Each buffer that the kernel writes, what was in it, and how many bytes.
+    buffers: Vec<(vk::Buffer, Buffer<u32>, u64)>,
+}
+
+/// Which part of the work that is recorded takes place.
+#[derive(Default)]
+pub(crate) enum Part {
+    /// All of it.
+    #[default]
+    Whole,
+    /// None, and kernels are named.
+    Names(Vec<String>),
+    /// What comes before the first dispatch of a kernel.
+    Before(String),
+    /// Such a kernel was met, and what it would find was kept.
+    Found(GpuResult<Alone>),
+    /// Its first dispatch, in a scope of this name.
+    Only(Alone, String),
+    /// That dispatch is being recorded.
+    Within,
+    /// Nothing more.
+    Nothing,
+}
+
+impl Recorder {
+    /// The kernels that `record` would record, in order, as often as they come. Nothing is recorded.
+    pub fn kernels_of(&mut self, record: impl FnOnce(&mut Self)) -> Vec<String> {
+        self.part = Part::Names(Vec::new());
+        record(self);
+        match std::mem::take(&mut self.part) {
+            Part::Names(names) => names,
+            _ => unreachable!("names only are added to"),
+        }
+    }
+
+    /// Records what `record` does before its first dispatch of a kernel, and keeps what that finds. `None` if there is no
+    /// such dispatch: then all was recorded.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn record_before(
+        &mut self,
+        kernel: &str,
+        record: impl FnOnce(&mut Self),
+    ) -> GpuResult<Option<Alone>> {
+        self.part = Part::Before(kernel.to_owned());
+        record(self);
+        match std::mem::take(&mut self.part) {
+            Part::Found(alone) => alone.map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Of what `record` does, records the first dispatch of that kernel alone, in a scope of this name. Before the scope
+    /// the kernel's buffers are brought back to what it found the first time.
+    pub fn record_alone(&mut self, alone: &Alone, scope: &str, record: impl FnOnce(&mut Self)) {
+        self.part = Part::Only(alone.clone(), scope.to_owned());
+        record(self);
+        self.part = Part::Whole;
+    }
+
+    /// Does a dispatch take place? Then it is recorded next.
+    pub(crate) fn admits<I: Interface>(&mut self, args: &I::Args<'_>) -> bool {
+        if matches!(self.part, Part::Whole) {
+            return true;
+        }
+        let resources = I::resources(args);
+        let bound = resources.iter().zip(I::BINDINGS);
+        let written = bound
+            .filter(|(_, binding)| binding.access != BindingAccess::Read)
+            .map(|(resource, _): (&Resource<'_>, _)| resource.core())
+            .collect();
+        self.admits_kernel(I::NAME, written)
+    }
+
+    /// The same for whatever is timed as a kernel, with the buffers that it writes.
+    pub(crate) fn admits_kernel(&mut self, name: &str, written: Vec<&BufferCore>) -> bool {
+        match &mut self.part {
+            Part::Whole => true,
+            Part::Names(names) => {
+                names.push(name.to_owned());
+                false
+            }
+            Part::Before(kernel) if kernel == name => {
+                self.part = Part::Found(self.keep(name, written));
+                false
+            }
+            Part::Before(_) => true,
+            Part::Only(alone, scope) if alone.0.kernel == name => {
+                let (alone, scope) = (alone.clone(), std::mem::take(scope));
+                for (original, kept, size) in &alone.0.buffers {
+                    self.copy_all(kept.core().raw(), *original, *size);
+                }
+                self.begin_span(&scope, SpanKind::Scope);
+                self.part = Part::Within;
+                true
+            }
+            Part::Only(..) | Part::Found(_) | Part::Within | Part::Nothing => false,
+        }
+    }
+
+    /// A dispatch, or what counts as one, has been recorded.
+    pub(crate) fn ends_alone(&mut self) {
+        if matches!(self.part, Part::Within) {
+            self.end_span();
+            self.part = Part::Nothing;
+        }
+    }
+
+    /// Do copies and the like not take place now?
+    pub(crate) fn skips(&self) -> bool {
+        !matches!(self.part, Part::Whole | Part::Before(_))
+    }
+
+    fn keep(&self, kernel: &str, written: Vec<&BufferCore>) -> GpuResult<Alone> {
+        let mut buffers = Vec::new();
+        for core in written {
+            let size = core.size_in_bytes();
+            if size == 0 {
+                continue;
+            }
+            let name = format!("kept.{}", core.name());
+            let words = (size / size_of::<u32>() as u64) as usize;
+            let kept = Buffer::new(self.ctx(), &name, words, Domain::Device)?;
+            self.copy_all(core.raw(), kept.core().raw(), size);
+            buffers.push((core.raw(), kept, size));
+        }
+        let kernel = kernel.to_owned();
+        Ok(Alone(Arc::new(Kept { kernel, buffers })))
+    }
+
+    /// Between full barriers, beside the checks: a kernel that runs alone finds its buffers as if nothing had happened.
+    fn copy_all(&self, from: vk::Buffer, to: vk::Buffer, size: u64) {
+        let all = vk::PipelineStageFlags::ALL_COMMANDS;
+        let copy = vk::BufferCopy {
+            size,
+            ..vk::BufferCopy::default()
+        };
+        self.full_barrier(all);
+        // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
+        // would have followed, and what was kept is dropped into the graveyard. Both have this size.
+        unsafe {
+            self.device().cmd_copy_buffer(self.raw(), from, to, &[copy]);
+        }
+        self.full_barrier(all);
+    }
+}

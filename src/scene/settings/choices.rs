@@ -1,0 +1,195 @@
+//! What in scene files is one of a few words.
+
+use serde::Serialize;
+
+/// Declares an enum whose variants are words of the scene file, in one place.
+macro_rules! choice {
+    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+        pub enum $name {
+            $($(#[$variant_doc])* #[serde(rename = $word)] $variant,)+
+        }
+
+        impl $name {
+            /// Every variant, in the order of [`Self::WORDS`].
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            /// The words that scene files use.
+            pub const WORDS: &'static [&'static str] = &[$($word),+];
+
+            /// The word that scene files use.
+            #[must_use]
+            pub fn word(self) -> &'static str {
+                Self::WORDS[self as usize]
+            }
+        }
+    };
+}
+
+choice! {
+    /// Where particles begin.
+    Start {
+        /// Everywhere, equally many for equal area.
+        #[default]
+        Uniform = "uniform",
+        /// All at one point, heading everywhere.
+        Point = "point",
+        /// On a circle round a point, heading inwards.
+        Ring = "ring",
+    }
+}
+
+choice! {
+    /// What becomes of particles that go into another object, and how the particle buffer is kept in order.
+    Strategy {
+        /// They walk on.
+        None = "none",
+        /// They begin anew on their own object.
+        Respawn = "respawn",
+        /// They change objects in place; every object's kernels run over all particles.
+        Scattered = "scattered",
+        /// They change objects; each object has a window of the buffer, kept in order by a single invocation.
+        Sequential = "sequential",
+        /// The same, kept in order by many invocations.
+        #[default]
+        Parallel = "parallel",
+        /// They change objects at once; all objects' particles advance together.
+        Direct = "direct",
+    }
+}
+
+choice! {
+    /// What happens to a walk at an open border.
+    Border {
+        /// The heading is mirrored and the walk goes on.
+        #[default]
+        Reflect = "reflect",
+        /// The walk ends at the border.
+        Stop = "stop",
+    }
+}
+
+choice! {
+    /// How triangles are laid out in the atlas.
+    AtlasMethod {
+        /// Few large charts in which triangles keep their angles and, nearly, their size.
+        #[default]
+        Charts = "charts",
+        /// Each triangle in a cell of a regular grid, two to a cell.
+        Grid = "grid",
+        /// The model's own texture coordinates.
+        Mesh = "mesh",
+    }
+}
+
+choice! {
+    /// Does an object follow the animation of its model?
+    ModelAnimation {
+        /// It stays where the file puts it.
+        #[default]
+        Still = "still",
+        /// It goes where the file's first animation takes its nodes.
+        Follow = "follow",
+    }
+}
+
+choice! {
+    /// What happens after the last keyframe.
+    Repeat {
+        /// The first comes again.
+        #[default]
+        Loop = "loop",
+        /// The object stays there.
+        Once = "once",
+        /// They are gone through backwards, and forwards again.
+        Mirror = "mirror",
+    }
+}
+
+choice! {
+    /// How an object goes from keyframe to keyframe.
+    Easing {
+        /// At an even rate.
+        #[default]
+        Linear = "linear",
+        /// Coming to rest at each.
+        Smooth = "smooth",
+    }
+}
+
+choice! {
+    /// How the nearest triangle of another object is found.
+    DistanceMethod {
+        /// In a tree of boxes.
+        #[default]
+        Bvh = "bvh",
+        /// By looking at every one: slow, and a check on the others.
+        Brute = "brute",
+        /// By the graphics pipeline, whose depth test keeps the nearest.
+        Raster = "raster",
+    }
+}
+
+choice! {
+    /// How a distance becomes a depth, of which the depth test keeps the smallest.
+    DepthMapping {
+        /// By the order of its bits, of which the last two are dropped.
+        #[default]
+        Ordered = "ordered",
+        /// Straight, as in clip space.
+        Clip = "clip",
+        /// By the logistic curve.
+        Logistic = "logistic",
+        /// By the arctangent.
+        Arctangent = "arctangent",
+    }
+}
+
+choice! {
+    /// How it is told whether a place is inside of an object.
+    SignRule {
+        /// By the angle-weighted normal of the nearest face, edge or vertex.
+        #[default]
+        Pseudonormal = "pseudonormal",
+        /// By the generalized winding number.
+        Winding = "winding",
+        /// Outside if any of equally near faces looks towards the place.
+        Facing = "facing",
+    }
+}
+
+choice! {
+    /// What pictures show.
+    Show {
+        /// The lit surface in the trail's colours.
+        #[default]
+        Surface = "surface",
+        /// The same, with every particle as a point over it.
+        Particles = "particles",
+        /// The atlas, unwrapped.
+        Atlas = "atlas",
+    }
+}
+
+choice! {
+    /// Colours of the trail, from none to much.
+    ColorMap {
+        /// The program's own: dark earth to slime yellow.
+        #[default]
+        Myxo = "myxo",
+        /// Blue to yellow by way of green, evenly.
+        Viridis = "viridis",
+        /// Black to white by way of purple and orange.
+        Magma = "magma",
+        /// Black to pale yellow by way of red.
+        Inferno = "inferno",
+        /// Blue to yellow by way of magenta.
+        Plasma = "plasma",
+        /// Dark blue to white.
+        Ice = "ice",
+        /// Dark to light green.
+        Moss = "moss",
+        /// Black to white.
+        Grayscale = "grayscale",
+    }
+}

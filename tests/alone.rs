@@ -1,0 +1,127 @@
+//! One kernel of a step alone, again and again: each time it finds the same and does the same, whatever it changes.
+
+mod common;
+
+use common::{Gpu, TRIO, gpu, scene_of_several};
+use myxo::gpu::Recorder;
+use myxo::scene::Scene;
+use myxo::scene::settings::{DistanceMethod, Strategy};
+use myxo::sim::Simulation;
+use myxo::sim::types::{Flow, Motion, Particle, Window};
+
+fn trio(strategy: Strategy, method: DistanceMethod) -> Scene {
+    scene_of_several(&TRIO, |s| {
+        s.particles.count = 3000;
+        s.atlas.size = 128;
+        s.physarum.speed = 0.02;
+        s.transfer.strategy = strategy;
+        s.transfer.threshold = 0.01;
+        s.distance.method = method;
+    })
+}
+
+/// All that a kernel of the step may change, lists in order.
+#[derive(Debug, PartialEq)]
+struct Everything {
+    particles: Vec<Particle>,
+    motions: Vec<Motion>,
+    flow: Vec<Flow>,
+    windows: Vec<Window>,
+    flux: Vec<u32>,
+    lists: [Vec<u32>; 2],
+    transfers: [Vec<u32>; 2],
+    trails: [Vec<f32>; 2],
+    deposits: [Vec<u32>; 2],
+    distances: Vec<f32>,
+    nearest: Vec<u32>,
+    across: Vec<u32>,
+}
+
+fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
+    let (ctx, s) = (&gpu.ctx, simulation.state());
+    let sorted = |mut list: Vec<u32>| {
+        list.sort_unstable();
+        list
+    };
+    let t = &s.transfers;
+    let words = |transfers| bytemuck::cast_slice(&ctx.download(transfers).unwrap()).to_vec();
+    Everything {
+        particles: ctx.download(&s.particles).unwrap(),
+        motions: ctx.download(&s.motions).unwrap(),
+        flow: ctx.download(&t.flow).unwrap(),
+        windows: ctx.download(&t.windows).unwrap(),
+        flux: ctx.download(&t.flux).unwrap(),
+        lists: [&t.particle_indices, &t.transfer_indices]
+            .map(|list| sorted(ctx.download(list).unwrap())),
+        transfers: [&t.arriving, &t.departing].map(words),
+        trails: [&s.trail.front, &s.trail.back].map(|buffer| ctx.download(buffer).unwrap()),
+        deposits: [&s.deposits.front, &s.deposits.back].map(|buffer| ctx.download(buffer).unwrap()),
+        distances: ctx.download(&s.distances).unwrap(),
+        nearest: ctx.download(&s.nearest).unwrap(),
+        across: ctx.download(&s.across).unwrap(),
+    }
+}
+
+/// Repeated as they are, `advance` would find everybody stamped, and what appends would append twice.
+#[test]
+fn kernels_do_the_same_each_time_they_run_alone() {
+    let Some(gpu) = gpu() else { return };
+    let mut changing = Vec::new();
+    for (strategy, method) in [
+        (Strategy::Parallel, DistanceMethod::Bvh),
+        (Strategy::Sequential, DistanceMethod::Brute),
+        (Strategy::Direct, DistanceMethod::Raster),
+        (Strategy::Respawn, DistanceMethod::Bvh),
+    ] {
+        let mut simulation = Simulation::new(&gpu.ctx, &trio(strategy, method)).unwrap();
+        for _ in 0..8 {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        let state = simulation.snapshot().unwrap();
+        let mut kernels = Vec::new();
+        gpu.run(|rec| kernels = simulation.kernels(rec));
+        assert!(kernels.len() > 5, "{kernels:?}");
+        kernels.sort();
+        kernels.dedup();
+        for kernel in kernels {
+            simulation.restore(&state).unwrap();
+            let mut alone = None;
+            gpu.run(|rec| alone = Some(simulation.record_before(rec, &kernel).unwrap()));
+            let alone = alone.unwrap();
+            let found = everything(&gpu, &simulation);
+            let once = |rec: &mut Recorder| simulation.record_alone(rec, &alone, "step");
+            gpu.run(once);
+            let after = everything(&gpu, &simulation);
+            for times in 1..4 {
+                gpu.run(|rec| {
+                    (0..times).for_each(|_| simulation.record_alone(rec, &alone, "step"))
+                });
+                let again = everything(&gpu, &simulation);
+                assert!(again == after, "{strategy:?}: {kernel}, {times} times");
+            }
+            if after != found {
+                changing.push(kernel);
+            }
+        }
+        // The way back.
+        simulation.restore(&state).unwrap();
+        assert_eq!(simulation.snapshot().unwrap().hash(), state.hash());
+        gpu.run(|rec| simulation.record_step(rec));
+        let went_on = simulation.snapshot().unwrap();
+        went_on.validate(simulation.setup()).unwrap();
+    }
+    for kernel in [
+        "advance",
+        "transfer_in",
+        "move_border",
+        "transfer_out",
+        "defragment_scan",
+        "defragment_sequential",
+        "respawn",
+        "diffuse",
+    ] {
+        let known = changing.iter().any(|name| name == kernel);
+        assert!(known, "{kernel} changes something: {changing:?}");
+    }
+    gpu.finish();
+}
