@@ -108,14 +108,7 @@ impl Simulation {
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
         let mut params = self.params();
-        let before = std::mem::take(&mut self.poses_of_step);
-        let changes = Changes {
-            poses: self.moved_at(self.step),
-            poses_before: (before != self.poses_before).then(|| before.clone()),
-            physarums: self.changed_physarums(),
-        };
-        self.poses_before = before;
-        self.poses_of_step.clone_from(&self.poses);
+        let changes = self.changes();
         params.update_distances(
             &mut self.planner,
             &self.settings,
@@ -125,6 +118,19 @@ impl Simulation {
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
+    }
+
+    /// What the next step must bring to the device before its kernels run; counts as brought.
+    fn changes(&mut self) -> Changes {
+        let before = std::mem::take(&mut self.poses_of_step);
+        let changes = Changes {
+            poses: self.moved_at(self.step),
+            poses_before: (before != self.poses_before).then(|| before.clone()),
+            physarums: self.changed_physarums(),
+        };
+        self.poses_before = before;
+        self.poses_of_step.clone_from(&self.poses);
+        changes
     }
 
     /// Records nothing but the poses that the last step had, or those set since from outside: for pictures between
