@@ -268,6 +268,7 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
+            step_poses: Vec::new(),
             distance_poses: Vec::new(),
             particles,
             motions,
