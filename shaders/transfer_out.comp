@@ -1,11 +1,13 @@
 // transfer_out: particles that were selected leave in world space, towards where their last step goes on on the object
 // that they have gone into.
-// Reads   particle_indices, particles, motions, nearest, atlas_maps, triangles, halfedges, corners, vertices, poses, physarums,
-//         roots, nodes, faces, pseudonormals, dipoles.
+// Reads   particle_indices, particles, motions, nearest, atlas_maps, triangles, halfedges, corners, vertices, poses,
+//         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles.
 // Writes  departing, behind the transfers that were copied on; flow and flux, by atomic adds.
 // One invocation an entry of the lists; the first were copied on and return at once.
-// Where the last step does not cross the other object (that one moved, or counts as covering from afar), the particle
-// goes to the nearest point of it. One that has no triangle near flies back to where it is.
+// During a step objects move evenly from their poses before to those now, and what crosses is the way relative to the
+// other object: that one may have come over a particle that hardly moved.
+// Where the last step does not cross the other object (it covers the particle since long, or counts as covering from
+// afar), the particle goes to the nearest point of it. One that has no triangle near flies back to where it is.
 // Overflow: cannot happen; selection has taken a place in the lists for each.
 
 #version 460
@@ -49,6 +51,7 @@ layout(set = 0, binding = 15) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 16) uniform usamplerBuffer faces;
 layout(set = 0, binding = 17) uniform usamplerBuffer pseudonormals;
 layout(set = 0, binding = 18) uniform usamplerBuffer dipoles;
+layout(std430, set = 0, binding = 19) readonly buffer PosesBefore { Pose poses_before[]; };
 
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
@@ -76,24 +79,40 @@ uint nearest_triangle(vec2 position) {
     return found;
 }
 
+// Where a place of one object's space is in another's, if they stand so.
+vec3 place_in(Pose target, Pose source, vec3 position) {
+    vec3 in_world = turned_to_world(source, position) + translation_of(source);
+    return turned_to_object(target, in_world - translation_of(target));
+}
+
+// Where a walker was in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
+vec3 place_at(float time, Walker w, uint source, uint target) {
+    vec2 uv = walker_uv(w);
+    uvec4 shape = texelFetch(triangles, int(w.triangle));
+    vec3 position = position_on(shape, frame_of(w.triangle), uv.x, uv.y);
+    vec3 before = place_in(poses_before[target], poses_before[source], position);
+    vec3 now = place_in(poses[target], poses[source], position);
+    return now + (1.0 - time) * (before - now);
+}
+
 // Where the last step met the target first, found by walking back; and what was walked since then.
-Meeting meeting_behind(Particle particle, Motion motion, uint target, float way, out float rest) {
+Meeting meeting_behind(Particle particle, Motion motion, uint source, uint target, float way, out float rest) {
     Meeting first;
     first.slot = NONE;
     rest = 0.0;
     float walked = 0.0;
     Walker w = walker_at(particle.triangle, particle.u, particle.v, vec2(-motion.heading_p, -motion.heading_h), way);
-    vec3 newer = place_of(poses[target], flight_of_walker(w));
+    vec3 newer = place_at(1.0, w, source, target);
     bool goes_on = true;
     for (uint i = 0u; goes_on; i += 1u) {
         // To the next edge, over it, and to the one behind it: in a call there is one straight segment.
         float before = w.remaining;
         walk(w, min(i, 1u), BORDER_REFLECTS);
-        Flight back = flight_of_walker(w);
-        vec3 older = place_of(poses[target], back);
-        Meeting meeting = meeting_between(target, older, newer, back, -1.0);
-        goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < params.attempts;
         float segment = before - w.remaining;
+        goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < params.attempts;
+        float time = goes_on ? 1.0 - (walked + segment) / way : 0.0;
+        vec3 older = place_at(time, w, source, target);
+        Meeting meeting = meeting_between(target, older, newer, flight_of_walker(w), -1.0);
         if (meeting.slot != NONE) {
             first = meeting;
             rest = walked + (1.0 - meeting.t) * segment;
@@ -129,7 +148,7 @@ void main() {
     if (near != NONE) {
         float speed = OWN_PHYSARUM ? physarums[source].speed : params.speed;
         float rest;
-        Meeting meeting = meeting_behind(particle, motion, target, max(speed - motion.pending, 0.0), rest);
+        Meeting meeting = meeting_behind(particle, motion, source, target, max(speed - motion.pending, 0.0), rest);
         if (meeting.slot != NONE) {
             Walker w = walker_on_target(meeting, source, rest);
             triangle = w.triangle;

@@ -26,6 +26,7 @@ fn the_sum_is_that_of_the_buffers() {
         + s.corners.size_in_bytes()
         + s.vertices.size_in_bytes()
         + s.poses.size_in_bytes()
+        + s.poses_before.size_in_bytes()
         + s.physarums.size_in_bytes();
     let tables = size_of_val(&setup.surface.triangles[..])
         + size_of_val(&setup.surface.halfedges[..])

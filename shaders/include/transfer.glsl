@@ -22,16 +22,18 @@ vec3 translation_of(Pose pose) {
 // Where a particle is and where it is going, world space.
 struct Flight { vec3 position; vec3 heading; vec3 normal; };
 
+// Where weights of B and C are on a triangle of that frame, object space.
+vec3 position_on(uvec4 shape, Frame frame, float u, float v) {
+    float along = u * uintBitsToFloat(shape.x) + v * uintBitsToFloat(shape.y);
+    float across = v * uintBitsToFloat(shape.z);
+    return frame.origin + along * frame.p + across * frame.h;
+}
+
 Flight flight_of(Particle particle, Motion motion) {
     uvec4 shape = texelFetch(triangles, int(particle.triangle));
-    float ab = uintBitsToFloat(shape.x);
-    float cp = uintBitsToFloat(shape.y);
-    float ch = uintBitsToFloat(shape.z);
     Pose pose = poses[shape.w];
     Frame frame = frame_of(particle.triangle);
-    float along = particle.u * ab + particle.v * cp;
-    float across = particle.v * ch;
-    vec3 position = frame.origin + along * frame.p + across * frame.h;
+    vec3 position = position_on(shape, frame, particle.u, particle.v);
     vec3 heading = motion.heading_p * frame.p + motion.heading_h * frame.h;
     return Flight(
         turned_to_world(pose, position) + translation_of(pose),

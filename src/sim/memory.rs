@@ -29,7 +29,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + count(setup.atlas.exchange.entries.len()) * ENTRY
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
-        + count(setup.poses.len()) * (size_of::<Pose>() + size_of::<Physarum>()) as u64
+        + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
         + distance_bytes(setup)
         + transfer_bytes(setup, settings)
         + if settings.uses_raster() {

@@ -35,6 +35,10 @@ pub struct Simulation {
     movement: Movement,
     /// What the commands recorded so far leave in `state.poses`.
     poses: Vec<Pose>,
+    /// Those that the last step had, which pictures need not have.
+    poses_of_step: Vec<Pose>,
+    /// What the commands recorded so far leave in `state.poses_before`.
+    poses_before: Vec<Pose>,
     /// Likewise in `state.physarums`.
     physarums: Vec<Physarum>,
     planner: DistancePlanner,
@@ -85,6 +89,8 @@ impl Simulation {
             ctx: ctx.clone(),
             movement: Movement::new(&scene.settings),
             poses: setup.poses.clone(),
+            poses_of_step: setup.poses.clone(),
+            poses_before: setup.poses.clone(),
             physarums: Vec::new(),
             setup,
             settings: scene.settings.clone(),
@@ -102,10 +108,7 @@ impl Simulation {
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
         let mut params = self.params();
-        let changes = Changes {
-            poses: self.moved_at(self.step),
-            physarums: self.changed_physarums(),
-        };
+        let changes = self.changes();
         params.update_distances(
             &mut self.planner,
             &self.settings,
@@ -117,12 +120,25 @@ impl Simulation {
         self.step += 1;
     }
 
+    /// What the next step, which is recorded now, finds to be others than the one before.
+    fn changes(&mut self) -> Changes {
+        let before = std::mem::take(&mut self.poses_of_step);
+        let changes = Changes {
+            poses: self.moved_at(self.step),
+            poses_before: (before != self.poses_before).then(|| before.clone()),
+            physarums: self.changed_physarums(),
+        };
+        self.poses_before = before;
+        self.poses_of_step.clone_from(&self.poses);
+        changes
+    }
+
     /// Records nothing but the poses that the last step had, or those set since from outside: for pictures between
     /// steps.
     pub fn record_poses(&mut self, rec: &mut Recorder) {
         let changes = Changes {
             poses: self.moved_at(self.last_step()),
-            physarums: None,
+            ..Changes::default()
         };
         step::pose(rec, &self.state, &changes);
     }
@@ -272,6 +288,7 @@ impl Simulation {
         Ok(Snapshot {
             step: self.step,
             movement: self.movement.save(),
+            last_poses: self.poses_of_step.clone(),
             distance_poses: self.planner.poses().to_vec(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
@@ -312,6 +329,7 @@ impl Simulation {
         self.movement
             .set_dt(self.settings.time.dt, self.last_step());
         self.upload_poses()?;
+        self.poses_of_step.clone_from(&snapshot.last_poses);
         self.upload_particles(snapshot, &self.settings.clone())
     }
 }

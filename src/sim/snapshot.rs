@@ -14,6 +14,8 @@ pub struct Snapshot {
     pub step: u64,
     /// The objects' time, and their poses from outside.
     pub movement: SavedMovement,
+    /// The poses that the last step had, which those set since do not change; before the first step the scene's.
+    pub last_poses: Vec<Pose>,
     /// The poses that distances between objects were last taken with; none before the first time.
     pub distance_poses: Vec<Pose>,
     /// Where particles are.
@@ -50,6 +52,7 @@ impl Snapshot {
             deposits: vec![0; texels],
             transfers: TransferState::default(),
             movement: SavedMovement::default(),
+            last_poses: setup.poses.clone(),
             distance_poses: Vec::new(),
         }
     }
@@ -61,7 +64,9 @@ impl Snapshot {
     pub fn movement_of(&self, objects: usize) -> Result<Movement, String> {
         let movement = self.movement.restore();
         let there = self.movement.object_count();
-        let movement = movement.filter(|_| there == objects).ok_or_else(|| {
+        let last = &self.last_poses;
+        let are_sound = [there, last.len()] == [objects; 2] && last.iter().all(is_rigid);
+        let movement = movement.filter(|_| are_sound).ok_or_else(|| {
             format!(
                 "the checkpoint has the poses of {there} objects, or they are damaged; the scene has {objects}"
             )
@@ -259,6 +264,7 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
+            last_poses: Vec::new(),
             distance_poses: Vec::new(),
             particles,
             motions,

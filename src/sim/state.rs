@@ -181,6 +181,8 @@ pub struct State {
     pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
+    /// The same in the step before.
+    pub poses_before: Buffer<Pose>,
     /// One an object: what particles do there.
     pub physarums: Buffer<Physarum>,
     /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
@@ -262,6 +264,7 @@ impl State {
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+            poses_before: Buffer::from_slice(ctx, "poses_before", &setup.poses)?,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,
             distances: Buffer::zeroed(ctx, "distances", field)?,
             nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,

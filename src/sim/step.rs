@@ -28,6 +28,8 @@ const WINDOW: usize = 1;
 pub struct Changes {
     /// World from object, one an object.
     pub poses: Option<Vec<Pose>>,
+    /// The same in the step before this one.
+    pub poses_before: Option<Vec<Pose>>,
     /// What particles do, one an object.
     pub physarums: Option<Vec<Physarum>>,
 }
@@ -64,6 +66,11 @@ pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
         rec.barrier(Kernel, Copy, &[&s.poses]);
         rec.update_long(&s.poses, poses);
         rec.barrier(Copy, Kernel, &[&s.poses]);
+    }
+    if let Some(poses) = &changes.poses_before {
+        rec.barrier(Kernel, Copy, &[&s.poses_before]);
+        rec.update_long(&s.poses_before, poses);
+        rec.barrier(Copy, Kernel, &[&s.poses_before]);
     }
     if let Some(physarums) = &changes.physarums {
         rec.barrier(Kernel, Copy, &[&s.physarums]);
@@ -231,6 +238,7 @@ fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             faces: &s.faces,
             pseudonormals: &s.pseudonormals,
             dipoles: &s.dipoles,
+            poses_before: &s.poses_before,
         },
         turn.transfer_out,
     );

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod queries;
+mod swept;
 mod unfold;
 
 use std::f64::consts::TAU;
@@ -39,6 +40,7 @@ fn pose(world_from_object: DAffine3) -> Pose {
 struct Case<'a> {
     setup: &'a Setup,
     poses: &'a [Pose],
+    poses_before: &'a [Pose],
     nearest: &'a [u32],
     particles: &'a [Particle],
     motions: &'a [Motion],
@@ -98,6 +100,7 @@ impl Case<'_> {
             Buffer::from_slice(ctx, "poses", self.poses).unwrap(),
             Buffer::from_slice(ctx, "physarums", self.physarums).unwrap(),
             Buffer::from_slice(ctx, "roots", &self.setup.distance.roots()).unwrap(),
+            Buffer::from_slice(ctx, "poses_before", self.poses_before).unwrap(),
         );
         gpu.run(|rec| {
             let args = TransferOutArgs {
@@ -120,6 +123,7 @@ impl Case<'_> {
                 faces: &texels("faces", bytemuck::cast_slice(&trees.faces)),
                 pseudonormals: &texels("pseudonormals", bytemuck::cast_slice(&trees.pseudonormals)),
                 dipoles: &texels("dipoles", bytemuck::cast_slice(&trees.dipoles)),
+                poses_before: &uploaded.11,
             };
             rec.dispatch(&pipeline, Threads(params.capacity), args, params);
         });
@@ -147,6 +151,7 @@ impl Case<'_> {
                 constants.sign_rule,
                 constants.border_reflects,
             ),
+            self.poses_before,
             &mut flow,
             &self.particle_indices(),
             self.particles,
@@ -207,9 +212,17 @@ fn transfer_out_agrees_with_its_twin() {
                 ..bytemuck::Zeroable::zeroed()
             })
             .to_vec();
+        // In some of the cases objects have moved in the step.
+        let turn = if sign_rule == 0 { 0.0 } else { 0.1 };
+        let objects = scene.settings.objects.iter().zip([0.0, turn, -turn]);
+        let poses_before: Vec<Pose> = objects
+            .map(|(object, turn)| Affine3A::from_rotation_y(turn) * object.world_from_object())
+            .map(Pose::from)
+            .collect();
         let case = Case {
             setup: &setup,
             poses: &setup.poses,
+            poses_before: &poses_before,
             nearest: &nearest,
             particles: &setup.particles,
             motions: &motions,
@@ -299,6 +312,7 @@ fn particles_go_on_as_the_fold_says() {
         let case = Case {
             setup: &setup,
             poses: &poses,
+            poses_before: &poses,
             nearest: &nearest,
             particles: &on_first,
             motions: &motions,
@@ -373,6 +387,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
         let case = Case {
             setup: &setup,
             poses: &poses,
+            poses_before: &poses,
             nearest: &nearest,
             particles: &particles,
             motions: &motions,

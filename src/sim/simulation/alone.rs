@@ -20,10 +20,7 @@ impl Simulation {
     /// # Errors
     /// When the step has no such kernel, or the device no memory for what the kernel changes.
     pub fn record_before(&mut self, rec: &mut Recorder, kernel: &str) -> Result<Alone> {
-        let changes = Changes {
-            poses: self.moved_at(self.step),
-            physarums: self.changed_physarums(),
-        };
+        let changes = self.changes();
         let params = self.params_of_all();
         let alone = rec.record_before(kernel, |rec| {
             self.record_and_return(rec, &params, &changes);

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use super::bvh::{first_crossing, nearest_on, slack_of};
 use super::nearest::nearest_on_face;
 use super::sign::{Sides, is_outside};
-use super::transfer::{Flight, Ground, folded};
+use super::transfer::{Flight, Ground, folded, place_in};
 use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{HalfEdge, NONE};
 use crate::sim::Setup;
@@ -178,33 +178,50 @@ impl Terrain<'_> {
         inner > outer + 4.0 * slack_of(&self.sides.nodes[self.roots[source as usize] as usize])
     }
 
-    /// Where a particle's last step, of length `way`, met the target first, and what was walked since then.
+    /// Where a walker was in the target's space, at a time of the last step: 0 is its beginning, when objects stood as
+    /// in `before`, and 1 its end.
+    fn place_at(&self, before: &[Pose], time: f32, w: &Walker, [source, target]: [u32; 2]) -> Vec3 {
+        let frame = self.ground.frame(w.triangle);
+        let position = self.ground.position(w.triangle, &frame, w.uv());
+        let [before, now] = [before, self.ground.poses]
+            .map(|poses| place_in(&poses[target as usize], &poses[source as usize], position));
+        now + (1.0 - time) * (before - now)
+    }
+
+    /// Where a particle's last step from a source to a target, of length `way`, met the target first, and what was
+    /// walked since then; `before` is how objects stood in the step before.
     #[must_use]
     pub fn meeting_behind(
         &self,
+        before: &[Pose],
         particle: &Particle,
         motion: &Motion,
-        target: u32,
+        [source, target]: [u32; 2],
         way: f32,
         attempts: u32,
     ) -> Option<(Meeting, f32)> {
+        let place_at = |time, w: &Walker| self.place_at(before, time, w, [source, target]);
         let back = [-motion.heading_p, -motion.heading_h];
         let mut w = Walker::at(particle.triangle, particle.u, particle.v, back, way);
-        let mut newer = self
-            .ground
-            .place_in(target, self.flight_of_walker(&w).position);
+        let mut newer = place_at(1.0, &w);
         let mut first = None;
         let mut walked = 0.0;
         for i in 0..=attempts {
-            let before = w.remaining;
+            let remaining = w.remaining;
             self.walk::<false>(&mut w, i.min(1));
+            let segment = remaining - w.remaining;
+            let goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < attempts;
+            let time = if goes_on {
+                1.0 - (walked + segment) / way
+            } else {
+                0.0
+            };
+            let older = place_at(time, &w);
             let back = self.flight_of_walker(&w);
-            let older = self.ground.place_in(target, back.position);
-            let segment = before - w.remaining;
             if let Some(meeting) = self.meeting_between(target, [older, newer], &back, -1.0) {
                 first = Some((meeting, walked + (1.0 - meeting.t) * segment));
             }
-            if w.status != WALK_OUT_OF_ATTEMPTS {
+            if !goes_on {
                 break;
             }
             walked += segment;

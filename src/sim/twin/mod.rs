@@ -73,6 +73,7 @@ pub struct Simulation {
     previous_deposits: Vec<u32>,
     movement: Movement,
     poses: Vec<Pose>,
+    poses_before: Vec<Pose>,
     across: Vec<u32>,
     across_triangles: Vec<u32>,
     distances: Vec<f32>,
@@ -100,6 +101,7 @@ impl Simulation {
             motions: start.motions,
             setup,
             movement: Movement::new(&settings),
+            poses_before: poses.clone(),
             poses,
             settings,
             trail: vec![0.0; texels],
@@ -123,7 +125,8 @@ impl Simulation {
         self.movement
             .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
         let objects = &self.settings.objects;
-        self.poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        let poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        self.poses_before = std::mem::replace(&mut self.poses, poses);
         params.update_distances(
             &mut self.planner,
             &self.settings,
@@ -325,6 +328,7 @@ impl Simulation {
         Snapshot {
             step: self.step,
             movement: self.movement.save(),
+            last_poses: self.poses.clone(),
             distance_poses: self.planner.poses().to_vec(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
@@ -343,9 +347,10 @@ impl Simulation {
         self.movement = movement.expect("the poses are sound");
         let objects = &self.settings.objects;
         let last = snapshot.step.saturating_sub(1);
-        self.poses = self.movement.poses(objects, &self.setup.tracks, last);
+        let poses = self.movement.poses(objects, &self.setup.tracks, last);
         let strategy = self.settings.strategy();
-        let state = arranged(snapshot, &self.setup, &self.poses, strategy);
+        let state = arranged(snapshot, &self.setup, &poses, strategy);
+        self.poses.clone_from(&snapshot.last_poses);
         self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
         self.particles = state.particles;
         self.motions = state.motions;

@@ -26,6 +26,12 @@ pub struct Ground<'a> {
     pub poses: &'a [Pose],
 }
 
+/// Where a place of one object's space is in another's, if they stand so.
+pub(super) fn place_in(target: &Pose, source: &Pose, position: Vec3) -> Vec3 {
+    let in_world = turned_to_world(source, position) + translation_of(source);
+    turned_to_object(target, in_world - translation_of(target))
+}
+
 /// Where a particle is and where it is going, in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
@@ -130,6 +136,13 @@ impl Ground<'_> {
         }
     }
 
+    /// Where weights of B and C are on a triangle of that frame, object space.
+    pub(super) fn position(&self, triangle: u32, frame: &Frame, [u, v]: [f32; 2]) -> Vec3 {
+        let shape = &self.triangles[triangle as usize];
+        let along = u * shape.ab + v * shape.cp;
+        frame.origin + along * frame.p + v * shape.ch * frame.h
+    }
+
     /// A place of the world in an object's space.
     pub(super) fn place_in(&self, object: u32, position: Vec3) -> Vec3 {
         let pose = &self.poses[object as usize];
@@ -144,12 +157,9 @@ impl Ground<'_> {
     /// A particle's place and heading in world space.
     #[must_use]
     pub fn flight(&self, particle: &Particle, motion: &Motion) -> Flight {
-        let shape = &self.triangles[particle.triangle as usize];
         let pose = self.pose(particle.triangle);
         let frame = self.frame(particle.triangle);
-        let along = particle.u * shape.ab + particle.v * shape.cp;
-        let across = particle.v * shape.ch;
-        let position = frame.origin + along * frame.p + across * frame.h;
+        let position = self.position(particle.triangle, &frame, [particle.u, particle.v]);
         let heading = motion.heading_p * frame.p + motion.heading_h * frame.h;
         Flight {
             position: turned_to_world(pose, position) + translation_of(pose),
@@ -225,6 +235,7 @@ pub fn transfer_out(
     constants: &TransferOutConstants,
     params: &TransferOutParams,
     terrain: &Terrain,
+    poses_before: &[Pose],
     flow: &mut Flow,
     particle_indices: &[u32],
     particles: &[Particle],
@@ -262,7 +273,14 @@ pub fn transfer_out(
                 params.speed
             };
             let way = (speed - motion.pending).max(0.0);
-            let met = terrain.meeting_behind(particle, motion, target, way, params.attempts);
+            let met = terrain.meeting_behind(
+                poses_before,
+                particle,
+                motion,
+                [source, target],
+                way,
+                params.attempts,
+            );
             if let Some((meeting, rest)) = met {
                 let w = terrain.walker_on_target(&meeting, source, rest, params.attempts);
                 triangle = w.triangle;

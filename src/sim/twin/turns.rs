@@ -137,6 +137,7 @@ impl Simulation {
                 constants.sign_rule,
                 constants.border_reflects,
             ),
+            &self.poses_before,
             &mut self.transfers.flow,
             &self.transfers.particle_indices,
             &self.particles,
