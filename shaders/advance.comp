@@ -92,33 +92,21 @@ float own_gravity_weight;
 float own_decrowding_weight;
 float own_distance_weight;
 
+#define OF_OBJECT(field) (OWN_PHYSARUM ? physarums[object].field : params.field)
+
 void take_physarum(uint triangle) {
-    if (OWN_PHYSARUM) {
-        uint object = texelFetch(triangles, int(triangle)).w;
-        own_speed = physarums[object].speed;
-        own_sensor_offset = physarums[object].sensor_offset;
-        own_sensor_cos = physarums[object].sensor_cos;
-        own_sensor_sin = physarums[object].sensor_sin;
-        own_rotation_cos = physarums[object].rotation_cos;
-        own_rotation_sin = physarums[object].rotation_sin;
-        own_sensor_noise = physarums[object].sensor_noise;
-        own_favourite_density = physarums[object].favourite_density;
-        own_gravity_weight = physarums[object].gravity_weight;
-        own_decrowding_weight = physarums[object].decrowding_weight;
-        own_distance_weight = physarums[object].distance_weight;
-        return;
-    }
-    own_speed = params.speed;
-    own_sensor_offset = params.sensor_offset;
-    own_sensor_cos = params.sensor_cos;
-    own_sensor_sin = params.sensor_sin;
-    own_rotation_cos = params.rotation_cos;
-    own_rotation_sin = params.rotation_sin;
-    own_sensor_noise = params.sensor_noise;
-    own_favourite_density = params.favourite_density;
-    own_gravity_weight = params.gravity_weight;
-    own_decrowding_weight = params.decrowding_weight;
-    own_distance_weight = params.distance_weight;
+    uint object = OWN_PHYSARUM ? texelFetch(triangles, int(triangle)).w : 0u;
+    own_speed = OF_OBJECT(speed);
+    own_sensor_offset = OF_OBJECT(sensor_offset);
+    own_sensor_cos = OF_OBJECT(sensor_cos);
+    own_sensor_sin = OF_OBJECT(sensor_sin);
+    own_rotation_cos = OF_OBJECT(rotation_cos);
+    own_rotation_sin = OF_OBJECT(rotation_sin);
+    own_sensor_noise = OF_OBJECT(sensor_noise);
+    own_favourite_density = OF_OBJECT(favourite_density);
+    own_gravity_weight = OF_OBJECT(gravity_weight);
+    own_decrowding_weight = OF_OBJECT(decrowding_weight);
+    own_distance_weight = OF_OBJECT(distance_weight);
 }
 
 // What rounding may make of a distance.

@@ -303,8 +303,41 @@ fn every_kernel_of_a_step_runs_alone() {
                 assert_eq!(rows.len(), 1, "{rows:?}");
                 assert_eq!(rows[0]["name"].as_str(), Some(kernel.as_str()));
                 assert_eq!(rows[0]["dispatches_per_step"], 1.0);
+                if kernel == "advance" {
+                    // One object's particles are not all of them.
+                    let has_turns = ["parallel", "sequential"].contains(&strategy);
+                    assert_eq!(rows[0]["throughput"].is_null(), has_turns, "{rows:?}");
+                }
             }
         }
+    }
+}
+
+/// Each particle advances once a step, in however many turns.
+#[test]
+fn throughput_counts_every_particle_once() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let pair = small_pair(&folder);
+    for strategy in ["scattered", "parallel", "direct"] {
+        let strategy = format!("transfer.strategy={strategy}");
+        let options = [
+            "--set", &strategy, "--steps", "4", "--warmup", "2", "--json",
+        ];
+        let output = myxo(&[&["profile", path(&pair)], &options[..]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+        let rows = report["kernels"].as_array().expect("they are listed");
+        let advance = rows.iter().find(|row| row["name"] == "advance");
+        let advance = advance.expect("it is there");
+        let Some(median) = advance["median_ms"].as_f64() else {
+            return;
+        };
+        let per_second = advance["throughput"]["per_second"].as_f64();
+        let count = per_second.expect("it is measured") * median * 1e-3;
+        assert!((count - 2000.0).abs() < 1.0, "{strategy}: {count}");
     }
 }
 

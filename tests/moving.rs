@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::{Gpu, gpu};
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::scene::{Overrides, Scene};
@@ -279,8 +279,8 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
     let mut set = begin();
     set.set_pose(1, Some(pose)).unwrap();
     gpu.run(|rec| set.record_poses(rec));
-    assert_eq!(set.snapshot().unwrap().step_poses, half.step_poses);
-    assert_ne!(poses_on(&gpu, &set), half.step_poses);
+    assert_eq!(set.snapshot().unwrap().last_poses, half.last_poses);
+    assert_ne!(poses_on(&gpu, &set), half.last_poses);
     let changed = Scene { settings, ..scene };
     let mut resumed = Simulation::new(&gpu.ctx, &changed).unwrap();
     resumed.restore(&read.snapshot).unwrap();
@@ -294,7 +294,7 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
         let states = [&resumed, &through].map(|simulation| simulation.snapshot().unwrap());
         assert_eq!(states[0].hash(), states[1].hash(), "step {step}");
         assert_eq!(states[0].distance_poses, states[1].distance_poses);
-        assert_eq!(states[0].step_poses, states[1].step_poses);
+        assert_eq!(states[0].last_poses, states[1].last_poses);
         let [before, uninterrupted] = [&resumed, &through]
             .map(|simulation| gpu.ctx.download(&simulation.state().poses_before).unwrap());
         assert!(before == uninterrupted, "step {step}");
@@ -320,11 +320,11 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
     let mut too_few = half.clone();
     too_few.distance_poses.pop();
     let mut none_of_the_step = half;
-    none_of_the_step.step_poses.clear();
+    none_of_the_step.last_poses.clear();
     for (damaged, words) in [
         (none_rigid, "has distances taken with"),
         (too_few, "has distances taken with"),
-        (none_of_the_step, "has a last step with"),
+        (none_of_the_step, "has the poses of"),
     ] {
         let problem = resumed.restore(&damaged).unwrap_err().to_string();
         assert!(problem.contains(words), "{problem}");
@@ -332,6 +332,50 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
         let problem = checkpoint.check(&changed, resumed.setup()).unwrap_err();
         assert!(problem.contains(words), "{problem}");
     }
+    gpu.finish();
+}
+
+/// A pose that is set just before an interruption is none that the last step had: particles that the object moves over
+/// in the next step change to it where it met them, also in the resumed run.
+#[test]
+fn a_resumed_run_knows_where_the_last_step_had_objects() {
+    let Some(gpu) = gpu() else { return };
+    let scene = moving(|s| {
+        s.objects[1].position = [1.9, 0.0, 0.0];
+        s.objects[1].motion.orbit = [0.0; 3];
+        s.distance.reach = 0.5;
+        s.physarum.speed = 0.02;
+    });
+    let closer = DAffine3::from_translation(DVec3::new(1.75, 0.1, 0.0));
+    let mut through = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
+    advance(&gpu, &mut through, 5);
+    (0..5).for_each(|_| twin.step().clear());
+    assert_eq!(
+        through.snapshot().unwrap().last_poses,
+        twin.snapshot().last_poses
+    );
+    through.set_pose(1, Some(closer)).unwrap();
+    let half = through.snapshot().unwrap();
+    assert_eq!(half.last_poses, poses_on(&gpu, &through));
+    let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
+    resumed.restore(&half).unwrap();
+    // As if the last step had had it there already.
+    let mut mistaken = half.clone();
+    mistaken.last_poses[1] = Pose::from(Affine3A::from_translation(Vec3::new(1.75, 0.1, 0.0)));
+    let mut wrong = Simulation::new(&gpu.ctx, &scene).unwrap();
+    wrong.restore(&mistaken).unwrap();
+    let ends = [&mut through, &mut resumed, &mut wrong].map(|simulation| {
+        advance(&gpu, simulation, 3);
+        simulation.snapshot().unwrap().hash()
+    });
+    assert_eq!(ends[1], ends[0]);
+    assert_ne!(ends[2], ends[0], "the scene shows the difference");
+
+    let mut damaged = half;
+    damaged.last_poses[0].x.x = 2.0;
+    let problem = resumed.restore(&damaged).unwrap_err().to_string();
+    assert!(problem.contains("or they are damaged"), "{problem}");
     gpu.finish();
 }
 

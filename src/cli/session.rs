@@ -38,6 +38,8 @@ pub struct Session {
     trace: Option<Tracing>,
     /// The kernels of a step, in order, and how often each runs in one that takes all distances.
     kernels: Vec<(String, u32)>,
+    /// Does one of them run alone?
+    is_alone: bool,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -110,6 +112,7 @@ impl Session {
         Ok(Self {
             frames,
             kernels,
+            is_alone: false,
             progress: Progress::new(steps, &scene.name),
             first_step: simulation.step(),
             ctx,
@@ -204,6 +207,7 @@ impl Session {
     /// Does what the next step does before a kernel. No step is possible any more.
     pub fn run_before(&mut self, kernel: &str) -> Result<Alone> {
         let mut alone = None;
+        self.is_alone = true;
         self.submit(|simulation, rec| alone = Some(simulation.record_before(rec, kernel)))?;
         alone.expect("it was recorded")
     }
@@ -296,7 +300,7 @@ impl Session {
     pub fn kernel_times(&self) -> Vec<KernelTime> {
         let times = self.frames.timings().report("step");
         if self.ctx.info().has_timestamps() {
-            return times::rows(&times, self.simulation.setup());
+            return times::rows(&times, self.simulation.setup(), self.advancing());
         }
         let untimed = |(name, count): &(String, u32)| KernelTime {
             name: name.clone(),
@@ -306,12 +310,19 @@ impl Session {
         self.kernels.iter().map(untimed).collect()
     }
 
+    /// How many particles advance in what is measured. In one object's turn only the device knows.
+    fn advancing(&self) -> Option<u64> {
+        let has_turns = self.simulation.settings().strategy().has_turns();
+        let all = self.simulation.setup().particles.len() as u64;
+        (!self.is_alone || !has_turns).then_some(all)
+    }
+
     /// The table of kernel times, or why there is none.
     pub fn table(&self, run: times::Run) -> String {
         let times = self.frames.timings().report("step");
         match times::unavailable(&times, self.ctx.info().has_timestamps()) {
             Some(why) => format!("Kernel times are unavailable: {why}.\n"),
-            None => times::table(&times, self.simulation.setup(), run),
+            None => times::table(&times, self.simulation.setup(), self.advancing(), run),
         }
     }
 

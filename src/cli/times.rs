@@ -7,25 +7,32 @@ use myxo::sim::Setup;
 
 use super::report::{KernelTime, Throughput};
 
-/// What one dispatch of a kernel works on, and how many of them there are.
-fn work_of(kernel: &str, setup: &Setup) -> Option<(u64, &'static str)> {
-    match kernel {
-        "advance" => Some((setup.particles.len() as u64, "particles")),
-        "diffuse" => Some((u64::from(setup.atlas.owned_count), "texels")),
-        "diffuse_seams" => Some((setup.atlas.exchange.rows.len() as u64, "seam texels")),
-        "exchange_seams" => Some((setup.atlas.seams.len() as u64, "gutter texels")),
-        _ => None,
-    }
+/// What a kernel works on, and how many of them there are in a step in which it is dispatched so often. Each particle
+/// advances once, however many turns objects have; `advancing` of them were measured, if that is known.
+fn work_of(
+    kernel: &str,
+    dispatches: f64,
+    setup: &Setup,
+    advancing: Option<u64>,
+) -> Option<(f64, &'static str)> {
+    let (each, of) = match kernel {
+        "advance" => return Some((advancing? as f64, "particles")),
+        "diffuse" => (u64::from(setup.atlas.owned_count), "texels"),
+        "diffuse_seams" => (setup.atlas.exchange.rows.len() as u64, "seam texels"),
+        "exchange_seams" => (setup.atlas.seams.len() as u64, "gutter texels"),
+        _ => return None,
+    };
+    Some((each as f64 * dispatches, of))
 }
 
-/// The rows of the report.
-pub fn rows(report: &gpu::Report, setup: &Setup) -> Vec<KernelTime> {
+/// The rows of the report, of steps in which so many particles advance, if that is known.
+pub fn rows(report: &gpu::Report, setup: &Setup, advancing: Option<u64>) -> Vec<KernelTime> {
     let throughput = |row: &gpu::Row| {
-        let (count, of) = work_of(&row.name, setup)?;
+        let (count, of) = work_of(&row.name, row.dispatches_per_step, setup, advancing)?;
         let seconds = row.time.median_ms * 1e-3;
         (seconds > 0.0).then(|| Throughput {
             of: of.to_owned(),
-            per_second: count as f64 * row.dispatches_per_step / seconds,
+            per_second: count / seconds,
         })
     };
     report
@@ -63,7 +70,7 @@ pub enum Run {
 
 /// The table: kernel, dispatches a step, mean, median, 95th percentile, share, throughput; the whole step; and how
 /// much of it the kernels account for.
-pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
+pub fn table(report: &gpu::Report, setup: &Setup, advancing: Option<u64>, run: Run) -> String {
     // A kernel alone is no part of anything.
     let share = if run == Run::Kernel { "" } else { "share" };
     let header = [
@@ -80,7 +87,7 @@ pub fn table(report: &gpu::Report, setup: &Setup, run: Run) -> String {
     let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
     let milliseconds = |ms: f64| format!("{ms:.decimals$}");
     let mut cells = vec![header.map(str::to_owned)];
-    let rows = rows(report, setup);
+    let rows = rows(report, setup, advancing);
     for (row, times) in rows.iter().zip(&report.rows) {
         let throughput = row.throughput.as_ref();
         cells.push([

@@ -1,8 +1,9 @@
 //! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
-//! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, and the
-//! poses that distances were last taken with, as they lie in memory, then the CRC-32 of all that precedes it (u32).
+//! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, the poses of
+//! the last step and those that distances were last taken with, as they lie in memory, then the CRC-32 of all that
+//! precedes it (u32).
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
@@ -33,7 +34,7 @@ struct Header {
     windows: u64,
     in_flight: u64,
     flux: u64,
-    step_poses: u64,
+    last_poses: u64,
     distance_poses: u64,
     /// The scene file that it was written with.
     scene: String,
@@ -136,7 +137,7 @@ impl Checkpoint {
         let Snapshot {
             step,
             movement,
-            step_poses,
+            last_poses,
             distance_poses,
             particles,
             motions,
@@ -151,7 +152,7 @@ impl Checkpoint {
             windows: transfers.windows.len() as u64,
             in_flight: transfers.in_flight.len() as u64,
             flux: transfers.flux.len() as u64,
-            step_poses: step_poses.len() as u64,
+            last_poses: last_poses.len() as u64,
             distance_poses: distance_poses.len() as u64,
             scene: self.scene.clone(),
             layout: self.layout,
@@ -173,7 +174,7 @@ impl Checkpoint {
         out.put(bytemuck::cast_slice(&transfers.in_flight))?;
         out.put(bytemuck::bytes_of(&transfers.flow))?;
         out.put(bytemuck::cast_slice(&transfers.flux))?;
-        out.put(bytemuck::cast_slice(step_poses))?;
+        out.put(bytemuck::cast_slice(last_poses))?;
         out.put(bytemuck::cast_slice(distance_poses))?;
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
@@ -243,7 +244,7 @@ impl Checkpoint {
                     flow: array(&mut rest, 1).ok_or_else(cut_short)?[0],
                     flux: array(&mut rest, header.flux).ok_or_else(cut_short)?,
                 },
-                step_poses: array(&mut rest, header.step_poses).ok_or_else(cut_short)?,
+                last_poses: array(&mut rest, header.last_poses).ok_or_else(cut_short)?,
                 distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
             },
         };
@@ -300,7 +301,7 @@ mod tests {
             snapshot: Snapshot {
                 step: 41,
                 movement: SavedMovement::default(),
-                step_poses: vec![Affine3A::from_rotation_y(0.4).into(); 2],
+                last_poses: vec![Affine3A::from_rotation_x(0.1).into(); 2],
                 distance_poses: vec![Affine3A::from_rotation_y(0.3).into(); 2],
                 particles: (0..33)
                     .map(|id| Particle {

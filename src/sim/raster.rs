@@ -465,16 +465,16 @@ mod tests {
         let mesh = Mesh::builtin("cube").expect("it is there");
         let mut surface = Surface::build(&[(&mesh, 1.0), (&mesh, 1.0), (&mesh, 1.0)]);
         assert_eq!(check(&surface, &settings), Ok(()));
-        // As many as 26,754 each are drawn, and no more.
-        surface.objects[0].triangles = (0, 26_754);
-        surface.objects[2].triangles = (26_766, 26_766 + 26_754);
+        // The largest two of a size that are drawn have 26,754 triangles each.
+        surface.objects[0].triangles = (0, 26_755);
+        surface.objects[2].triangles = (26_767, 26_767 + 26_754);
         assert_eq!(check(&surface, &settings), Ok(()));
         surface.objects[2].triangles.1 += 1;
         let problem = check(&surface, &settings).unwrap_err();
         for words in [
-            "26,754 triangles of `left`",
+            "26,755 triangles of `left`",
             "26,755 of `right`",
-            "2,147,409,810 corners",
+            "2,147,490,075 corners",
             "at most 2,147,483,647",
             "distance.method = \"bvh\"",
         ] {

@@ -120,7 +120,7 @@ impl Simulation {
         self.step += 1;
     }
 
-    /// What the next step must bring to the device before its kernels run; counts as brought.
+    /// What the next step, which is recorded now, finds to be others than the one before.
     fn changes(&mut self) -> Changes {
         let before = std::mem::take(&mut self.poses_of_step);
         let changes = Changes {
@@ -288,7 +288,7 @@ impl Simulation {
         Ok(Snapshot {
             step: self.step,
             movement: self.movement.save(),
-            step_poses: self.poses_of_step.clone(),
+            last_poses: self.poses_of_step.clone(),
             distance_poses: self.planner.poses().to_vec(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
@@ -329,7 +329,7 @@ impl Simulation {
         self.movement
             .set_dt(self.settings.time.dt, self.last_step());
         self.upload_poses()?;
-        self.poses_of_step.clone_from(&snapshot.step_poses);
+        self.poses_of_step.clone_from(&snapshot.last_poses);
         self.upload_particles(snapshot, &self.settings.clone())
     }
 }

@@ -14,8 +14,8 @@ pub struct Snapshot {
     pub step: u64,
     /// The objects' time, and their poses from outside.
     pub movement: SavedMovement,
-    /// The poses of that step.
-    pub step_poses: Vec<Pose>,
+    /// The poses that the last step had, which those set since do not change; before the first step the scene's.
+    pub last_poses: Vec<Pose>,
     /// The poses that distances between objects were last taken with; none before the first time.
     pub distance_poses: Vec<Pose>,
     /// Where particles are.
@@ -52,7 +52,7 @@ impl Snapshot {
             deposits: vec![0; texels],
             transfers: TransferState::default(),
             movement: SavedMovement::default(),
-            step_poses: setup.poses.clone(),
+            last_poses: setup.poses.clone(),
             distance_poses: Vec::new(),
         }
     }
@@ -64,23 +64,19 @@ impl Snapshot {
     pub fn movement_of(&self, objects: usize) -> Result<Movement, String> {
         let movement = self.movement.restore();
         let there = self.movement.object_count();
-        let movement = movement.filter(|_| there == objects).ok_or_else(|| {
+        let last = &self.last_poses;
+        let are_sound = [there, last.len()] == [objects; 2] && last.iter().all(is_rigid);
+        let movement = movement.filter(|_| are_sound).ok_or_else(|| {
             format!(
                 "the checkpoint has the poses of {there} objects, or they are damaged; the scene has {objects}"
             )
         })?;
-        for (poses, what, may_be_none) in [
-            (&self.step_poses, "a last step", false),
-            (&self.distance_poses, "distances taken", true),
-        ] {
-            let there = poses.len();
-            let fits = there == objects || (there == 0 && may_be_none);
-            if !fits || !poses.iter().all(is_rigid) {
-                return Err(format!(
-                    "the checkpoint has {what} with the poses of {there} objects, or these are damaged; \
-                     the scene has {objects}"
-                ));
-            }
+        let there = self.distance_poses.len();
+        if ![0, objects].contains(&there) || !self.distance_poses.iter().all(is_rigid) {
+            return Err(format!(
+                "the checkpoint has distances taken with the poses of {there} objects, or these are damaged; \
+                 the scene has {objects}"
+            ));
         }
         Ok(movement)
     }
@@ -268,7 +264,7 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
-            step_poses: Vec::new(),
+            last_poses: Vec::new(),
             distance_poses: Vec::new(),
             particles,
             motions,

@@ -302,18 +302,21 @@ fn a_value_of_its_own_begins_as_the_scenes() {
     for _ in 0..30 {
         harness.frame(vec![]);
     }
-    let [checkbox] = harness.places_of("of its own")[..] else {
-        panic!("{:?}", harness.places_of("of its own"));
+    // The window takes it over at once.
+    let toggle = |harness: &mut Harness| {
+        let [checkbox] = harness.places_of("of its own")[..] else {
+            panic!("{:?}", harness.places_of("of its own"));
+        };
+        assert_eq!(harness.click(checkbox), [Command::Apply]);
+        harness.interface.running = harness.interface.edited.clone();
+        harness.frame(vec![]);
+        harness.interface.edited.objects[0].physarum.speed
     };
-    assert_eq!(harness.click(checkbox), [Command::Apply]);
-    let own = |harness: &Harness| harness.interface.edited.objects[0].physarum.clone();
-    assert_eq!(own(&harness).speed, Some(0.0123));
-    // It is gone again, and begins as what the scene has now.
-    harness.click(checkbox);
-    assert!(own(&harness).is_empty());
+    assert_eq!(toggle(&mut harness), Some(0.0123));
+    // It goes away again, and begins as what the scene has then.
+    assert_eq!(toggle(&mut harness), None);
     harness.interface.edited.physarum.speed = 0.25;
-    harness.click(checkbox);
-    assert_eq!(own(&harness).speed, Some(0.25));
+    assert_eq!(toggle(&mut harness), Some(0.25));
 }
 
 #[test]

@@ -328,7 +328,7 @@ impl Simulation {
         Snapshot {
             step: self.step,
             movement: self.movement.save(),
-            step_poses: self.poses.clone(),
+            last_poses: self.poses.clone(),
             distance_poses: self.planner.poses().to_vec(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
@@ -347,10 +347,10 @@ impl Simulation {
         self.movement = movement.expect("the poses are sound");
         let objects = &self.settings.objects;
         let last = snapshot.step.saturating_sub(1);
-        self.poses = self.movement.poses(objects, &self.setup.tracks, last);
+        let poses = self.movement.poses(objects, &self.setup.tracks, last);
         let strategy = self.settings.strategy();
-        let state = arranged(snapshot, &self.setup, &self.poses, strategy);
-        self.poses.clone_from(&snapshot.step_poses);
+        let state = arranged(snapshot, &self.setup, &poses, strategy);
+        self.poses.clone_from(&snapshot.last_poses);
         self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
         self.particles = state.particles;
         self.motions = state.motions;
