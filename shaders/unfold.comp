@@ -1,7 +1,7 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
-// Reads   jobs, pairs, samples, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
-// Writes  across and across_triangles: owned texels of the objects that have a job.
-// One invocation a sample of a job; jobs begin at multiples of the group size.
+// Reads   jobs, pairs, samples, listed, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
+// Writes  across and across_triangles: owned texels of the objects that have a job; where LISTED those of listed tiles.
+// One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a sample of a listed tile.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
 
@@ -13,6 +13,8 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BORDER_REFLECTS = true;
+// Only tiles of texels that were looked at may have changed, where distances are taken tile by tile.
+layout(constant_id = 1) const bool LISTED = false;
 
 layout(push_constant) uniform Params {
     uint thread_count;
@@ -36,6 +38,8 @@ layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[
 layout(std430, set = 0, binding = 10) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
 layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
+layout(std430, set = 0, binding = 13) readonly buffer Listed { ListedTile listed[]; };
+layout(std430, set = 0, binding = 14) readonly buffer Groups { DispatchGroups groups[]; };
 
 const bool WALK_CARRIES = false;
 #include "jobs.glsl"
@@ -79,8 +83,17 @@ uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint trian
 
 void main() {
     uint i = invocation_index();
-    if (i >= params.thread_count) return;
-    DistanceJob job = jobs[job_of(i, params.job_count)];
+    uint j;
+    if (LISTED) {
+        if (i / TILE_SAMPLES >= groups[1].x) return;
+        ListedTile tile = listed[i / TILE_SAMPLES];
+        i = tile.tile * TILE_SAMPLES + i % TILE_SAMPLES;
+        j = tile.job;
+    } else {
+        if (i >= params.thread_count) return;
+        j = job_of(i, params.job_count);
+    }
+    DistanceJob job = jobs[j];
     if (i - job.first_thread >= job.sample_count) return;
     uint sample_index = job.first_sample + (i - job.first_thread);
     uint texel = samples[sample_index].texel;

@@ -14,6 +14,9 @@ use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
 
+/// Room that a tile has for faces that may be nearest.
+pub const TILE_CANDIDATES: u32 = 32;
+
 /// Most hints of a tile. Objects with more others within reach look at the rest of them sample by sample.
 const MOST_HINTS: u32 = 16;
 
@@ -82,11 +85,17 @@ impl DistanceSetup {
     /// How many hints the tiles of all objects have, with `hint_count` of each.
     #[must_use]
     pub fn hints_len(&self) -> usize {
+        self.tiles_len() * self.hint_count() as usize
+    }
+
+    /// How many tiles the jobs of one update may have.
+    #[must_use]
+    pub fn tiles_len(&self) -> usize {
         let ranges = self.ranges.iter();
         let threads: u32 = ranges
             .map(|(first, end)| (end - first).next_multiple_of(GROUP))
             .sum();
-        (threads / TILE_SAMPLES * self.hint_count()) as usize
+        (threads / TILE_SAMPLES) as usize
     }
 
     /// How many other objects the tiles of one have hints for.
@@ -117,6 +126,8 @@ pub struct DistanceUpdate {
     pub farthest: Vec<f32>,
     /// How many invocations that are.
     pub thread_count: u32,
+    /// Are all distances taken, whatever was known of them?
+    pub is_first: bool,
 }
 
 /// Remembers how objects stood when their distances were last taken.
@@ -172,6 +183,7 @@ impl DistancePlanner {
         if self.last.len() != poses.len() || self.rules != Some(rules) {
             self.last = vec![None; poses.len()];
             self.rules = Some(rules);
+            update.is_first = true;
         } else if !is_due || self.poses == poses {
             return update;
         }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::distance::TILE_CANDIDATES;
 use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
@@ -14,10 +15,12 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Seam,
-    SurfaceSample, Vertex,
+    AtlasMap, DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
+    Seam, SurfaceSample, Vertex,
 };
-use crate::gpu::{Buffer, Context, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels};
+use crate::gpu::{
+    Buffer, Context, DispatchGroups, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels,
+};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -182,6 +185,14 @@ pub struct State {
     pub tiles: Buffer<SampleTile>,
     /// For each tile of the jobs, as many as objects have others: a face of theirs that is near.
     pub hints: Buffer<u32>,
+    /// As many a tile: faces that its hints name.
+    pub candidates: Buffer<u32>,
+    /// One a tile of `tiles`: what all its texels are, if anything.
+    pub tile_states: Buffer<u32>,
+    /// The tiles whose texels are looked at.
+    pub listed_tiles: Buffer<ListedTile>,
+    /// Groups of the kernels that do that; then how many tiles they are.
+    pub tile_groups: Buffer<DispatchGroups>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
@@ -256,6 +267,14 @@ impl State {
             samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
             tiles: Buffer::from_slice(ctx, "tiles", &setup.distance.tiles)?,
             hints: Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?,
+            candidates: Buffer::zeroed(
+                ctx,
+                "candidates",
+                setup.distance.tiles_len() * TILE_CANDIDATES as usize,
+            )?,
+            tile_states: Buffer::zeroed(ctx, "tile_states", setup.distance.tiles.len())?,
+            listed_tiles: Buffer::zeroed(ctx, "listed_tiles", setup.distance.tiles_len())?,
+            tile_groups: Buffer::zeroed(ctx, "tile_groups", 2)?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
                 4,

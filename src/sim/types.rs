@@ -311,6 +311,16 @@ pub struct DistanceJob {
     pub first_tile: u32,
 }
 
+/// A tile whose texels are looked at.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct ListedTile {
+    /// Which of all jobs' tiles.
+    pub tile: u32,
+    /// The job that it belongs to.
+    pub job: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,8 +7,9 @@ use super::trail::{atlas_position, packed_position};
 use super::transfer::{Ground, nearest_weights};
 use super::walk::walk;
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
+use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
-use crate::sim::types::{DistanceJob, ObjectPair, SurfaceSample, Walker};
+use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
 const LEAST_SINE: f32 = 0.02;
@@ -34,6 +35,8 @@ pub struct UnfoldInputs<'a> {
     pub ground: Ground<'a>,
     /// Triangle to atlas.
     pub atlas_maps: &'a [AtlasMap],
+    /// The tiles that were looked at, where distances are taken tile by tile.
+    pub listed: &'a [ListedTile],
 }
 
 /// Tells for covered texels where on the other object walks go on.
@@ -44,8 +47,22 @@ pub fn unfold(
     across: &mut [u32],
     across_triangles: &mut [u32],
 ) {
-    for i in 0..params.thread_count {
-        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
+    let count = if constants.listed {
+        inputs.listed.len() as u32 * TILE_SAMPLES
+    } else {
+        params.thread_count
+    };
+    for i in 0..count {
+        let (i, j) = if constants.listed {
+            let tile = inputs.listed[(i / TILE_SAMPLES) as usize];
+            (
+                tile.tile * TILE_SAMPLES + i % TILE_SAMPLES,
+                tile.job as usize,
+            )
+        } else {
+            (i, job_of(&inputs.jobs[..params.job_count as usize], i))
+        };
+        let job = inputs.jobs[j];
         if i - job.first_thread >= job.sample_count {
             continue;
         }
