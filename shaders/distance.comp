@@ -1,5 +1,5 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
-// Reads   jobs, pairs, samples, listed, groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
+// Reads   pairs, samples, listed, groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed.
 // One invocation a sample of a listed tile.
 // Overflow: cannot happen; nothing is appended, and no tree is deeper than a search has room for.
@@ -19,9 +19,9 @@ layout(push_constant) uniform Params {
     float reach;               // world length; distances are clamped to it
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Samples { SurfaceSample samples[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer listed;
+layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
+layout(set = 0, binding = 2) uniform usamplerBuffer samples;
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
 layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
@@ -29,13 +29,14 @@ layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distance
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
-layout(std430, set = 0, binding = 10) readonly buffer Hints { uint hints[]; };
+layout(set = 0, binding = 10) uniform usamplerBuffer hints;
 
-layout(std430, set = 0, binding = 11) readonly buffer Candidates { uint candidates[]; };
-layout(std430, set = 0, binding = 12) readonly buffer Listed { ListedTile listed[]; };
-layout(std430, set = 0, binding = 13) readonly buffer Groups { DispatchGroups groups[]; };
+layout(set = 0, binding = 11) uniform usamplerBuffer candidates;
+layout(std430, set = 0, binding = 12) readonly buffer Groups { DispatchGroups groups[]; };
 
 #include "candidate.glsl"
+#include "pairs.glsl"
+#include "listed.glsl"
 
 // A face and the nearest point on it.
 struct Found {
@@ -48,7 +49,7 @@ struct Found {
 Found nearest_of(uint first, uint end, vec3 place) {
     Found best = Found(NONE, NONE, vec4(0.0, 0.0, FAR, 0.0));
     for (uint k = first; k < end; k++) {
-        uint slot = candidates[k];
+        uint slot = texelFetch(candidates, int(k / 4u))[k % 4u];
         uvec4 corner = texelFetch(faces, int(3u * slot));
         precise vec3 way = place - uintBitsToFloat(corner.xyz);
         vec4 point = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
@@ -69,18 +70,16 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
 void main() {
     uint i = invocation_index();
     if (i / TILE_SAMPLES >= groups[1].x) return;
-    ListedTile tile = listed[i / TILE_SAMPLES];
-    DistanceJob job = jobs[tile.job];
-    uint in_job = tile.tile * TILE_SAMPLES + i % TILE_SAMPLES - job.first_thread;
-    if (in_job >= job.sample_count) return;
-    SurfaceSample here = samples[job.first_sample + in_job];
+    ListedTile tile = listed_tile(i / TILE_SAMPLES);
+    if (i % TILE_SAMPLES >= tile.sample_count) return;
+    SurfaceSample here = sample_at(tile.first_sample + i % TILE_SAMPLES);
 
     float least = params.reach;
     uint triangle = NONE;
     uint first_hint = tile.tile * params.hint_count;
     uint first_candidate = tile.tile * TILE_CANDIDATES;
-    for (uint p = 0u; p < job.pair_count; p++) {
-        uint hint = p < params.hint_count ? hints[first_hint + p] : TILE_UNKNOWN;
+    for (uint p = 0u; p < tile.pair_count; p++) {
+        uint hint = p < params.hint_count ? texelFetch(hints, int(first_hint + p)).x : TILE_UNKNOWN;
         if (hint == TILE_OUTSIDE) continue;
         if (hint == TILE_INSIDE) {
             bool is_least = -params.reach < least;
@@ -88,7 +87,7 @@ void main() {
             triangle = is_least ? NONE : triangle;
             continue;
         }
-        ObjectPair pair = pairs[job.first_pair + p];
+        ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.
         bool may_be_inside = pair.is_closed == 1u && is_in_box(pair.first_node, place);

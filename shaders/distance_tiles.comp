@@ -24,7 +24,7 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
 layout(std430, set = 0, binding = 2) readonly buffer Tiles { SampleTile tiles[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
@@ -41,6 +41,7 @@ layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; }
 #include "sign.glsl"
 #include "distance.glsl"
 #include "jobs.glsl"
+#include "pairs.glsl"
 
 // Groups of an indirect dispatch along its first axis, at the most.
 const uint GROUPS_A_ROW = 65535u;
@@ -124,9 +125,9 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     return end;
 }
 
-void list(uint tile, uint job) {
+void list(ListedTile tile) {
     uint place = atomicAdd(groups[1].x, 1u);
-    listed[place] = ListedTile(tile, job);
+    listed[place] = tile;
     uint group = place / (gl_WorkGroupSize.x / TILE_SAMPLES);
     atomicMax(groups[0].x, min(group + 1u, GROUPS_A_ROW));
     atomicMax(groups[0].y, group / GROUPS_A_ROW + 1u);
@@ -135,8 +136,7 @@ void list(uint tile, uint job) {
 void main() {
     uint i = invocation_index();
     if (i >= params.tile_count) return;
-    uint j = job_of(i * TILE_SAMPLES, params.job_count);
-    DistanceJob job = jobs[j];
+    DistanceJob job = jobs[job_of(i * TILE_SAMPLES, params.job_count)];
     uint in_job = i - job.first_thread / TILE_SAMPLES;
     if (in_job * TILE_SAMPLES >= job.sample_count) return;
     SampleTile tile = tiles[job.first_tile + in_job];
@@ -146,7 +146,7 @@ void main() {
     uint end = 0u;
 
     for (uint p = 0u; p < min(job.pair_count, params.hint_count); p++) {
-        ObjectPair pair = pairs[job.first_pair + p];
+        ObjectPair pair = pair_at(job.first_pair + p);
         vec3 place = place_in_other(pair, tile.center);
         bool is_closed = pair.is_closed == 1u;
         // By the other rules sides may change where there is no surface.
@@ -176,7 +176,9 @@ void main() {
         state = hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
     }
     if (state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
-        list(i, j);
+        uint first = in_job * TILE_SAMPLES;
+        uint count = min(job.sample_count - first, TILE_SAMPLES);
+        list(ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, 0u, 0u, 0u));
     }
     tile_states[job.first_tile + in_job] = state;
 }

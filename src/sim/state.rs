@@ -136,6 +136,24 @@ impl<T: TexelScalar> PingPong<T> {
     }
 }
 
+/// Buffers of the kernels that take distances, seen through texel buffers.
+pub struct DistanceViews {
+    /// One by one.
+    pub distances: Texels<f32>,
+    /// One by one.
+    pub nearest: Texels<u32>,
+    /// One a texel.
+    pub samples: Texels<u32>,
+    /// One by one.
+    pub hints: Texels<u32>,
+    /// Four at once.
+    pub candidates: Texels<u32>,
+    /// Two texels each.
+    pub listed: Texels<u32>,
+    /// Four texels each.
+    pub pairs: Texels<u32>,
+}
+
 /// Every buffer of the simulation.
 pub struct State {
     /// One a particle: where it is.
@@ -191,6 +209,8 @@ pub struct State {
     pub tile_states: Buffer<u32>,
     /// The tiles whose texels are looked at.
     pub listed_tiles: Buffer<ListedTile>,
+    /// `distances`, `nearest`, `samples`, `hints`, `candidates`, `listed_tiles` and `distance_pairs`, as the kernels that look at texels read them.
+    pub distance_views: DistanceViews,
     /// Groups of the kernels that do that; then how many tiles they are.
     pub tile_groups: Buffer<DispatchGroups>,
     /// One a triangle: its corners, object by object.
@@ -231,7 +251,29 @@ impl State {
         let field = if objects > 1 { texels } else { 1 };
         let exchange = setup.atlas.exchange.by_length();
         let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
+        let distances: Buffer<f32> = Buffer::zeroed(ctx, "distances", field)?;
+        let nearest = Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?;
+        let samples = Buffer::from_slice(ctx, "samples", &setup.distance.samples)?;
+        let hints: Buffer<u32> = Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?;
+        let candidates: Buffer<u32> = Buffer::zeroed(
+            ctx,
+            "candidates",
+            setup.distance.tiles_len() * TILE_CANDIDATES as usize,
+        )?;
+        let listed_tiles: Buffer<ListedTile> =
+            Buffer::zeroed(ctx, "listed_tiles", setup.distance.tiles_len())?;
+        let distance_pairs: Buffer<ObjectPair> =
+            Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?;
         Ok(Self {
+            distance_views: DistanceViews {
+                distances: Texels::new(&distances, 1)?,
+                nearest: Texels::new(&nearest, 1)?,
+                samples: Texels::new(&samples, 4)?,
+                hints: Texels::new(&hints, 1)?,
+                candidates: Texels::new(&candidates, 4)?,
+                listed: Texels::new(&listed_tiles, 4)?,
+                pairs: Texels::new(&distance_pairs, 4)?,
+            },
             particles: Buffer::from_slice(ctx, "particles", &start.particles)?,
             motions: Buffer::from_slice(ctx, "motions", &start.motions)?,
             transfers: Transfers::new(ctx, settings, setup, &start.transfers)?,
@@ -262,18 +304,14 @@ impl State {
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,
-            distances: Buffer::zeroed(ctx, "distances", field)?,
-            nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
-            samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
+            distances,
+            nearest,
+            samples,
             tiles: Buffer::from_slice(ctx, "tiles", &setup.distance.tiles)?,
-            hints: Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?,
-            candidates: Buffer::zeroed(
-                ctx,
-                "candidates",
-                setup.distance.tiles_len() * TILE_CANDIDATES as usize,
-            )?,
+            hints,
+            candidates,
             tile_states: Buffer::zeroed(ctx, "tile_states", setup.distance.tiles.len())?,
-            listed_tiles: Buffer::zeroed(ctx, "listed_tiles", setup.distance.tiles_len())?,
+            listed_tiles,
             tile_groups: Buffer::zeroed(ctx, "tile_groups", 2)?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
@@ -296,7 +334,7 @@ impl State {
             across_triangles: Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
-            distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
+            distance_pairs,
             raster: (settings.uses_raster())
                 .then(|| Raster::new(ctx, setup))
                 .transpose()?,

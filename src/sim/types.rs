@@ -317,8 +317,20 @@ pub struct DistanceJob {
 pub struct ListedTile {
     /// Which of all jobs' tiles.
     pub tile: u32,
-    /// The job that it belongs to.
-    pub job: u32,
+    /// Its first sample.
+    pub first_sample: u32,
+    /// How many it has.
+    pub sample_count: u32,
+    /// Its object's first pair.
+    pub first_pair: u32,
+    /// How many other objects may be within reach of its object.
+    pub pair_count: u32,
+    /// Nothing.
+    pub pad0: u32,
+    /// Nothing.
+    pub pad1: u32,
+    /// Nothing.
+    pub pad2: u32,
 }
 
 #[cfg(test)]

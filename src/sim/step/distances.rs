@@ -40,7 +40,7 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                 Threads(params.distance_tiles.tile_count),
                 DistanceTilesArgs {
                     jobs: &s.distance_jobs,
-                    pairs: &s.distance_pairs,
+                    pairs: &s.distance_views.pairs,
                     tiles: &s.tiles,
                     faces: &s.faces,
                     pseudonormals: &s.pseudonormals,
@@ -73,9 +73,8 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                 &s.tile_groups,
                 TEXELS,
                 DistanceArgs {
-                    jobs: &s.distance_jobs,
-                    pairs: &s.distance_pairs,
-                    samples: &s.samples,
+                    pairs: &s.distance_views.pairs,
+                    samples: &s.distance_views.samples,
                     faces: &s.faces,
                     pseudonormals: &s.pseudonormals,
                     corners: &s.corners,
@@ -83,9 +82,9 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     nearest: &s.nearest,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
-                    hints: &s.hints,
-                    candidates: &s.candidates,
-                    listed: &s.listed_tiles,
+                    hints: &s.distance_views.hints,
+                    candidates: &s.distance_views.candidates,
+                    listed: &s.distance_views.listed,
                     groups: &s.tile_groups,
                 },
                 params.distance,
@@ -143,11 +142,11 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
 fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     let args = UnfoldArgs {
         jobs: &s.distance_jobs,
-        pairs: &s.distance_pairs,
-        samples: &s.samples,
+        pairs: &s.distance_views.pairs,
+        samples: &s.distance_views.samples,
         owners: &s.owners,
-        distances: &s.distances,
-        nearest: &s.nearest,
+        distances: &s.distance_views.distances,
+        nearest: &s.distance_views.nearest,
         triangles: &s.triangles,
         halfedges: &s.halfedges,
         corners: &s.corners,
@@ -155,7 +154,7 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         atlas_maps: &s.atlas_maps,
         across: &s.across,
         across_triangles: &s.across_triangles,
-        listed: &s.listed_tiles,
+        listed: &s.distance_views.listed,
         groups: &s.tile_groups,
     };
     if params.distance_method == DistanceMethod::Bvh {

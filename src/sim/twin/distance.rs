@@ -74,18 +74,16 @@ pub fn distance(
     let sides = inputs.sides(params.first_vertex_normal);
     for i in 0..looks.listed.len() as u32 * TILE_SAMPLES {
         let tile = looks.listed[(i / TILE_SAMPLES) as usize];
-        let job = inputs.jobs[tile.job as usize];
-        let in_job = tile.tile * TILE_SAMPLES + i % TILE_SAMPLES - job.first_thread;
-        if in_job >= job.sample_count {
+        if i % TILE_SAMPLES >= tile.sample_count {
             continue;
         }
-        let here = inputs.samples[(job.first_sample + in_job) as usize];
+        let here = inputs.samples[(tile.first_sample + i % TILE_SAMPLES) as usize];
 
         let mut least = params.reach;
         let mut triangle = NONE;
         let first_hint = tile.tile * params.hint_count;
         let first_candidate = tile.tile * TILE_CANDIDATES;
-        for p in 0..job.pair_count {
+        for p in 0..tile.pair_count {
             let hint = if p < params.hint_count {
                 looks.hints[(first_hint + p) as usize]
             } else {
@@ -100,7 +98,7 @@ pub fn distance(
                 }
                 continue;
             }
-            let pair = &inputs.pairs[(job.first_pair + p) as usize];
+            let pair = &inputs.pairs[(tile.first_pair + p) as usize];
             let place = place_in_other(pair, here.position);
             let may_be_inside =
                 pair.is_closed == 1 && is_in_box(inputs.nodes, pair.first_node, place);

@@ -56,8 +56,7 @@ pub fn distance_tiles(
     };
     for i in 0..params.tile_count {
         let jobs = &inputs.jobs[..params.job_count as usize];
-        let j = job_of(jobs, i * TILE_SAMPLES);
-        let job = jobs[j];
+        let job = jobs[job_of(jobs, i * TILE_SAMPLES)];
         let in_job = i - job.first_thread / TILE_SAMPLES;
         if in_job * TILE_SAMPLES >= job.sample_count {
             continue;
@@ -118,9 +117,14 @@ pub fn distance_tiles(
         looks.candidates[first..first + candidates.len()].copy_from_slice(&candidates);
         let last = &mut states[(job.first_tile + in_job) as usize];
         if state == TILE_UNKNOWN || params.is_first == 1 || *last != state {
+            let first = in_job * TILE_SAMPLES;
             looks.listed.push(ListedTile {
                 tile: i,
-                job: j as u32,
+                first_sample: job.first_sample + first,
+                sample_count: (job.sample_count - first).min(TILE_SAMPLES),
+                first_pair: job.first_pair,
+                pair_count: job.pair_count,
+                ..ListedTile::default()
             });
         }
         *last = state;

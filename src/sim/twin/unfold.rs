@@ -53,25 +53,27 @@ pub fn unfold(
         params.thread_count
     };
     for i in 0..count {
-        let (i, j) = if constants.listed {
+        let (pairs, sample) = if constants.listed {
             let tile = inputs.listed[(i / TILE_SAMPLES) as usize];
-            (
-                tile.tile * TILE_SAMPLES + i % TILE_SAMPLES,
-                tile.job as usize,
-            )
+            if i % TILE_SAMPLES >= tile.sample_count {
+                continue;
+            }
+            let pairs = (tile.first_pair, tile.pair_count);
+            (pairs, tile.first_sample + i % TILE_SAMPLES)
         } else {
-            (i, job_of(&inputs.jobs[..params.job_count as usize], i))
+            let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
+            if i - job.first_thread >= job.sample_count {
+                continue;
+            }
+            let pairs = (job.first_pair, job.pair_count);
+            (pairs, job.first_sample + (i - job.first_thread))
         };
-        let job = inputs.jobs[j];
-        if i - job.first_thread >= job.sample_count {
-            continue;
-        }
-        let sample = (job.first_sample + (i - job.first_thread)) as usize;
+        let sample = sample as usize;
         let SurfaceSample { position, texel } = inputs.samples[sample];
         let triangle = inputs.nearest[texel as usize];
         let covered = triangle != NONE && inputs.distances[texel as usize] < params.threshold;
         let [place, on] = if covered {
-            let (first, count) = (job.first_pair as usize, job.pair_count as usize);
+            let (first, count) = (pairs.0 as usize, pairs.1 as usize);
             let pair = inputs.pairs[first..first + count]
                 .iter()
                 .find(|pair| triangle.wrapping_sub(pair.first_face) < pair.face_count)
