@@ -48,8 +48,10 @@ struct Found {
 // The nearest of some faces.
 Found nearest_of(uint first, uint end, vec3 place) {
     Found best = Found(NONE, NONE, vec4(0.0, 0.0, FAR, 0.0));
+    uvec4 four;
     for (uint k = first; k < end; k++) {
-        uint slot = texelFetch(candidates, int(k / 4u))[k % 4u];
+        if (k == first || k % 4u == 0u) four = texelFetch(candidates, int(k / 4u));
+        uint slot = four[k % 4u];
         uvec4 corner = texelFetch(faces, int(3u * slot));
         precise vec3 way = place - uintBitsToFloat(corner.xyz);
         vec4 point = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));

@@ -114,7 +114,8 @@ pub struct PingPong<T> {
     pub front_views: Views<T>,
     /// What is written for the next step, or was read in the last one.
     pub back: Buffer<T>,
-    back_views: Views<T>,
+    /// The back, likewise.
+    pub back_views: Views<T>,
 }
 
 impl<T: TexelScalar> PingPong<T> {
@@ -154,6 +155,14 @@ pub struct DistanceViews {
     pub pairs: Texels<u32>,
 }
 
+/// Places across, seen through texel buffers.
+pub struct AcrossViews {
+    /// One by one.
+    pub places: Texels<u32>,
+    /// Likewise.
+    pub triangles: Texels<u32>,
+}
+
 /// Every buffer of the simulation.
 pub struct State {
     /// One a particle: where it is.
@@ -184,6 +193,8 @@ pub struct State {
     pub halfedges: Texels<u32>,
     /// One a triangle: its place in the atlas.
     pub atlas_maps: Buffer<AtlasMap>,
+    /// The same, three texels each.
+    pub atlas_map_views: Texels<f32>,
     /// Three vertex indices a triangle.
     pub corners: Buffer<u32>,
     /// Object space.
@@ -227,6 +238,8 @@ pub struct State {
     pub across: Buffer<u32>,
     /// One a texel: on which triangle that is.
     pub across_triangles: Buffer<u32>,
+    /// Both, as sensors read them.
+    pub across_views: AcrossViews,
     /// One an object: the first node of its tree.
     pub roots: Buffer<u32>,
     /// The objects whose distances are being taken.
@@ -264,6 +277,9 @@ impl State {
             Buffer::zeroed(ctx, "listed_tiles", setup.distance.tiles_len())?;
         let distance_pairs: Buffer<ObjectPair> =
             Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?;
+        let across = Buffer::from_slice(ctx, "across", &vec![NONE; field])?;
+        let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
+        let atlas_maps = Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?;
         Ok(Self {
             distance_views: DistanceViews {
                 distances: Texels::new(&distances, 1)?,
@@ -299,7 +315,8 @@ impl State {
                 &Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
                 4,
             )?,
-            atlas_maps: Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?,
+            atlas_map_views: Texels::new(&atlas_maps, 2)?,
+            atlas_maps,
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
@@ -330,8 +347,12 @@ impl State {
                 4,
             )?,
             owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
-            across: Buffer::from_slice(ctx, "across", &vec![NONE; field])?,
-            across_triangles: Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?,
+            across_views: AcrossViews {
+                places: Texels::new(&across, 1)?,
+                triangles: Texels::new(&across_triangles, 1)?,
+            },
+            across,
+            across_triangles,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs,
