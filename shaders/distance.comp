@@ -14,6 +14,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SIGN_RULE = 0u;
 
 layout(push_constant) uniform Params {
+    uint tile_count;           // of all jobs; no more are listed
     uint first_vertex_normal;  // behind those of the half-edges
     uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
@@ -71,7 +72,7 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
 
 void main() {
     uint i = invocation_index();
-    if (i / TILE_SAMPLES >= groups[1].x) return;
+    if (i / TILE_SAMPLES >= params.tile_count || i / TILE_SAMPLES >= groups[1].x) return;
     ListedTile tile = listed_tile(i / TILE_SAMPLES);
     if (i % TILE_SAMPLES >= tile.sample_count) return;
     SurfaceSample here = sample_at(tile.first_sample + i % TILE_SAMPLES);

@@ -89,8 +89,8 @@ vec3 way_from_box(vec3 place, int node) {
     return place - clamp(place, low, high);
 }
 
-// Puts the faces into candidates, from `first` up to `room`, that are nearest to some place in the ball, and maybe others. Returns the end, more than
-// `room` if there are too many.
+// Puts the faces into candidates, from `first` up to `room`, that are nearest to some place in the ball, and maybe others.
+// Returns the end, more than `room` if there are too many.
 uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate) {
     uint stack[GREATEST_DEPTH + 1u];
     stack[0] = texelFetch(nodes, int(2u * root)).w;

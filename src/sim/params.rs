@@ -163,6 +163,7 @@ impl StepParams {
             },
             distance_method: settings.distance.method,
             distance: DistanceParams {
+                tile_count: 0,
                 first_vertex_normal,
                 hint_count: setup.distance.hint_count(),
                 reach: settings.distance.reach * radius,
@@ -238,6 +239,7 @@ impl StepParams {
         let job_count = self.distance_update.jobs.len() as u32;
         self.distance_tiles.tile_count = thread_count / TILE_SAMPLES;
         self.distance_tiles.job_count = job_count;
+        self.distance.tile_count = thread_count / TILE_SAMPLES;
         self.distance_tiles.is_first = self.distance_update.is_first.into();
         self.distance_brute.thread_count = thread_count;
         self.distance_brute.job_count = job_count;

@@ -220,7 +220,7 @@ pub struct State {
     pub tile_states: Buffer<u32>,
     /// The tiles whose texels are looked at.
     pub listed_tiles: Buffer<ListedTile>,
-    /// `distances`, `nearest`, `samples`, `hints`, `candidates`, `listed_tiles` and `distance_pairs`, as the kernels that look at texels read them.
+    /// What the kernels that look at texels read.
     pub distance_views: DistanceViews,
     /// Groups of the kernels that do that; then how many tiles they are.
     pub tile_groups: Buffer<DispatchGroups>,
