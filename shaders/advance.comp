@@ -58,20 +58,20 @@ layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
 layout(std430, set = 0, binding = 1) buffer Motions { Motion motions[]; };
 layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 3) uniform usamplerBuffer halfedges;
-layout(std430, set = 0, binding = 4) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
-layout(std430, set = 0, binding = 5) readonly buffer Trail { float trail[]; };
-layout(std430, set = 0, binding = 6) readonly buffer PreviousDeposits { uint previous_deposits[]; };
+layout(set = 0, binding = 4) uniform samplerBuffer atlas_maps;
+layout(set = 0, binding = 5) uniform samplerBuffer trail;
+layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits;
 layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
 layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
 layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
-layout(std430, set = 0, binding = 11) readonly buffer Distances { float distances[]; };
+layout(set = 0, binding = 11) uniform samplerBuffer distances;
 layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
-layout(std430, set = 0, binding = 16) readonly buffer Across { uint across[]; };
-layout(std430, set = 0, binding = 17) readonly buffer AcrossTriangles { uint across_triangles[]; };
+layout(set = 0, binding = 16) uniform usamplerBuffer across;
+layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
@@ -109,6 +109,14 @@ void take_physarum(uint triangle) {
     own_distance_weight = OF_OBJECT(distance_weight);
 }
 
+// A map is three texels of two words.
+AtlasMap atlas_map_of(uint triangle) {
+    return AtlasMap(
+        texelFetch(atlas_maps, int(3u * triangle)).xy,
+        texelFetch(atlas_maps, int(3u * triangle + 1u)).xy,
+        texelFetch(atlas_maps, int(3u * triangle + 2u)).xy);
+}
+
 // What rounding may make of a distance.
 const float ROUNDING = 1.0e-6;
 
@@ -125,7 +133,7 @@ float height_at(uint triangle, float u, float v) {
 // Where a walk has come to in the atlas.
 vec2 walker_position(Walker w) {
     vec2 uv = walker_uv(w);
-    return atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    return atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
 }
 
 // What a sensor reads at the end of its walk. From a place that is itself covered, no other object is seen.
@@ -136,15 +144,15 @@ float sense(Walker start, vec2 heading, bool from_open) {
     w.remaining = own_sensor_offset;
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
-    vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    vec2 position = atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
     uint triangle = w.triangle;
     if (ACROSS) {
         uint texel = texel_at(position, params.pitch);
-        uint beyond = from_open ? across[texel] : NONE;
+        uint beyond = from_open ? texelFetch(across, int(texel)).x : NONE;
         position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
         if (GRAVITY && beyond != NONE) {
-            triangle = across_triangles[texel];
-            uv = weights_at(atlas_maps[triangle], position);
+            triangle = texelFetch(across_triangles, int(texel)).x;
+            uv = weights_at(atlas_map_of(triangle), position);
         }
     }
     precise float value = trail_at(position, params.pitch);
@@ -155,7 +163,7 @@ float sense(Walker start, vec2 heading, bool from_open) {
         value += own_gravity_weight * height_at(triangle, uv.x, uv.y);
     }
     if (DECROWDING) {
-        value -= own_decrowding_weight * float(previous_deposits[texel_at(position, params.pitch)]);
+        value -= own_decrowding_weight * float(texelFetch(previous_deposits, int(texel_at(position, params.pitch))).x);
     }
     if (DISTANCE) {
         value += own_distance_weight * distance_at(position, params.pitch);
@@ -209,7 +217,7 @@ void main() {
     }
 
     w.entered_by = NONE;
-    bool from_open = ACROSS && distances[texel_at(walker_position(w), params.pitch)] >= params.transfer_threshold;
+    bool from_open = ACROSS && distances_of(texel_at(walker_position(w), params.pitch)) >= params.transfer_threshold;
     vec3 value = vec3(
         sense(w, rotated(heading, own_sensor_cos, own_sensor_sin), from_open),
         sense(w, heading, from_open),
@@ -233,10 +241,10 @@ void main() {
     vec2 uv = walker_uv(w);
     heading = walker_heading(w);
     particles[i] = Particle(w.triangle, uv.x, uv.y, particle.id);
-    vec2 position = atlas_position(atlas_maps[w.triangle], uv.x, uv.y);
+    vec2 position = atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
     atomicAdd(deposits[texel_at(position, params.pitch)], 1u);
     if (SELECTS) {
-        vec2 previous = atlas_position(atlas_maps[particle.triangle], particle.u, particle.v);
+        vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
         float now = distance_at(position, params.pitch);
         float before = distance_at(previous, params.pitch);
         // Gutters are rounded, so that what is equal beyond reach may seem to change.

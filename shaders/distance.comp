@@ -1,7 +1,7 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
-// Reads   jobs, pairs, samples, hints, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  owned texels of distances and nearest, of the objects that have a job.
-// One invocation a sample of a job; jobs begin at multiples of the group size.
+// Reads   pairs, samples, listed, groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
+// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed.
+// One invocation a sample of a listed tile.
 // Overflow: cannot happen; nothing is appended, and no tree is deeper than a search has room for.
 
 #version 460
@@ -14,16 +14,15 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SIGN_RULE = 0u;
 
 layout(push_constant) uniform Params {
-    uint thread_count;
-    uint job_count;
+    uint tile_count;           // of all jobs; no more are listed
     uint first_vertex_normal;  // behind those of the half-edges
     uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Samples { SurfaceSample samples[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer listed;
+layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
+layout(set = 0, binding = 2) uniform usamplerBuffer samples;
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
 layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
@@ -31,23 +30,59 @@ layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distance
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
-layout(std430, set = 0, binding = 10) readonly buffer Hints { uint hints[]; };
+layout(set = 0, binding = 10) uniform usamplerBuffer hints;
+
+layout(set = 0, binding = 11) uniform usamplerBuffer candidates;
+layout(std430, set = 0, binding = 12) readonly buffer Groups { DispatchGroups groups[]; };
 
 #include "candidate.glsl"
-#include "jobs.glsl"
+#include "pairs.glsl"
+#include "listed.glsl"
+
+// A face and the nearest point on it.
+struct Found {
+    uint slot;
+    uint triangle;
+    vec4 point;
+};
+
+// The nearest of some faces.
+Found nearest_of(uint first, uint end, vec3 place) {
+    Found best = Found(NONE, NONE, vec4(0.0, 0.0, FAR, 0.0));
+    uvec4 four;
+    for (uint k = first; k < end; k++) {
+        if (k == first || k % 4u == 0u) four = texelFetch(candidates, int(k / 4u));
+        uint slot = four[k % 4u];
+        uvec4 corner = texelFetch(faces, int(3u * slot));
+        precise vec3 way = place - uintBitsToFloat(corner.xyz);
+        vec4 point = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
+        if (is_nearer(point.z, corner.w, best.point.z, best.triangle)) {
+            best = Found(slot, corner.w, point);
+        }
+    }
+    return best;
+}
+
+Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
+    if (hint != TILE_UNKNOWN) bound = min(bound, sqrt(nearest_on_face(hint, place).z));
+    uint slot = nearest_on(pair.first_node, place, bound);
+    if (slot == NONE) return Found(NONE, NONE, vec4(0.0));
+    return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
+}
 
 void main() {
     uint i = invocation_index();
-    if (i >= params.thread_count) return;
-    DistanceJob job = jobs[job_of(i, params.job_count)];
-    if (i - job.first_thread >= job.sample_count) return;
-    SurfaceSample here = samples[job.first_sample + (i - job.first_thread)];
+    if (i / TILE_SAMPLES >= params.tile_count || i / TILE_SAMPLES >= groups[1].x) return;
+    ListedTile tile = listed_tile(i / TILE_SAMPLES);
+    if (i % TILE_SAMPLES >= tile.sample_count) return;
+    SurfaceSample here = sample_at(tile.first_sample + i % TILE_SAMPLES);
 
     float least = params.reach;
     uint triangle = NONE;
-    uint first_hint = i / TILE_SAMPLES * params.hint_count;
-    for (uint p = 0u; p < job.pair_count; p++) {
-        uint hint = p < params.hint_count ? hints[first_hint + p] : TILE_UNKNOWN;
+    uint first_hint = tile.tile * params.hint_count;
+    uint first_candidate = tile.tile * TILE_CANDIDATES;
+    for (uint p = 0u; p < tile.pair_count; p++) {
+        uint hint = p < params.hint_count ? texelFetch(hints, int(first_hint + p)).x : TILE_UNKNOWN;
         if (hint == TILE_OUTSIDE) continue;
         if (hint == TILE_INSIDE) {
             bool is_least = -params.reach < least;
@@ -55,21 +90,23 @@ void main() {
             triangle = is_least ? NONE : triangle;
             continue;
         }
-        ObjectPair pair = pairs[job.first_pair + p];
+        ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.
         bool may_be_inside = pair.is_closed == 1u && is_in_box(pair.first_node, place);
         float bound = may_be_inside ? UNLIMITED : params.reach;
-        if (hint != TILE_UNKNOWN) bound = min(bound, sqrt(nearest_on_face(hint, place).z));
-        uint slot = nearest_on(pair.first_node, place, bound);
-        if (slot == NONE) continue;
-        uint found = triangle_of(slot);
-        vec4 point = nearest_on_face(slot, place);
-        float distance = sqrt(point.z);
-        float candidate = candidate_distance(pair, slot, place, point, params.reach, params.first_vertex_normal);
+        Found found;
+        if (hint >= LIST && hint != TILE_UNKNOWN) {
+            found = nearest_of(first_candidate + (hint - LIST) / 256u, first_candidate + hint % 256u, place);
+        } else {
+            found = nearest_in_tree(pair, place, hint, bound);
+        }
+        float distance = sqrt(found.point.z);
+        if (found.slot == NONE || distance >= bound) continue;
+        float candidate = candidate_distance(pair, found.slot, place, found.point, params.reach, params.first_vertex_normal);
         if (candidate < least) {
             least = candidate;
-            triangle = distance < params.reach ? found : NONE;
+            triangle = distance < params.reach ? found.triangle : NONE;
         }
     }
     distances[here.texel] = least;

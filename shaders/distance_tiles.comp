@@ -1,9 +1,9 @@
-// distance_tiles: which face of each other object is nearest to the middle of a tile of texels, so that `distance` searches only what is near.
+// distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` looks only at those; and which tiles need no look.
 // Reads   jobs, pairs, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  hints: one a tile and pair.
+// Writes  hints: one a tile and pair; candidates: the faces; tile_states; listed (appended) and groups.
 // One invocation a tile of a job; jobs begin at multiples of a tile.
-// Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are.
-// Overflow: pairs of a job beyond hint_count have no hint, and `distance` searches them from afar.
+// Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
+// Overflow: pairs of a job beyond hint_count have no hint, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -20,10 +20,11 @@ layout(push_constant) uniform Params {
     uint first_vertex_normal;  // behind those of the half-edges
     uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
+    uint is_first;             // 1 where texels do not hold what tile_states say
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
 layout(std430, set = 0, binding = 2) readonly buffer Tiles { SampleTile tiles[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
@@ -31,10 +32,106 @@ layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; }
 layout(std430, set = 0, binding = 6) writeonly buffer Hints { uint hints[]; };
 layout(set = 0, binding = 7) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 8) uniform usamplerBuffer dipoles;
+layout(std430, set = 0, binding = 9) writeonly buffer Candidates { uint candidates[]; };
+layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
+layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
+// First those of the kernels that look at the texels of listed tiles; then how many tiles that are.
+layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; };
 
 #include "sign.glsl"
 #include "distance.glsl"
 #include "jobs.glsl"
+#include "pairs.glsl"
+
+// Groups of an indirect dispatch along its first axis, at the most.
+const uint GROUPS_A_ROW = 65535u;
+
+// A ball of places, and the face that is nearest to its middle.
+struct Ball {
+    vec3 middle;
+    float radius;
+    float distance;  // of that face from the middle
+    vec3 direction;  // the unit vector from there
+    float bend;      // what its distance changes besides the change along that direction
+    float farthest;  // how much farther from the middle a face may be at the most
+};
+
+Ball ball_of(uint root, uint slot, vec4 point, vec3 place, SampleTile tile) {
+    vec3 to_face = (face_word(slot, 0u) + point.x * face_word(slot, 1u)) + point.y * face_word(slot, 2u);
+    vec3 way = place - to_face;
+    vec3 from_middle = abs(tile.center) + abs(place);
+    float slack = 8.0 * slack_of_tree(root) + 4.0 * ROUNDING * max(max(from_middle.x, from_middle.y), from_middle.z);
+    Ball ball;
+    ball.middle = place;
+    ball.radius = 1.001 * tile.radius + slack;
+    ball.distance = sqrt(point.z);
+    ball.direction = way / max(length(way), 1.0e-30);
+    slack += 1.0e-5 * (ball.distance + ball.radius);
+    ball.farthest = 2.0 * ball.radius + slack;
+    float rest = ball.distance - ball.radius;
+    ball.bend = rest > 0.0 ? min(0.5 * ball.radius * (ball.radius / rest) + slack, ball.farthest) : ball.farthest;
+    return ball;
+}
+
+// May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest point.
+// Its distance changes over the ball at least as along `way`, since it is convex; that of the nearest face at most as
+// along its own way, and by what this bends. So the difference shrinks no faster than the two ways differ.
+bool may_be_nearest(Ball ball, vec3 way) {
+    float distance = length(way);
+    float more = distance - ball.distance;
+    float turn = length(way / max(distance, 1.0e-30) - ball.direction);
+    return more <= min(ball.farthest, ball.radius * turn + ball.bend);
+}
+
+vec3 way_from_box(vec3 place, int node) {
+    vec3 low = uintBitsToFloat(texelFetch(nodes, 2 * node).xyz);
+    vec3 high = uintBitsToFloat(texelFetch(nodes, 2 * node + 1).xyz);
+    return place - clamp(place, low, high);
+}
+
+// Puts the faces into candidates, from `first` up to `room`, that are nearest to some place in the ball, and maybe others.
+// Returns the end, more than `room` if there are too many.
+uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate) {
+    uint stack[GREATEST_DEPTH + 1u];
+    stack[0] = texelFetch(nodes, int(2u * root)).w;
+    uint top = 1u;
+    uint end = first;
+    while (top > 0u && end <= room) {
+        top--;
+        uint link = stack[top];
+        if (link < LEAF) {
+            if (may_be_nearest(ball, way_from_box(ball.middle, int(link)))) {
+                stack[top] = texelFetch(nodes, int(2u * link)).w;
+                top++;
+            }
+            if (may_be_nearest(ball, way_from_box(ball.middle, int(link + 1u)))) {
+                stack[top] = texelFetch(nodes, int(2u * link + 2u)).w;
+                top++;
+            }
+        } else {
+            uint last = (link % LEAF) + link / LEAF;
+            for (uint slot = link % LEAF; slot < last; slot++) {
+                vec3 ab = face_word(slot, 1u);
+                vec3 ac = face_word(slot, 2u);
+                vec3 way = ball.middle - face_word(slot, 0u);
+                vec4 point = nearest_in_face(way, ab, ac);
+                if (may_be_nearest(ball, (way - point.x * ab) - point.y * ac)) {
+                    if (end < room) candidates[first_candidate + end] = slot;
+                    end++;
+                }
+            }
+        }
+    }
+    return end;
+}
+
+void list(ListedTile tile) {
+    uint place = atomicAdd(groups[1].x, 1u);
+    listed[place] = tile;
+    uint group = place / (gl_WorkGroupSize.x / TILE_SAMPLES);
+    atomicMax(groups[0].x, min(group + 1u, GROUPS_A_ROW));
+    atomicMax(groups[0].y, group / GROUPS_A_ROW + 1u);
+}
 
 void main() {
     uint i = invocation_index();
@@ -44,9 +141,12 @@ void main() {
     if (in_job * TILE_SAMPLES >= job.sample_count) return;
     SampleTile tile = tiles[job.first_tile + in_job];
     precise float near = params.reach + tile.radius;
+    // What all its texels are, while that is known.
+    uint state = job.pair_count <= params.hint_count ? TILE_OUTSIDE : TILE_UNKNOWN;
+    uint end = 0u;
 
     for (uint p = 0u; p < min(job.pair_count, params.hint_count); p++) {
-        ObjectPair pair = pairs[job.first_pair + p];
+        ObjectPair pair = pair_at(job.first_pair + p);
         vec3 place = place_in_other(pair, tile.center);
         bool is_closed = pair.is_closed == 1u;
         // By the other rules sides may change where there is no surface.
@@ -60,9 +160,25 @@ void main() {
             float slack = slack_of_tree(pair.first_node);
             precise float beyond = near + slack;
             bool searches = distance <= beyond || !decides;
-            bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
-            hint = searches ? slot : inside ? TILE_INSIDE : TILE_OUTSIDE;
+            if (searches) {
+                Ball ball = ball_of(pair.first_node, slot, point, place, tile);
+                uint first = end;
+                end = collected(pair.first_node, ball, first, TILE_CANDIDATES, i * TILE_CANDIDATES);
+                hint = end <= TILE_CANDIDATES ? LIST + 256u * first + end : slot;
+                end = end <= TILE_CANDIDATES ? end : first;
+            } else {
+                bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
+                hint = inside ? TILE_INSIDE : TILE_OUTSIDE;
+            }
         }
         hints[i * params.hint_count + p] = hint;
+        // Inside of any is inside.
+        state = hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
     }
+    if (state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
+        uint first = in_job * TILE_SAMPLES;
+        uint count = min(job.sample_count - first, TILE_SAMPLES);
+        list(ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, 0u, 0u, 0u));
+    }
+    tile_states[job.first_tile + in_job] = state;
 }

@@ -1,7 +1,7 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
-// Reads   jobs, pairs, samples, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
-// Writes  across and across_triangles: owned texels of the objects that have a job.
-// One invocation a sample of a job; jobs begin at multiples of the group size.
+// Reads   jobs, pairs, samples, listed, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
+// Writes  across and across_triangles: owned texels of the objects that have a job; where LISTED those of listed tiles.
+// One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a sample of a listed tile.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
 
@@ -13,6 +13,8 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BORDER_REFLECTS = true;
+// Only tiles of texels that were looked at may have changed, where distances are taken tile by tile.
+layout(constant_id = 1) const bool LISTED = false;
 
 layout(push_constant) uniform Params {
     uint thread_count;
@@ -24,11 +26,11 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(std430, set = 0, binding = 9) readonly buffer Pairs { ObjectPair pairs[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Samples { SurfaceSample samples[]; };
+layout(set = 0, binding = 9) uniform usamplerBuffer pairs;
+layout(set = 0, binding = 1) uniform usamplerBuffer samples;
 layout(std430, set = 0, binding = 2) readonly buffer Owners { uint owners[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Distances { float distances[]; };
-layout(std430, set = 0, binding = 4) readonly buffer Nearest { uint nearest[]; };
+layout(set = 0, binding = 3) uniform samplerBuffer distances;
+layout(set = 0, binding = 4) uniform usamplerBuffer nearest;
 layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
 layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; };
@@ -36,9 +38,13 @@ layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[
 layout(std430, set = 0, binding = 10) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
 layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
+layout(set = 0, binding = 13) uniform usamplerBuffer listed;
+layout(std430, set = 0, binding = 14) readonly buffer Groups { DispatchGroups groups[]; };
 
 const bool WALK_CARRIES = false;
 #include "jobs.glsl"
+#include "pairs.glsl"
+#include "listed.glsl"
 #include "distance.glsl"
 #include "walk.glsl"
 #include "frame.glsl"
@@ -79,20 +85,38 @@ uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint trian
 
 void main() {
     uint i = invocation_index();
-    if (i >= params.thread_count) return;
-    DistanceJob job = jobs[job_of(i, params.job_count)];
-    if (i - job.first_thread >= job.sample_count) return;
-    uint sample_index = job.first_sample + (i - job.first_thread);
-    uint texel = samples[sample_index].texel;
-    uint triangle = nearest[texel];
-    uvec2 place = uvec2(NONE);
-    if (triangle != NONE && distances[texel] < params.threshold) {
-        // The other object that the triangle belongs to.
-        uint p = job.first_pair;
-        uint last = job.first_pair + job.pair_count - 1u;
-        while (p < last && triangle - pairs[p].first_face >= pairs[p].face_count) p++;
-        place = place_across(pairs[p], samples[sample_index].position, owners[sample_index], triangle);
+    uint first_pair;
+    uint pair_count;
+    uint sample_index;
+    if (LISTED) {
+        if (i / TILE_SAMPLES >= groups[1].x) return;
+        ListedTile tile = listed_tile(i / TILE_SAMPLES);
+        if (i % TILE_SAMPLES >= tile.sample_count) return;
+        first_pair = tile.first_pair;
+        pair_count = tile.pair_count;
+        sample_index = tile.first_sample + i % TILE_SAMPLES;
+    } else {
+        if (i >= params.thread_count) return;
+        DistanceJob job = jobs[job_of(i, params.job_count)];
+        if (i - job.first_thread >= job.sample_count) return;
+        first_pair = job.first_pair;
+        pair_count = job.pair_count;
+        sample_index = job.first_sample + (i - job.first_thread);
     }
-    across[texel] = place.x;
-    across_triangles[texel] = place.y;
+    SurfaceSample here = sample_at(sample_index);
+    uint triangle = texelFetch(nearest, int(here.texel)).x;
+    uvec2 place = uvec2(NONE);
+    if (triangle != NONE && texelFetch(distances, int(here.texel)).x < params.threshold) {
+        // The other object that the triangle belongs to.
+        uint p = first_pair;
+        uint last = first_pair + pair_count - 1u;
+        ObjectPair pair = pair_at(p);
+        while (p < last && triangle - pair.first_face >= pair.face_count) {
+            p++;
+            pair = pair_at(p);
+        }
+        place = place_across(pair, here.position, owners[sample_index], triangle);
+    }
+    across[here.texel] = place.x;
+    across_triangles[here.texel] = place.y;
 }

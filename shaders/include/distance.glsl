@@ -11,6 +11,12 @@ const uint TILE_OUTSIDE = 0xffffffffu;
 const uint TILE_INSIDE = 0xfffffffeu;
 const uint TILE_UNKNOWN = 0xfffffffdu;
 
+// Faces that a tile has room for, of all pairs together.
+const uint TILE_CANDIDATES = 32u;
+
+// A hint from here on, but for those above, is no face but a part of the tile's candidates: LIST + 256 * first + end.
+const uint LIST = 1u << 28u;
+
 // One coordinate of a place in another space.
 float along(vec4 row, vec3 place) {
     precise float sum = ((row.x * place.x + row.y * place.y) + row.z * place.z) + row.w;

@@ -1,10 +1,14 @@
 // trail: reading the trail between texel centres. Twin of src/sim/twin/trail.rs.
-// The includer declares `trail` (float[]) first.
+// The includer declares `trail` first, a texel buffer of one float.
 
 #ifndef MYXO_TRAIL
 #define MYXO_TRAIL
 
 #include "atlas.glsl"
+
+float trail_of(uint texel) {
+    return texelFetch(trail, int(texel)).x;
+}
 
 // Bilinear over the four texels around. Gutter texels are filled, so no triangle needs its neighbours' texels.
 float trail_at(vec2 position, uint pitch) {
@@ -12,8 +16,8 @@ float trail_at(vec2 position, uint pitch) {
     vec2 low = floor(corner);
     precise vec2 f = corner - low;
     uint texel = uint(low.y) * pitch + uint(low.x);
-    precise float top = trail[texel] + f.x * (trail[texel + 1u] - trail[texel]);
-    precise float bottom = trail[texel + pitch] + f.x * (trail[texel + pitch + 1u] - trail[texel + pitch]);
+    precise float top = trail_of(texel) + f.x * (trail_of(texel + 1u) - trail_of(texel));
+    precise float bottom = trail_of(texel + pitch) + f.x * (trail_of(texel + pitch + 1u) - trail_of(texel + pitch));
     precise float value = top + f.y * (bottom - top);
     return value;
 }

@@ -1,9 +1,10 @@
 //! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
 //! another since the last time, and only where their boxes come within reach.
 
-use glam::{DAffine3, Vec3};
-use rayon::prelude::*;
+use glam::DAffine3;
 
+pub use super::samples::TILE_SAMPLES;
+use super::samples::{owned_texels, tile_of};
 use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
@@ -13,8 +14,8 @@ use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 /// Invocations of a group of the kernels; a job begins with one.
 const GROUP: u32 = 64;
 
-/// Samples side by side that share one hint for each other object; a group is a multiple of them.
-pub const TILE_SAMPLES: u32 = 16;
+/// Room that a tile has for faces that may be nearest.
+pub const TILE_CANDIDATES: u32 = 32;
 
 /// Most hints of a tile. Objects with more others within reach look at the rest of them sample by sample.
 const MOST_HINTS: u32 = 16;
@@ -48,17 +49,10 @@ impl DistanceSetup {
         let mut tiles = Vec::new();
         let mut first_tiles = Vec::new();
         if surface.objects.len() > 1 {
-            let texels = owned_texels(surface, atlas);
-            for object in 0..surface.objects.len() as u32 {
+            for own in owned_texels(surface, atlas) {
                 let first = samples.len() as u32;
-                let (start, end) = surface.objects[object as usize].triangles;
-                let own = texels
-                    .iter()
-                    .filter(|owned| (start..end).contains(&owned.triangle));
-                for owned in own {
-                    samples.push(owned.sample);
-                    owners.push(owned.triangle);
-                }
+                samples.extend(own.iter().map(|owned| owned.sample));
+                owners.extend(own.iter().map(|owned| owned.triangle));
                 ranges.push((first, samples.len() as u32));
                 first_tiles.push(tiles.len() as u32);
                 let own = samples[first as usize..].chunks(TILE_SAMPLES as usize);
@@ -91,11 +85,17 @@ impl DistanceSetup {
     /// How many hints the tiles of all objects have, with `hint_count` of each.
     #[must_use]
     pub fn hints_len(&self) -> usize {
+        self.tiles_len() * self.hint_count() as usize
+    }
+
+    /// How many tiles the jobs of one update may have.
+    #[must_use]
+    pub fn tiles_len(&self) -> usize {
         let ranges = self.ranges.iter();
         let threads: u32 = ranges
             .map(|(first, end)| (end - first).next_multiple_of(GROUP))
             .sum();
-        (threads / TILE_SAMPLES * self.hint_count()) as usize
+        (threads / TILE_SAMPLES) as usize
     }
 
     /// How many other objects the tiles of one have hints for.
@@ -112,61 +112,6 @@ impl DistanceSetup {
     }
 }
 
-/// A ball round samples, about the middle of their box.
-fn tile_of(samples: &[SurfaceSample]) -> SampleTile {
-    let places = samples.iter().map(|sample| sample.position);
-    let low = places.clone().fold(Vec3::INFINITY, Vec3::min);
-    let high = places.clone().fold(Vec3::NEG_INFINITY, Vec3::max);
-    let center = low.midpoint(high);
-    let far = places.map(|place| place.as_dvec3().distance_squared(center.as_dvec3()));
-    // Rounded up.
-    let radius = far.fold(0.0, f64::max).sqrt() * 1.000_001;
-    SampleTile {
-        center,
-        radius: radius as f32,
-    }
-}
-
-/// An owned texel, and where it stands in the order of tiles.
-struct Owned {
-    order: u64,
-    triangle: u32,
-    sample: SurfaceSample,
-}
-
-/// Owned texels in tiles of 8 x 8, so that invocations side by side look at places side by side.
-fn owned_texels(surface: &Surface, atlas: &Atlas) -> Vec<Owned> {
-    let mut texels: Vec<Owned> = (0..atlas.texel_count() as u32)
-        .into_par_iter()
-        .filter_map(|texel| {
-            let (triangle, u, v) = atlas.surface_point_of(texel)?;
-            let corners = surface.corners[triangle as usize];
-            let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
-            let position = a + f64::from(u) * (b - a) + f64::from(v) * (c - a);
-            Some(Owned {
-                order: tile_order(texel, atlas.pitch),
-                triangle,
-                sample: SurfaceSample {
-                    position: position.as_vec3(),
-                    texel,
-                },
-            })
-        })
-        .collect();
-    texels.par_sort_unstable_by_key(|owned| owned.order);
-    texels
-}
-
-/// A number by which texels are sorted into tiles of 8 x 8, those into tiles of 4 x 4, and those into pieces of 4 x 2,
-/// which is what eight neighbouring invocations get.
-fn tile_order(texel: u32, pitch: u32) -> u64 {
-    let (x, y) = (texel % pitch, texel / pitch);
-    let tile = u64::from(y / 8) << 32 | u64::from(x / 8);
-    let (x, y) = (x % 8, y % 8);
-    let piece = (y / 4) << 5 | (x / 4) << 4 | (y % 4) << 2 | (x % 4);
-    tile << 6 | u64::from(piece)
-}
-
 /// What a step does about distances: nothing where there are no jobs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DistanceUpdate {
@@ -181,6 +126,8 @@ pub struct DistanceUpdate {
     pub farthest: Vec<f32>,
     /// How many invocations that are.
     pub thread_count: u32,
+    /// Are all distances taken, whatever was known of them?
+    pub is_first: bool,
 }
 
 /// Remembers how objects stood when their distances were last taken.
@@ -252,6 +199,7 @@ impl DistancePlanner {
         if self.last.len() != poses.len() || self.rules != Some(rules) {
             self.last = vec![None; poses.len()];
             self.rules = Some(rules);
+            update.is_first = true;
         } else if !moves {
             return update;
         }

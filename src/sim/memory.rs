@@ -1,13 +1,13 @@
 //! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
-use super::distance::DistanceSetup;
+use super::distance::{DistanceSetup, TILE_CANDIDATES};
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::transfers::capacity;
 use super::types::{
-    AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, Motion, ObjectPair, Particle,
-    Physarum, Pose, Seam, Transfer, Triangle, Vertex,
+    AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, ListedTile, Motion, ObjectPair,
+    Particle, Physarum, Pose, Seam, Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::DeviceInfo;
@@ -69,6 +69,9 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + size_of_val(&owners[..]) as u64
         + size_of_val(&tiles[..]) as u64
         + (setup.distance.hints_len() * size_of::<u32>()) as u64
+        + setup.distance.tiles_len() as u64
+            * (TILE_CANDIDATES as usize * size_of::<u32>() + size_of::<ListedTile>()) as u64
+        + (tiles.len() * size_of::<u32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
         + size_of_val(&trees.dipoles[..]) as u64

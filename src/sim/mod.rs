@@ -5,6 +5,7 @@
 pub mod step;
 
 mod params;
+mod samples;
 mod setup;
 mod simulation;
 mod snapshot;

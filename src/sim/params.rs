@@ -101,6 +101,7 @@ impl StepConstants {
             },
             unfold: UnfoldConstants {
                 border_reflects: settings.physarum.border == Border::Reflect,
+                listed: settings.distance.method == DistanceMethod::Bvh,
             },
             move_border: border_constants(settings),
             transfer_out: departure_constants(settings),
@@ -158,11 +159,11 @@ impl StepParams {
                 first_vertex_normal,
                 hint_count: setup.distance.hint_count(),
                 reach: settings.distance.reach * radius,
+                is_first: 0,
             },
             distance_method: settings.distance.method,
             distance: DistanceParams {
-                thread_count: 0,
-                job_count: 0,
+                tile_count: 0,
                 first_vertex_normal,
                 hint_count: setup.distance.hint_count(),
                 reach: settings.distance.reach * radius,
@@ -238,8 +239,8 @@ impl StepParams {
         let job_count = self.distance_update.jobs.len() as u32;
         self.distance_tiles.tile_count = thread_count / TILE_SAMPLES;
         self.distance_tiles.job_count = job_count;
-        self.distance.thread_count = thread_count;
-        self.distance.job_count = job_count;
+        self.distance.tile_count = thread_count / TILE_SAMPLES;
+        self.distance_tiles.is_first = self.distance_update.is_first.into();
         self.distance_brute.thread_count = thread_count;
         self.distance_brute.job_count = job_count;
         self.distance_merge.thread_count = thread_count;

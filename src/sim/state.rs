@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::distance::TILE_CANDIDATES;
 use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
@@ -14,10 +15,12 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    AtlasMap, DistanceJob, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Seam,
-    SurfaceSample, Vertex,
+    AtlasMap, DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
+    Seam, SurfaceSample, Vertex,
 };
-use crate::gpu::{Buffer, Context, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels};
+use crate::gpu::{
+    Buffer, Context, DispatchGroups, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels,
+};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -111,7 +114,8 @@ pub struct PingPong<T> {
     pub front_views: Views<T>,
     /// What is written for the next step, or was read in the last one.
     pub back: Buffer<T>,
-    back_views: Views<T>,
+    /// The back, likewise.
+    pub back_views: Views<T>,
     /// Was front back at first?
     is_swapped: bool,
 }
@@ -145,6 +149,32 @@ pub struct Roles {
     transfers: bool,
 }
 
+/// Buffers of the kernels that take distances, seen through texel buffers.
+pub struct DistanceViews {
+    /// One by one.
+    pub distances: Texels<f32>,
+    /// One by one.
+    pub nearest: Texels<u32>,
+    /// One a texel.
+    pub samples: Texels<u32>,
+    /// One by one.
+    pub hints: Texels<u32>,
+    /// Four at once.
+    pub candidates: Texels<u32>,
+    /// Two texels each.
+    pub listed: Texels<u32>,
+    /// Four texels each.
+    pub pairs: Texels<u32>,
+}
+
+/// Places across, seen through texel buffers.
+pub struct AcrossViews {
+    /// One by one.
+    pub places: Texels<u32>,
+    /// Likewise.
+    pub triangles: Texels<u32>,
+}
+
 /// Every buffer of the simulation.
 pub struct State {
     /// One a particle: where it is.
@@ -175,6 +205,8 @@ pub struct State {
     pub halfedges: Texels<u32>,
     /// One a triangle: its place in the atlas.
     pub atlas_maps: Buffer<AtlasMap>,
+    /// The same, three texels each.
+    pub atlas_map_views: Texels<f32>,
     /// Three vertex indices a triangle.
     pub corners: Buffer<u32>,
     /// Object space.
@@ -196,6 +228,16 @@ pub struct State {
     pub tiles: Buffer<SampleTile>,
     /// For each tile of the jobs, as many as objects have others: a face of theirs that is near.
     pub hints: Buffer<u32>,
+    /// As many a tile: faces that its hints name.
+    pub candidates: Buffer<u32>,
+    /// One a tile of `tiles`: what all its texels are, if anything.
+    pub tile_states: Buffer<u32>,
+    /// The tiles whose texels are looked at.
+    pub listed_tiles: Buffer<ListedTile>,
+    /// What the kernels that look at texels read.
+    pub distance_views: DistanceViews,
+    /// Groups of the kernels that do that; then how many tiles they are.
+    pub tile_groups: Buffer<DispatchGroups>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
@@ -210,6 +252,8 @@ pub struct State {
     pub across: Buffer<u32>,
     /// One a texel: on which triangle that is.
     pub across_triangles: Buffer<u32>,
+    /// Both, as sensors read them.
+    pub across_views: AcrossViews,
     /// One an object: the first node of its tree.
     pub roots: Buffer<u32>,
     /// The objects whose distances are being taken.
@@ -234,7 +278,32 @@ impl State {
         let field = if objects > 1 { texels } else { 1 };
         let exchange = setup.atlas.exchange.by_length();
         let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
+        let distances: Buffer<f32> = Buffer::zeroed(ctx, "distances", field)?;
+        let nearest = Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?;
+        let samples = Buffer::from_slice(ctx, "samples", &setup.distance.samples)?;
+        let hints: Buffer<u32> = Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?;
+        let candidates: Buffer<u32> = Buffer::zeroed(
+            ctx,
+            "candidates",
+            setup.distance.tiles_len() * TILE_CANDIDATES as usize,
+        )?;
+        let listed_tiles: Buffer<ListedTile> =
+            Buffer::zeroed(ctx, "listed_tiles", setup.distance.tiles_len())?;
+        let distance_pairs: Buffer<ObjectPair> =
+            Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?;
+        let across = Buffer::from_slice(ctx, "across", &vec![NONE; field])?;
+        let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
+        let atlas_maps = Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?;
         Ok(Self {
+            distance_views: DistanceViews {
+                distances: Texels::new(&distances, 1)?,
+                nearest: Texels::new(&nearest, 1)?,
+                samples: Texels::new(&samples, 4)?,
+                hints: Texels::new(&hints, 1)?,
+                candidates: Texels::new(&candidates, 4)?,
+                listed: Texels::new(&listed_tiles, 4)?,
+                pairs: Texels::new(&distance_pairs, 4)?,
+            },
             particles: Buffer::from_slice(ctx, "particles", &start.particles)?,
             motions: Buffer::from_slice(ctx, "motions", &start.motions)?,
             transfers: Transfers::new(ctx, settings, setup, &start.transfers)?,
@@ -260,17 +329,22 @@ impl State {
                 &Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
                 4,
             )?,
-            atlas_maps: Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?,
+            atlas_map_views: Texels::new(&atlas_maps, 2)?,
+            atlas_maps,
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
             poses_before: Buffer::from_slice(ctx, "poses_before", &setup.poses)?,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,
-            distances: Buffer::zeroed(ctx, "distances", field)?,
-            nearest: Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?,
-            samples: Buffer::from_slice(ctx, "samples", &setup.distance.samples)?,
+            distances,
+            nearest,
+            samples,
             tiles: Buffer::from_slice(ctx, "tiles", &setup.distance.tiles)?,
-            hints: Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?,
+            hints,
+            candidates,
+            tile_states: Buffer::zeroed(ctx, "tile_states", setup.distance.tiles.len())?,
+            listed_tiles,
+            tile_groups: Buffer::zeroed(ctx, "tile_groups", 2)?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
                 4,
@@ -288,11 +362,15 @@ impl State {
                 4,
             )?,
             owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
-            across: Buffer::from_slice(ctx, "across", &vec![NONE; field])?,
-            across_triangles: Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?,
+            across_views: AcrossViews {
+                places: Texels::new(&across, 1)?,
+                triangles: Texels::new(&across_triangles, 1)?,
+            },
+            across,
+            across_triangles,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
-            distance_pairs: Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?,
+            distance_pairs,
             raster: (settings.uses_raster())
                 .then(|| Raster::new(ctx, setup))
                 .transpose()?,

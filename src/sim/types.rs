@@ -322,6 +322,28 @@ pub struct DistanceJob {
     pub first_tile: u32,
 }
 
+/// A tile whose texels are looked at.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct ListedTile {
+    /// Which of all jobs' tiles.
+    pub tile: u32,
+    /// Its first sample.
+    pub first_sample: u32,
+    /// How many it has.
+    pub sample_count: u32,
+    /// Its object's first pair.
+    pub first_pair: u32,
+    /// How many other objects may be within reach of its object.
+    pub pair_count: u32,
+    /// Nothing.
+    pub pad0: u32,
+    /// Nothing.
+    pub pad1: u32,
+    /// Nothing.
+    pub pad2: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

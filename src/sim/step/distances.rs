@@ -8,10 +8,19 @@ use super::super::kernels::{
 use super::super::params::StepParams;
 use super::super::state::{Kernels, State};
 use crate::gpu::{
-    Access::{Copy, Kernel},
-    Recorder, Threads,
+    Access::{Copy, Indirect, Kernel},
+    DispatchGroups, Recorder, Threads,
 };
 use crate::scene::settings::DistanceMethod;
+
+/// Which of the groups are those of the kernels that look at texels.
+const TEXELS: usize = 0;
+
+/// Groups, and how many tiles they are, while none is listed.
+const NO_TILES: [DispatchGroups; 2] = [
+    DispatchGroups { x: 0, y: 1, z: 1 },
+    DispatchGroups { x: 0, y: 0, z: 0 },
+];
 
 /// Where nothing has moved there are no jobs, and nothing is recorded.
 pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -24,12 +33,14 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
     match params.distance_method {
         DistanceMethod::Bvh => {
+            rec.update_long(&s.tile_groups, &NO_TILES);
+            rec.barrier(Copy, Kernel, &[&s.tile_groups]);
             rec.dispatch(
                 &k.distance_tiles,
                 Threads(params.distance_tiles.tile_count),
                 DistanceTilesArgs {
                     jobs: &s.distance_jobs,
-                    pairs: &s.distance_pairs,
+                    pairs: &s.distance_views.pairs,
                     tiles: &s.tiles,
                     faces: &s.faces,
                     pseudonormals: &s.pseudonormals,
@@ -37,18 +48,33 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     hints: &s.hints,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
+                    candidates: &s.candidates,
+                    tile_states: &s.tile_states,
+                    listed: &s.listed_tiles,
+                    groups: &s.tile_groups,
                 },
                 params.distance_tiles,
             );
-            // Texels search no farther than the face is that their tile has found.
-            rec.barrier(Kernel, Kernel, &[&s.hints]);
-            rec.dispatch(
+            // Texels of the tiles that are listed look at the faces that those have found.
+            rec.barrier(
+                Kernel,
+                Kernel,
+                &[
+                    &s.hints,
+                    &s.candidates,
+                    &s.tile_states,
+                    &s.listed_tiles,
+                    &s.tile_groups,
+                ],
+            );
+            rec.barrier(Kernel, Indirect, &[&s.tile_groups]);
+            rec.dispatch_indirect(
                 &k.distance,
-                Threads(update.thread_count),
+                &s.tile_groups,
+                TEXELS,
                 DistanceArgs {
-                    jobs: &s.distance_jobs,
-                    pairs: &s.distance_pairs,
-                    samples: &s.samples,
+                    pairs: &s.distance_views.pairs,
+                    samples: &s.distance_views.samples,
                     faces: &s.faces,
                     pseudonormals: &s.pseudonormals,
                     corners: &s.corners,
@@ -56,12 +82,19 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     nearest: &s.nearest,
                     nodes: &s.nodes,
                     dipoles: &s.dipoles,
-                    hints: &s.hints,
+                    hints: &s.distance_views.hints,
+                    candidates: &s.distance_views.candidates,
+                    listed: &s.distance_views.listed,
+                    groups: &s.tile_groups,
                 },
                 params.distance,
             );
             // The next update writes other hints.
-            rec.barrier(Kernel, Kernel, &[&s.hints]);
+            rec.barrier(
+                Kernel,
+                Kernel,
+                &[&s.hints, &s.candidates, &s.listed_tiles, &s.tile_groups],
+            );
         }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,
@@ -99,34 +132,48 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     if params.sees_across {
         unfold(rec, k, s, params);
     }
+    if params.distance_method == DistanceMethod::Bvh {
+        // The next update lists others.
+        rec.barrier(Indirect, Copy, &[&s.tile_groups]);
+        rec.barrier(Kernel, Copy, &[&s.tile_groups]);
+    }
 }
 
 fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    rec.dispatch(
-        &k.unfold,
-        Threads(params.unfold.thread_count),
-        UnfoldArgs {
-            jobs: &s.distance_jobs,
-            pairs: &s.distance_pairs,
-            samples: &s.samples,
-            owners: &s.owners,
-            distances: &s.distances,
-            nearest: &s.nearest,
-            triangles: &s.triangles,
-            halfedges: &s.halfedges,
-            corners: &s.corners,
-            vertices: &s.vertices,
-            atlas_maps: &s.atlas_maps,
-            across: &s.across,
-            across_triangles: &s.across_triangles,
-        },
-        params.unfold,
-    );
+    let args = UnfoldArgs {
+        jobs: &s.distance_jobs,
+        pairs: &s.distance_views.pairs,
+        samples: &s.distance_views.samples,
+        owners: &s.owners,
+        distances: &s.distance_views.distances,
+        nearest: &s.distance_views.nearest,
+        triangles: &s.triangles,
+        halfedges: &s.halfedges,
+        corners: &s.corners,
+        vertices: &s.vertices,
+        atlas_maps: &s.atlas_maps,
+        across: &s.across,
+        across_triangles: &s.across_triangles,
+        listed: &s.distance_views.listed,
+        groups: &s.tile_groups,
+    };
+    if params.distance_method == DistanceMethod::Bvh {
+        rec.dispatch_indirect(&k.unfold, &s.tile_groups, TEXELS, args, params.unfold);
+    } else {
+        let threads = Threads(params.unfold.thread_count);
+        rec.dispatch(&k.unfold, threads, args, params.unfold);
+    }
     // Sensors look there; the next update writes other jobs, and distances anew.
     rec.barrier(
         Kernel,
         Kernel,
-        &[&s.across, &s.across_triangles, &s.distances, &s.nearest],
+        &[
+            &s.across,
+            &s.across_triangles,
+            &s.distances,
+            &s.nearest,
+            &s.listed_tiles,
+        ],
     );
     rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
 }

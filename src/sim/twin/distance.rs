@@ -2,12 +2,13 @@
 
 use glam::{Vec3, Vec4};
 
-use super::bvh::{UNLIMITED, is_in_box, nearest_on, slack_of};
-use super::nearest::{NearestPoint, nearest_on_face};
+use super::bvh::{FAR, UNLIMITED, is_in_box, nearest_on, slack_of};
+use super::distance_tiles::TileLooks;
+use super::nearest::{NearestPoint, is_nearer, nearest_on_face};
 use super::sign::{Sides, is_outside};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::{Dipole, Face, Node};
-use crate::sim::distance::TILE_SAMPLES;
+use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use crate::sim::kernels::{DistanceConstants, DistanceParams};
 use crate::sim::types::{DistanceJob, ObjectPair, SampleTile, SurfaceSample};
 
@@ -19,6 +20,9 @@ pub(super) const TILE_INSIDE: u32 = u32::MAX - 1;
 
 /// Nothing is known.
 pub(super) const TILE_UNKNOWN: u32 = u32::MAX - 2;
+
+/// A hint from here on, but for those above, is a part of the tile's candidates.
+pub(super) const LIST: u32 = 1 << 28;
 
 /// What the kernels of signed distance read.
 #[derive(Clone, Copy)]
@@ -58,29 +62,30 @@ impl<'a> DistanceInputs<'a> {
     }
 }
 
-/// Signed distance to other objects, and the nearest triangle of theirs. `hints` are those of `distance_tiles`.
+/// Signed distance to other objects, and the nearest triangle of theirs. `looks` are those of `distance_tiles`.
 pub fn distance(
     constants: &DistanceConstants,
     params: &DistanceParams,
     inputs: &DistanceInputs,
-    hints: &[u32],
+    looks: &TileLooks,
     distances: &mut [f32],
     nearest: &mut [u32],
 ) {
     let sides = inputs.sides(params.first_vertex_normal);
-    for i in 0..params.thread_count {
-        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
-        if i - job.first_thread >= job.sample_count {
+    for i in 0..looks.listed.len() as u32 * TILE_SAMPLES {
+        let tile = looks.listed[(i / TILE_SAMPLES) as usize];
+        if i % TILE_SAMPLES >= tile.sample_count {
             continue;
         }
-        let here = inputs.samples[(job.first_sample + (i - job.first_thread)) as usize];
+        let here = inputs.samples[(tile.first_sample + i % TILE_SAMPLES) as usize];
 
         let mut least = params.reach;
         let mut triangle = NONE;
-        let first_hint = i / TILE_SAMPLES * params.hint_count;
-        for p in 0..job.pair_count {
+        let first_hint = tile.tile * params.hint_count;
+        let first_candidate = tile.tile * TILE_CANDIDATES;
+        for p in 0..tile.pair_count {
             let hint = if p < params.hint_count {
-                hints[(first_hint + p) as usize]
+                looks.hints[(first_hint + p) as usize]
             } else {
                 TILE_UNKNOWN
             };
@@ -93,26 +98,37 @@ pub fn distance(
                 }
                 continue;
             }
-            let pair = &inputs.pairs[(job.first_pair + p) as usize];
+            let pair = &inputs.pairs[(tile.first_pair + p) as usize];
             let place = place_in_other(pair, here.position);
             let may_be_inside =
                 pair.is_closed == 1 && is_in_box(inputs.nodes, pair.first_node, place);
-            let mut bound = if may_be_inside {
+            let bound = if may_be_inside {
                 UNLIMITED
             } else {
                 params.reach
             };
-            if hint != TILE_UNKNOWN {
-                let near = nearest_on_face(&inputs.faces[hint as usize], place);
-                bound = bound.min(near.square.sqrt());
-            }
-            let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, bound);
+            let slot = if hint >= LIST && hint != TILE_UNKNOWN {
+                let first = first_candidate + (hint - LIST) / 256;
+                let end = first_candidate + hint % 256;
+                let candidates = &looks.candidates[first as usize..end as usize];
+                nearest_of(inputs.faces, candidates, place)
+            } else {
+                let near = (hint != TILE_UNKNOWN).then(|| {
+                    let point = nearest_on_face(&inputs.faces[hint as usize], place);
+                    point.square.sqrt()
+                });
+                let bound = near.map_or(bound, |near| bound.min(near));
+                nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, bound)
+            };
             if slot == NONE {
                 continue;
             }
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
             let distance = point.square.sqrt();
+            if distance >= bound {
+                continue;
+            }
             let rule = constants.sign_rule;
             let candidate =
                 candidate_distance(&sides, rule, pair, slot, place, &point, params.reach);
@@ -128,6 +144,19 @@ pub fn distance(
         distances[here.texel as usize] = least;
         nearest[here.texel as usize] = triangle;
     }
+}
+
+/// The nearest of some faces.
+fn nearest_of(faces: &[Face], candidates: &[u32], place: Vec3) -> u32 {
+    let (mut best_square, mut best_triangle, mut best_slot) = (FAR, NONE, NONE);
+    for &slot in candidates {
+        let face = &faces[slot as usize];
+        let square = nearest_on_face(face, place).square;
+        if is_nearer(square, face.triangle, best_square, best_triangle) {
+            (best_square, best_triangle, best_slot) = (square, face.triangle, slot);
+        }
+    }
+    best_slot
 }
 
 /// A place in the space of a pair's other object.

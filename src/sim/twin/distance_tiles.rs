@@ -1,25 +1,59 @@
-//! Twin of `shaders/distance_tiles.comp`: which faces of other objects are near tiles of samples.
+//! Twin of `shaders/distance_tiles.comp`: which faces of other objects may be nearest to tiles of samples, and which tiles
+//! need a look.
+
+use glam::Vec3;
 
 use super::bvh::{UNLIMITED, is_in_box, nearest_on, slack_of};
 use super::distance::{
-    DistanceInputs, TILE_INSIDE, TILE_OUTSIDE, TILE_UNKNOWN, job_of, place_in_other,
+    DistanceInputs, LIST, TILE_INSIDE, TILE_OUTSIDE, TILE_UNKNOWN, job_of, place_in_other,
 };
-use super::nearest::nearest_on_face;
+use super::nearest::{NearestPoint, nearest_on_face};
 use super::sign::is_outside;
 use crate::mesh::surface::NONE;
+use crate::mesh::trees::{Face, Node};
 use crate::scene::settings::SignRule;
-use crate::sim::distance::TILE_SAMPLES;
+use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use crate::sim::kernels::{DistanceTilesConstants, DistanceTilesParams};
+use crate::sim::types::{ListedTile, ObjectPair, SampleTile};
 
-/// The hints of all tiles of the jobs.
+/// What rounding may make of a length, by the largest coordinate.
+const ROUNDING: f32 = 1e-6;
+
+/// What `distance` is told of tiles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TileLooks {
+    /// One a tile and pair.
+    pub hints: Vec<u32>,
+    /// As many a tile: faces that its hints name.
+    pub candidates: Vec<u32>,
+    /// The tiles whose texels are looked at.
+    pub listed: Vec<ListedTile>,
+}
+
+/// A ball of places, and the face that is nearest to its middle.
+struct Ball {
+    middle: Vec3,
+    radius: f32,
+    distance: f32,
+    direction: Vec3,
+    bend: f32,
+    farthest: f32,
+}
+
+/// Looks at all tiles of the jobs. `states` say what all texels of a tile are, if anything.
 #[must_use]
 pub fn distance_tiles(
     constants: &DistanceTilesConstants,
     params: &DistanceTilesParams,
     inputs: &DistanceInputs,
-) -> Vec<u32> {
+    states: &mut [u32],
+) -> TileLooks {
     let sides = inputs.sides(params.first_vertex_normal);
-    let mut hints = vec![0; (params.tile_count * params.hint_count) as usize];
+    let mut looks = TileLooks {
+        hints: vec![0; (params.tile_count * params.hint_count) as usize],
+        candidates: vec![0; (params.tile_count * TILE_CANDIDATES) as usize],
+        listed: Vec::new(),
+    };
     for i in 0..params.tile_count {
         let jobs = &inputs.jobs[..params.job_count as usize];
         let job = jobs[job_of(jobs, i * TILE_SAMPLES)];
@@ -29,6 +63,12 @@ pub fn distance_tiles(
         }
         let tile = inputs.tiles[(job.first_tile + in_job) as usize];
         let near = params.reach + tile.radius;
+        let mut state = if job.pair_count <= params.hint_count {
+            TILE_OUTSIDE
+        } else {
+            TILE_UNKNOWN
+        };
+        let mut candidates = Vec::new();
 
         for p in 0..job.pair_count.min(params.hint_count) {
             let pair = &inputs.pairs[(job.first_pair + p) as usize];
@@ -40,25 +80,115 @@ pub fn distance_tiles(
             let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
             let mut hint = if decides { TILE_OUTSIDE } else { TILE_UNKNOWN };
             if slot != NONE {
-                let point = nearest_on_face(&inputs.faces[slot as usize], place);
+                let face = &inputs.faces[slot as usize];
+                let point = nearest_on_face(face, place);
                 let distance = point.square.sqrt();
-                let slack = slack_of(&inputs.nodes[pair.first_node as usize]);
-                let beyond = near + slack;
+                let root = &inputs.nodes[pair.first_node as usize];
+                let beyond = near + slack_of(root);
                 let searches = distance <= beyond || !decides;
                 let outside = || {
                     let (rule, root) = (constants.sign_rule, pair.first_node);
                     is_outside(&sides, rule, root, slot, place, &point)
                 };
                 hint = if searches {
-                    slot
+                    let ball = Ball::of(root, face, &point, place, &tile);
+                    let first = candidates.len();
+                    candidates.extend(collected(inputs, pair, &ball));
+                    if candidates.len() <= TILE_CANDIDATES as usize {
+                        LIST + 256 * first as u32 + candidates.len() as u32
+                    } else {
+                        candidates.truncate(first);
+                        slot
+                    }
                 } else if is_closed && !outside() {
                     TILE_INSIDE
                 } else {
                     TILE_OUTSIDE
                 };
             }
-            hints[(i * params.hint_count + p) as usize] = hint;
+            looks.hints[(i * params.hint_count + p) as usize] = hint;
+            state = if hint < TILE_INSIDE || state == TILE_UNKNOWN {
+                TILE_UNKNOWN
+            } else {
+                state.min(hint)
+            };
+        }
+        let first = (i * TILE_CANDIDATES) as usize;
+        looks.candidates[first..first + candidates.len()].copy_from_slice(&candidates);
+        let last = &mut states[(job.first_tile + in_job) as usize];
+        if state == TILE_UNKNOWN || params.is_first == 1 || *last != state {
+            let first = in_job * TILE_SAMPLES;
+            looks.listed.push(ListedTile {
+                tile: i,
+                first_sample: job.first_sample + first,
+                sample_count: (job.sample_count - first).min(TILE_SAMPLES),
+                first_pair: job.first_pair,
+                pair_count: job.pair_count,
+                ..ListedTile::default()
+            });
+        }
+        *last = state;
+    }
+    looks
+}
+
+impl Ball {
+    fn of(root: &Node, face: &Face, point: &NearestPoint, place: Vec3, tile: &SampleTile) -> Self {
+        let way = place - (face.a + point.u * face.ab + point.v * face.ac);
+        let from_middle = (tile.center.abs() + place.abs()).max_element();
+        let slack = 8.0 * slack_of(root) + 4.0 * ROUNDING * from_middle;
+        let radius = 1.001 * tile.radius + slack;
+        let distance = point.square.sqrt();
+        let slack = slack + 1e-5 * (distance + radius);
+        let farthest = 2.0 * radius + slack;
+        let rest = distance - radius;
+        Self {
+            middle: place,
+            radius,
+            distance,
+            direction: way / way.length().max(1e-30),
+            bend: if rest > 0.0 {
+                (0.5 * radius * (radius / rest) + slack).min(farthest)
+            } else {
+                farthest
+            },
+            farthest,
         }
     }
-    hints
+
+    /// May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest
+    /// point.
+    fn may_be_nearest(&self, way: Vec3) -> bool {
+        let distance = way.length();
+        let more = distance - self.distance;
+        let turn = (way / distance.max(1e-30) - self.direction).length();
+        more <= self.farthest.min(self.radius * turn + self.bend)
+    }
+}
+
+/// The faces that are nearest to some place in the ball, and maybe others.
+fn collected(inputs: &DistanceInputs, pair: &ObjectPair, ball: &Ball) -> Vec<u32> {
+    let mut found = Vec::new();
+    let mut stack = vec![inputs.nodes[pair.first_node as usize].link];
+    while let Some(link) = stack.pop() {
+        if link < Node::LEAF {
+            for node in &inputs.nodes[link as usize..link as usize + 2] {
+                let nearest = ball.middle.clamp(node.low, node.high);
+                if ball.may_be_nearest(ball.middle - nearest) {
+                    stack.push(node.link);
+                }
+            }
+            continue;
+        }
+        let first = link % Node::LEAF;
+        for slot in first..first + link / Node::LEAF {
+            let face = &inputs.faces[slot as usize];
+            let point = nearest_on_face(face, ball.middle);
+            let way = (ball.middle - face.a) - point.u * face.ab - point.v * face.ac;
+            if ball.may_be_nearest(way) {
+                found.push(slot);
+            }
+        }
+    }
+    found
 }

@@ -36,7 +36,7 @@ pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use distance_merge::distance_merge;
 pub use distance_raster::distance_raster;
-pub use distance_tiles::distance_tiles;
+pub use distance_tiles::{TileLooks, distance_tiles};
 pub use exchange_seams::exchange_seams;
 pub use respawn::respawn;
 pub use tree_queries::tree_queries;
@@ -79,6 +79,7 @@ pub struct Simulation {
     distances: Vec<f32>,
     nearest: Vec<u32>,
     planner: DistancePlanner,
+    tile_states: Vec<u32>,
     transfers: TwinTransfers,
     step: u64,
 }
@@ -95,6 +96,7 @@ impl Simulation {
             settings.strategy(),
         );
         let poses = setup.poses.clone();
+        let tile_states = vec![0; setup.distance.tiles.len()];
         Self {
             transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
             particles: start.particles,
@@ -113,6 +115,7 @@ impl Simulation {
             across: vec![NONE; texels],
             across_triangles: vec![NONE; texels],
             planner: DistancePlanner::default(),
+            tile_states,
             step: 0,
         }
     }
@@ -206,15 +209,20 @@ impl Simulation {
             dipoles: &trees.dipoles,
         };
         let (distances, nearest) = (&mut self.distances, &mut self.nearest);
+        let mut looks = TileLooks::default();
         match self.settings.distance.method {
             DistanceMethod::Bvh => {
-                let tiles =
-                    distance_tiles(&constants.distance_tiles, &params.distance_tiles, &inputs);
+                looks = distance_tiles(
+                    &constants.distance_tiles,
+                    &params.distance_tiles,
+                    &inputs,
+                    &mut self.tile_states,
+                );
                 distance(
                     &constants.distance,
                     &params.distance,
                     &inputs,
-                    &tiles,
+                    &looks,
                     distances,
                     nearest,
                 );
@@ -257,6 +265,7 @@ impl Simulation {
                 halfedges: &self.setup.surface.halfedges,
                 ground: Ground::of(&self.setup, &self.poses),
                 atlas_maps: &self.setup.atlas.maps,
+                listed: &looks.listed,
             };
             unfold(
                 &constants.unfold,

@@ -7,8 +7,9 @@ use super::trail::{atlas_position, packed_position};
 use super::transfer::{Ground, nearest_weights};
 use super::walk::walk;
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
+use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
-use crate::sim::types::{DistanceJob, ObjectPair, SurfaceSample, Walker};
+use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
 const LEAST_SINE: f32 = 0.02;
@@ -34,6 +35,8 @@ pub struct UnfoldInputs<'a> {
     pub ground: Ground<'a>,
     /// Triangle to atlas.
     pub atlas_maps: &'a [AtlasMap],
+    /// The tiles that were looked at, where distances are taken tile by tile.
+    pub listed: &'a [ListedTile],
 }
 
 /// Tells for covered texels where on the other object walks go on.
@@ -44,17 +47,33 @@ pub fn unfold(
     across: &mut [u32],
     across_triangles: &mut [u32],
 ) {
-    for i in 0..params.thread_count {
-        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
-        if i - job.first_thread >= job.sample_count {
-            continue;
-        }
-        let sample = (job.first_sample + (i - job.first_thread)) as usize;
+    let count = if constants.listed {
+        inputs.listed.len() as u32 * TILE_SAMPLES
+    } else {
+        params.thread_count
+    };
+    for i in 0..count {
+        let (pairs, sample) = if constants.listed {
+            let tile = inputs.listed[(i / TILE_SAMPLES) as usize];
+            if i % TILE_SAMPLES >= tile.sample_count {
+                continue;
+            }
+            let pairs = (tile.first_pair, tile.pair_count);
+            (pairs, tile.first_sample + i % TILE_SAMPLES)
+        } else {
+            let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
+            if i - job.first_thread >= job.sample_count {
+                continue;
+            }
+            let pairs = (job.first_pair, job.pair_count);
+            (pairs, job.first_sample + (i - job.first_thread))
+        };
+        let sample = sample as usize;
         let SurfaceSample { position, texel } = inputs.samples[sample];
         let triangle = inputs.nearest[texel as usize];
         let covered = triangle != NONE && inputs.distances[texel as usize] < params.threshold;
         let [place, on] = if covered {
-            let (first, count) = (job.first_pair as usize, job.pair_count as usize);
+            let (first, count) = (pairs.0 as usize, pairs.1 as usize);
             let pair = inputs.pairs[first..first + count]
                 .iter()
                 .find(|pair| triangle.wrapping_sub(pair.first_face) < pair.face_count)

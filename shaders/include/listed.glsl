@@ -1,0 +1,19 @@
+// listed: the tiles whose texels are looked at, and their samples, read as texels, which CPU drivers read faster than storage
+// buffers. Twin: ListedTile and SurfaceSample of src/sim/types.rs.
+// The includer declares `listed` and `samples` first, texel buffers of four words.
+
+#ifndef MYXO_LISTED
+#define MYXO_LISTED
+
+ListedTile listed_tile(uint place) {
+    uvec4 first = texelFetch(listed, int(2u * place));
+    uvec4 second = texelFetch(listed, int(2u * place + 1u));
+    return ListedTile(first.x, first.y, first.z, first.w, second.x, 0u, 0u, 0u);
+}
+
+SurfaceSample sample_at(uint i) {
+    uvec4 word = texelFetch(samples, int(i));
+    return SurfaceSample(uintBitsToFloat(word.xyz), word.w);
+}
+
+#endif

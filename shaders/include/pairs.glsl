@@ -1,0 +1,17 @@
+// pairs: the pairs of objects, read as texels, which CPU drivers read faster than storage buffers. Twin: ObjectPair of
+// src/sim/types.rs.
+// The includer declares `pairs` first, a texel buffer of four words.
+
+#ifndef MYXO_PAIRS
+#define MYXO_PAIRS
+
+ObjectPair pair_at(uint p) {
+    uvec4 rest = texelFetch(pairs, int(4u * p + 3u));
+    return ObjectPair(
+        uintBitsToFloat(texelFetch(pairs, int(4u * p))),
+        uintBitsToFloat(texelFetch(pairs, int(4u * p + 1u))),
+        uintBitsToFloat(texelFetch(pairs, int(4u * p + 2u))),
+        rest.x, rest.y, rest.z, rest.w);
+}
+
+#endif
