@@ -1,7 +1,10 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
-// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded).
+// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
+// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers and walker_groups.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
+// In two forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
+// others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Devices that run both sides of every
+// branch would pay for the walk of each particle otherwise. Or there is one form in which all sensors walk.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
 
@@ -31,6 +34,13 @@ layout(constant_id = 8) const bool WINDOWS = false;
 layout(constant_id = 9) const bool OWN_PHYSARUM = false;
 // Sensors see other objects where they get to places that those cover.
 layout(constant_id = 10) const bool ACROSS = false;
+layout(constant_id = 11) const uint SENSING = 0u;
+
+const uint SENSORS_WALK = 0u;
+// Sensors go straight ahead in the atlas, and who cannot do that is listed.
+const uint SENSORS_STRAIGHT = 1u;
+// Those who have been listed.
+const uint SENSORS_WALK_LISTED = 2u;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -52,10 +62,16 @@ layout(push_constant) uniform Params {
     uint object;              // whose turn it is, where there are turns
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered
+    float last_texel;         // column or row
+    uint walker_rows;         // rows of groups of the dispatch of those who are listed
 } params;
 
-layout(std430, set = 0, binding = 0) buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 1) buffer Motions { Motion motions[]; };
+// Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
+// buffers scalar by scalar.
+layout(std430, set = 0, binding = 0) writeonly buffer Particles { Particle particles[]; };
+layout(std430, set = 0, binding = 1) writeonly buffer Motions { Motion motions[]; };
+layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;
+layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;
 layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 3) uniform usamplerBuffer halfedges;
 layout(set = 0, binding = 4) uniform samplerBuffer atlas_maps;
@@ -72,6 +88,11 @@ layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint pa
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
 layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
+// Four texels a word: how many texels far straight lines stay on the surface around.
+layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
+// How many there are, and then the slots of particles whose sensors must walk.
+layout(std430, set = 0, binding = 19) buffer Walkers { uint walkers[]; };
+layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };
 
 const bool WALK_CARRIES = false;
 #include "walk.glsl"
@@ -109,6 +130,16 @@ void take_physarum(uint triangle) {
     own_distance_weight = OF_OBJECT(distance_weight);
 }
 
+Particle particle_at(uint slot) {
+    uvec4 words = texelFetch(particles_before, int(slot));
+    return Particle(words.x, uintBitsToFloat(words.y), uintBitsToFloat(words.z), words.w);
+}
+
+Motion motion_at(uint slot) {
+    uvec4 words = texelFetch(motions_before, int(slot));
+    return Motion(uintBitsToFloat(words.x), uintBitsToFloat(words.y), uintBitsToFloat(words.z), words.w);
+}
+
 // A map is three texels of two words.
 AtlasMap atlas_map_of(uint triangle) {
     return AtlasMap(
@@ -136,16 +167,8 @@ vec2 walker_position(Walker w) {
     return atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
 }
 
-// What a sensor reads at the end of its walk. From a place that is itself covered, no other object is seen.
-float sense(Walker start, vec2 heading, bool from_open) {
-    Walker w = start;
-    w.heading_p = heading.x;
-    w.heading_h = heading.y;
-    w.remaining = own_sensor_offset;
-    walk(w, params.attempts, BORDER_REFLECTS);
-    vec2 uv = walker_uv(w);
-    vec2 position = atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
-    uint triangle = w.triangle;
+// What a sensor reads at a place. From one that is itself covered, no other object is seen.
+float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
     if (ACROSS) {
         uint texel = texel_at(position, params.pitch);
         uint beyond = from_open ? texelFetch(across, int(texel)).x : NONE;
@@ -171,6 +194,50 @@ float sense(Walker start, vec2 heading, bool from_open) {
     return value;
 }
 
+// What a sensor reads at the end of its walk.
+float sensed_by_walking(Walker start, vec2 heading, bool from_open) {
+    Walker w = start;
+    w.heading_p = heading.x;
+    w.heading_h = heading.y;
+    w.remaining = own_sensor_offset;
+    walk(w, params.attempts, BORDER_REFLECTS);
+    vec2 uv = walker_uv(w);
+    return sensed_at(atlas_position(atlas_map_of(w.triangle), uv.x, uv.y), w.triangle, uv, from_open);
+}
+
+// The way of a sensor in the atlas, texels.
+vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
+    precise vec2 way = own_sensor_offset * (heading.x * texels_from_frame[0] + heading.y * texels_from_frame[1]);
+    return way;
+}
+
+// Texels for a world unit along the two axes of a triangle's frame.
+mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
+    vec3 shape = uintBitsToFloat(texelFetch(triangles, int(triangle)).xyz);
+    precise vec2 p = map.du / shape.x;
+    precise vec2 h = (map.dv - shape.y * p) / shape.z;
+    return mat2(p, h);
+}
+
+float clearance_at(vec2 position) {
+    uint texel = texel_at(position, params.pitch);
+    return float((texelFetch(clearance, int(texel >> 2u)).x >> (8u * (texel & 3u))) & 255u);
+}
+
+// Do the discs round both ends of a way, in which nothing but the surface around lies, cover the way?
+bool is_clear_to(vec2 from, vec2 way, float clear) {
+    precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
+    float both = clear + clearance_at(to);
+    return dot(way, way) <= both * both;
+}
+
+void list_walker(uint slot) {
+    uint place = atomicAdd(walkers[0], 1u);
+    walkers[place + 1u] = slot;
+    // Groups come in columns as high as the dispatch has rows.
+    if (place % (params.walker_rows * gl_WorkGroupSize.x) == 0u) atomicAdd(walker_groups[0].x, 1u);
+}
+
 // Three independent normal numbers (Box and Muller 1958).
 vec3 normals(uvec4 words) {
     const float tau = 6.28318530718;
@@ -187,16 +254,29 @@ vec2 rotated(vec2 heading, float c, float s) {
     return result;
 }
 
+// Where the sensors beside the middle one look.
+vec2 left_of(vec2 heading) {
+    return rotated(heading, own_sensor_cos, own_sensor_sin);
+}
+
+vec2 right_of(vec2 heading) {
+    return rotated(heading, own_sensor_cos, -own_sensor_sin);
+}
+
 void main() {
     uint i = invocation_index();
-    if (i >= params.particle_count) return;
-    if (WINDOWS) {
+    if (SENSING == SENSORS_WALK_LISTED) {
+        if (i >= walkers[0]) return;
+        i = walkers[i + 1u];
+    } else if (i >= params.particle_count) {
+        return;
+    } else if (WINDOWS) {
         Window window = windows[params.object];
         if (i >= window.count) return;
         i = ring_slot(window.start, i, params.particle_count);
     }
-    Particle particle = particles[i];
-    Motion motion = motions[i];
+    Particle particle = particle_at(i);
+    Motion motion = motion_at(i);
     uint flags = motion.flags;
     if (TURNS) {
         uint stamp = (params.time_step + 1u) << 1u;
@@ -208,9 +288,29 @@ void main() {
     take_physarum(particle.triangle);
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
+    vec2 straight = vec2(0.0);
+    vec2 left_way = vec2(0.0);
+    vec2 middle_way = vec2(0.0);
+    vec2 right_way = vec2(0.0);
+    if (SENSING == SENSORS_STRAIGHT) {
+        AtlasMap map = atlas_map_of(particle.triangle);
+        straight = atlas_position(map, particle.u, particle.v);
+        mat2 texels_from_frame = texels_from_frame_of(particle.triangle, map);
+        left_way = straight_way(texels_from_frame, left_of(heading));
+        middle_way = straight_way(texels_from_frame, heading);
+        right_way = straight_way(texels_from_frame, right_of(heading));
+        float clear = clearance_at(straight);
+        bool is_clear = is_clear_to(straight, left_way, clear) && is_clear_to(straight, middle_way, clear)
+            && is_clear_to(straight, right_way, clear);
+        if (motion.pending > 0.0 || !is_clear) {
+            list_walker(i);
+            return;
+        }
+    }
+
     Walker w = walker_at(particle.triangle, particle.u, particle.v, heading, motion.pending);
     float pending = 0.0;
-    if (motion.pending > 0.0) {
+    if (SENSING != SENSORS_STRAIGHT && motion.pending > 0.0) {
         walk(w, params.attempts, BORDER_REFLECTS);
         pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
         heading = walker_heading(w);
@@ -218,10 +318,17 @@ void main() {
 
     w.entered_by = NONE;
     bool from_open = ACROSS && distances_of(texel_at(walker_position(w), params.pitch)) >= params.transfer_threshold;
-    vec3 value = vec3(
-        sense(w, rotated(heading, own_sensor_cos, own_sensor_sin), from_open),
-        sense(w, heading, from_open),
-        sense(w, rotated(heading, own_sensor_cos, -own_sensor_sin), from_open));
+    vec3 value;
+    if (SENSING == SENSORS_STRAIGHT) {
+        // Where there is gravity, sensors walk: only then a triangle is asked for.
+        value.x = sensed_at(straight + left_way, NONE, vec2(0.0), from_open);
+        value.y = sensed_at(straight + middle_way, NONE, vec2(0.0), from_open);
+        value.z = sensed_at(straight + right_way, NONE, vec2(0.0), from_open);
+    } else {
+        value.x = sensed_by_walking(w, left_of(heading), from_open);
+        value.y = sensed_by_walking(w, heading, from_open);
+        value.z = sensed_by_walking(w, right_of(heading), from_open);
+    }
     if (SENSOR_NOISE) {
         value += own_sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
     }

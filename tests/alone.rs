@@ -112,6 +112,7 @@ fn kernels_do_the_same_each_time_they_run_alone() {
     }
     for kernel in [
         "advance",
+        "walk_sensors",
         "transfer_in",
         "move_border",
         "transfer_out",

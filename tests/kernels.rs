@@ -10,7 +10,7 @@ use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery};
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
-use myxo::scene::settings::{Border, Settings};
+use myxo::scene::settings::{Border, Sensing, Settings};
 use myxo::sim::kernels::{
     Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
     DiffuseSeamsParams, ExchangeSeams, ExchangeSeamsArgs, ExchangeSeamsParams, WalkQueries,
@@ -496,8 +496,9 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
 fn advance_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     type Change = fn(&mut Settings);
-    let variants: [(&str, Change); 9] = [
+    let variants: [(&str, Change); 11] = [
         ("plain", |_| ()),
+        ("walking sensors", |s| s.physarum.sensing = Sensing::Walk),
         ("noise", |s| s.physarum.sensor_noise = 0.8),
         ("favourite density", |s| s.physarum.favourite_density = 2.0),
         ("gravity", |s| s.physarum.gravity_weight = 3.0),
@@ -520,6 +521,13 @@ fn advance_agrees_with_its_twin() {
             s.physarum.gravity_weight = -1.0;
             s.physarum.decrowding_weight = 0.2;
             s.trail.diffusion_distance = 2;
+        }),
+        ("everything but gravity", |s| {
+            s.physarum.sensor_noise = 0.3;
+            s.physarum.favourite_density = 1.0;
+            s.physarum.decrowding_weight = 0.2;
+            s.physarum.edge_crossing_attempts = 2;
+            s.physarum.speed = 0.1;
         }),
     ];
     for mesh in [

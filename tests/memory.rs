@@ -25,12 +25,16 @@ fn the_sum_is_that_of_the_buffers() {
         + s.atlas_maps.size_in_bytes()
         + s.corners.size_in_bytes()
         + s.vertices.size_in_bytes()
+        + s.walkers.size_in_bytes()
+        + s.walker_groups.size_in_bytes()
+        + s.no_groups.size_in_bytes()
         + s.poses.size_in_bytes()
         + s.poses_before.size_in_bytes()
         + s.physarums.size_in_bytes();
     let tables = size_of_val(&setup.surface.triangles[..])
         + size_of_val(&setup.surface.halfedges[..])
         + size_of_val(&setup.atlas.blocks[..])
+        + size_of_val(&setup.clearance[..])
         + size_of_val(&setup.atlas.exchange.rows[..])
         + size_of_val(&setup.atlas.exchange.entries[..]);
     assert_eq!(

@@ -80,7 +80,7 @@ impl Recorder {
     }
 
     /// Does a dispatch take place? Then it is recorded next.
-    pub(crate) fn admits<I: Interface>(&mut self, args: &I::Args<'_>) -> bool {
+    pub(crate) fn admits<I: Interface>(&mut self, name: &str, args: &I::Args<'_>) -> bool {
         if matches!(self.part, Part::Whole) {
             return true;
         }
@@ -90,7 +90,7 @@ impl Recorder {
             .filter(|(_, binding)| binding.access != BindingAccess::Read)
             .map(|(resource, _): (&Resource<'_>, _)| resource.core())
             .collect();
-        self.admits_kernel(I::NAME, written)
+        self.admits_kernel(name, written)
     }
 
     /// The same for whatever is timed as a kernel, with the buffers that it writes.

@@ -175,7 +175,19 @@ impl<K: Kernel> Pipeline<K> {
     /// # Errors
     /// The kernel binds more than this device can, or the driver refuses it.
     pub fn new(ctx: &Arc<Context>, constants: &K::Constants) -> GpuResult<Self> {
-        let core = PipelineCore::compute::<K>(ctx, constants)?;
+        Self::named(ctx, constants, K::NAME)
+    }
+
+    /// The same by another name in times and messages, for a kernel that a step runs in two forms.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn named(
+        ctx: &Arc<Context>,
+        constants: &K::Constants,
+        name: &'static str,
+    ) -> GpuResult<Self> {
+        let core = PipelineCore::compute::<K>(ctx, constants, name)?;
         Ok(Self {
             core,
             kernel: PhantomData,
@@ -190,20 +202,26 @@ impl<K: Kernel> Pipeline<K> {
 /// A pipeline of either kind with its layouts.
 pub(crate) struct PipelineCore {
     pub(crate) ctx: Arc<Context>,
+    pub(crate) name: &'static str,
     pub(crate) pipeline: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
 }
 
 impl PipelineCore {
-    fn compute<K: Kernel>(ctx: &Arc<Context>, constants: &K::Constants) -> GpuResult<Self> {
+    fn compute<K: Kernel>(
+        ctx: &Arc<Context>,
+        constants: &K::Constants,
+        name: &'static str,
+    ) -> GpuResult<Self> {
         let limit = ctx.info().max_group_invocations;
         if K::GROUP_SIZE > limit {
             let missing = format!("groups of {} invocations (it has {limit})", K::GROUP_SIZE);
             return Err(unsupported::<K>(ctx, missing));
         }
         let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE)?;
-        let module = ShaderModule::new(ctx, K::SPIRV, K::NAME)?;
+        core.name = name;
+        let module = ShaderModule::new(ctx, K::SPIRV, name)?;
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -222,9 +240,9 @@ impl PipelineCore {
         };
         let made = made
             .map_err(|(_, e)| e)
-            .check("vkCreateComputePipelines", K::NAME)?;
+            .check("vkCreateComputePipelines", name)?;
         core.pipeline = made[0];
-        ctx.device.set_name(core.pipeline, K::NAME);
+        ctx.device.set_name(core.pipeline, name);
         Ok(core)
     }
 
@@ -254,6 +272,7 @@ impl PipelineCore {
             .collect();
         let mut core = Self {
             ctx: Arc::clone(ctx),
+            name: I::NAME,
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             set_layout: vk::DescriptorSetLayout::null(),

@@ -90,7 +90,7 @@ impl Recorder {
         let Some([x, y]) = threads.groups(K::GROUP_SIZE, self.ctx().info().max_group_count) else {
             return;
         };
-        if !self.admits::<K>(&args) {
+        if !self.admits::<K>(pipeline.core().name, &args) {
             return;
         }
         self.bind::<K>(
@@ -100,7 +100,7 @@ impl Recorder {
             &args,
             &params,
         );
-        self.work(K::NAME, SpanKind::Kernel, |rec| {
+        self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
             // SAFETY: pipeline, descriptors and constants were bound for this layout above.
             unsafe { rec.device().cmd_dispatch(rec.raw(), x, y, 1) };
         });
@@ -124,11 +124,17 @@ impl Recorder {
             groups.name(),
             groups.len()
         );
-        if !self.admits::<K>(&args) {
+        if !self.admits::<K>(pipeline.core().name, &args) {
             return;
         }
         let core = groups.core();
-        core.touch(self.ticket, K::NAME, Access::Indirect, true, false);
+        core.touch(
+            self.ticket,
+            pipeline.core().name,
+            Access::Indirect,
+            true,
+            false,
+        );
         self.bind::<K>(
             pipeline.core(),
             vk::PipelineBindPoint::COMPUTE,
@@ -136,7 +142,7 @@ impl Recorder {
             &args,
             &params,
         );
-        self.work(K::NAME, SpanKind::Kernel, |rec| {
+        self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
             let offset = (index * size_of::<DispatchGroups>()) as u64;
             // SAFETY: as in `dispatch`; the groups lie in the buffer, which was made for indirect use.
             unsafe {
@@ -203,12 +209,12 @@ impl Recorder {
         assert!(
             Arc::ptr_eq(&pipeline.ctx, self.ctx()),
             "the pipeline `{}` belongs to another context",
-            I::NAME
+            pipeline.name
         );
         let resources = I::resources(args);
-        self.check_hazards::<I>(&resources, access);
+        self.check_hazards::<I>(pipeline.name, &resources, access);
         if I::DEBUG_BINDING.is_some() && point == vk::PipelineBindPoint::COMPUTE {
-            self.announce_debug(I::NAME);
+            self.announce_debug(pipeline.name);
         }
         let buffers: Vec<_> = resources
             .iter()
@@ -283,7 +289,7 @@ impl Recorder {
         }
     }
 
-    fn check_hazards<I: Interface>(&self, resources: &[Resource<'_>], access: Access) {
+    fn check_hazards<I: Interface>(&self, name: &str, resources: &[Resource<'_>], access: Access) {
         for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
             let core = resource.core();
             assert!(
@@ -295,24 +301,37 @@ impl Recorder {
                 core.assert_bindable();
             }
             for (other, other_binding) in resources.iter().zip(I::BINDINGS).skip(i + 1) {
-                let written = binding.access != BindingAccess::Read
-                    || other_binding.access != BindingAccess::Read;
+                // What is read as texels beside a storage block is read by the invocation that writes it, before that:
+                // the kernel's header says so.
+                let own =
+                    matches!(other, Resource::Texels(_)) && binding.access == BindingAccess::Write;
+                let written = !own
+                    && (binding.access != BindingAccess::Read
+                        || other_binding.access != BindingAccess::Read);
                 assert!(
                     other.core().raw() != core.raw() || !written || !self.ctx().hazard_check,
                     "`{}` binds the buffer `{}` twice, as {} and as {}, and writes it",
-                    I::NAME,
+                    name,
                     core.name(),
                     binding.name,
                     other_binding.name
                 );
             }
         }
-        for (resource, binding) in resources.iter().zip(I::BINDINGS) {
-            let reads = binding.access != BindingAccess::Write;
+        for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
+            let mut others = resources.iter().zip(I::BINDINGS).enumerate();
+            let another = others
+                .find(|(k, (other, _))| *k != i && other.core().raw() == resource.core().raw());
+            let is_own =
+                another.is_some_and(|(_, (_, other))| other.access == BindingAccess::Write);
+            if is_own {
+                continue;
+            }
+            let reads = binding.access != BindingAccess::Write || another.is_some();
             let writes = binding.access != BindingAccess::Read;
             resource
                 .core()
-                .touch(self.ticket, I::NAME, access, reads, writes);
+                .touch(self.ticket, name, access, reads, writes);
         }
     }
 

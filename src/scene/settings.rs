@@ -11,7 +11,7 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Easing, ModelAnimation, Repeat,
-    Show, SignRule, Start, Strategy,
+    Sensing, Show, SignRule, Start, Strategy,
 };
 
 use super::motion::{self, MotionSettings};
@@ -108,6 +108,8 @@ pub struct PhysarumSettings {
     pub border: Border,
     /// Edges that one walk may cross in a step; the rest is walked in the next.
     pub edge_crossing_attempts: u32,
+    /// How a sensor gets to where it reads.
+    pub sensing: Sensing,
     /// Trail that particles like best; 0 for the more the better.
     pub favourite_density: f32,
     /// Trail units added to a sensor per scene radius of height; positive climbs.
@@ -129,6 +131,7 @@ impl Default for PhysarumSettings {
             deposit: 1.0,
             border: Border::Reflect,
             edge_crossing_attempts: 10,
+            sensing: Sensing::Auto,
             favourite_density: 0.0,
             gravity_weight: 0.0,
             decrowding_weight: 0.0,

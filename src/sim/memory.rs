@@ -10,7 +10,7 @@ use super::types::{
     Particle, Physarum, Pose, Seam, Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
-use crate::gpu::DeviceInfo;
+use crate::gpu::{DeviceInfo, DispatchGroups};
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE};
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
@@ -30,6 +30,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
+        + WALKER_LIST
         + distance_bytes(setup)
         + transfer_bytes(setup, settings)
         + if settings.uses_raster() {
@@ -281,6 +282,10 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
+/// The length of that list, and the groups of its dispatch and of none.
+const WALKER_LIST: u64 = WALKER + 2 * size_of::<DispatchGroups>() as u64;
+/// A place in the list of those whose sensors must walk.
+const WALKER: u64 = size_of::<u32>() as u64;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
@@ -291,12 +296,12 @@ const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
 fn particle_bytes(count: u64) -> u64 {
-    count * (PARTICLE + size_of::<Motion>() as u64)
+    count * (PARTICLE + size_of::<Motion>() as u64 + WALKER)
 }
 
-/// Trail and deposits twice, and the density.
+/// Trail and deposits twice, the density, and a byte of clearance.
 fn texel_bytes(count: u64) -> u64 {
-    count * 5 * TEXEL
+    count * (5 * TEXEL + 1)
 }
 
 fn triangle_bytes(count: u64) -> u64 {

@@ -4,7 +4,7 @@
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate, TILE_SAMPLES};
 use super::draws::DistanceRasterConstants;
 use super::kernels::{
-    AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
+    Advance, AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
     DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceMergeConstants,
     DistanceMergeParams, DistanceParams, DistanceTilesConstants, DistanceTilesParams,
     ExchangeSeamsParams, MoveBorderConstants, TransferOutConstants, UnfoldConstants, UnfoldParams,
@@ -12,12 +12,25 @@ use super::kernels::{
 use super::setup::Setup;
 use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
+use crate::gpu::Kernel;
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
-use crate::scene::settings::{Border, DistanceMethod, PhysarumSettings, Settings, Strategy};
+use crate::scene::settings::{
+    Border, DistanceMethod, PhysarumSettings, Sensing, Settings, Strategy,
+};
 
 /// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
 /// slower with, and nobody can see them.
 pub const TINY_TRAIL: f32 = 1e-20;
+
+/// All sensors walk.
+pub const SENSORS_WALK: u32 = 0;
+/// Sensors go straight ahead in the atlas, and particles that cannot do that are listed.
+pub const SENSORS_STRAIGHT: u32 = 1;
+/// The sensors of those walk.
+const SENSORS_WALK_LISTED: u32 = 2;
+
+/// Groups that every device takes along one axis of a dispatch.
+const GROUPS_A_ROW: u32 = 65_535;
 
 /// Everything that one step's kernels take besides buffers.
 #[derive(Clone, Debug)]
@@ -55,6 +68,8 @@ pub struct StepParams {
 pub struct StepConstants {
     /// For `advance`.
     pub advance: AdvanceConstants,
+    /// For `walk_sensors`, where sensors need not all walk.
+    pub walk_sensors: Option<AdvanceConstants>,
     /// For `move_border`.
     pub move_border: MoveBorderConstants,
     /// For `transfer_out`.
@@ -85,20 +100,33 @@ impl StepConstants {
             .map(|object| object.physarum.over(&settings.physarum))
             .collect();
         let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
-        Self {
-            advance: AdvanceConstants {
-                sensor_noise: any(|p| p.sensor_noise > 0.0),
-                favourite_density: any(|p| p.favourite_density > 0.0),
-                gravity: any(|p| p.gravity_weight != 0.0),
-                decrowding: any(|p| p.decrowding_weight != 0.0),
-                distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
-                border_reflects: settings.physarum.border == Border::Reflect,
-                selects: settings.strategy() != Strategy::None,
-                turns: settings.strategy().has_turns(),
-                windows: settings.strategy().has_windows(),
-                own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
-                across: sees_across(settings),
+        let gravity = any(|p| p.gravity_weight != 0.0);
+        // Heights are those of triangles, and only a walk knows at which one it ends.
+        let straight = settings.physarum.sensing == Sensing::Auto && !gravity;
+        let advance = AdvanceConstants {
+            sensor_noise: any(|p| p.sensor_noise > 0.0),
+            favourite_density: any(|p| p.favourite_density > 0.0),
+            gravity,
+            decrowding: any(|p| p.decrowding_weight != 0.0),
+            distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
+            border_reflects: settings.physarum.border == Border::Reflect,
+            selects: settings.strategy() != Strategy::None,
+            turns: settings.strategy().has_turns(),
+            windows: settings.strategy().has_windows(),
+            own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
+            across: sees_across(settings),
+            sensing: if straight {
+                SENSORS_STRAIGHT
+            } else {
+                SENSORS_WALK
             },
+        };
+        Self {
+            advance,
+            walk_sensors: straight.then_some(AdvanceConstants {
+                sensing: SENSORS_WALK_LISTED,
+                ..advance
+            }),
             unfold: UnfoldConstants {
                 border_reflects: settings.physarum.border == Border::Reflect,
                 listed: settings.distance.method == DistanceMethod::Bvh,
@@ -148,6 +176,11 @@ impl StepParams {
             gravity_weight: everywhere.gravity_weight,
             decrowding_weight: everywhere.decrowding_weight,
             distance_weight: everywhere.distance_weight,
+            last_texel: (atlas.size - 1) as f32,
+            walker_rows: (setup.particles.len() as u32)
+                .div_ceil(Advance::GROUP_SIZE)
+                .div_ceil(GROUPS_A_ROW)
+                .max(1),
             ..AdvanceParams::default()
         };
         let turn = Turn::new(settings, setup, advance, capacity);

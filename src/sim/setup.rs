@@ -25,6 +25,8 @@ pub struct Setup {
     pub particles: Vec<Particle>,
     /// Their headings.
     pub motions: Vec<Motion>,
+    /// Per texel: how many texels far straight lines stay on the surface around.
+    pub clearance: Vec<u8>,
     /// Three vertex indices a triangle.
     pub corners: Vec<u32>,
     /// Object space.
@@ -62,6 +64,7 @@ impl Setup {
             seed_word(settings.seed),
         );
         Ok(Self {
+            clearance: atlas.clearances(&scene.surface),
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
             poses: scene

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use bytemuck::allocation::pod_collect_to_vec;
+
 use super::distance::TILE_CANDIDATES;
 use super::draws::DistanceRasterDraw;
 use super::kernels::{
@@ -40,6 +42,8 @@ pub struct Kernels {
     pub unfold: Pipeline<Unfold>,
     /// Moves particles.
     pub advance: Pipeline<Advance>,
+    /// Moves those whose sensors must walk, where the others' need not.
+    pub walk_sensors: Option<Pipeline<Advance>>,
     /// Lets transfers land.
     pub transfer_in: Pipeline<TransferIn>,
     /// Ends an object's turn.
@@ -75,6 +79,9 @@ impl Kernels {
             distance_merge: Pipeline::new(ctx, &constants.distance_merge)?,
             unfold: Pipeline::new(ctx, &constants.unfold)?,
             advance: Pipeline::new(ctx, &constants.advance)?,
+            walk_sensors: (constants.walk_sensors.as_ref())
+                .map(|constants| Pipeline::named(ctx, constants, "walk_sensors"))
+                .transpose()?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
             transfer_out: Pipeline::new(ctx, &constants.transfer_out)?,
@@ -179,8 +186,12 @@ pub struct AcrossViews {
 pub struct State {
     /// One a particle: where it is.
     pub particles: Buffer<Particle>,
+    /// The same, as `advance` reads it.
+    pub particles_view: Texels<u32>,
     /// One a particle: where it is going.
     pub motions: Buffer<Motion>,
+    /// The same, as `advance` reads it.
+    pub motions_view: Texels<u32>,
     /// Particles under way between objects, and the objects' windows.
     pub transfers: Transfers,
     /// One a texel. The front has filled gutters.
@@ -207,6 +218,14 @@ pub struct State {
     pub atlas_maps: Buffer<AtlasMap>,
     /// The same, three texels each.
     pub atlas_map_views: Texels<f32>,
+    /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
+    pub clearance: Texels<u32>,
+    /// How many there are, and then the slots of particles whose sensors must walk.
+    pub walkers: Buffer<u32>,
+    /// The groups of the dispatch for them.
+    pub walker_groups: Buffer<DispatchGroups>,
+    /// What is bound in their place where nobody is listed: no dispatch may write its own groups.
+    pub no_groups: Buffer<DispatchGroups>,
     /// Three vertex indices a triangle.
     pub corners: Buffer<u32>,
     /// Object space.
@@ -294,7 +313,14 @@ impl State {
         let across = Buffer::from_slice(ctx, "across", &vec![NONE; field])?;
         let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
         let atlas_maps = Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?;
+        let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
+        let motions = Buffer::from_slice(ctx, "motions", &start.motions)?;
+        let particles = Buffer::from_slice(ctx, "particles", &start.particles)?;
         Ok(Self {
+            particles_view: Texels::new(&particles, 4)?,
+            particles,
+            motions_view: Texels::new(&motions, 4)?,
+            motions,
             distance_views: DistanceViews {
                 distances: Texels::new(&distances, 1)?,
                 nearest: Texels::new(&nearest, 1)?,
@@ -304,8 +330,6 @@ impl State {
                 listed: Texels::new(&listed_tiles, 4)?,
                 pairs: Texels::new(&distance_pairs, 4)?,
             },
-            particles: Buffer::from_slice(ctx, "particles", &start.particles)?,
-            motions: Buffer::from_slice(ctx, "motions", &start.motions)?,
             transfers: Transfers::new(ctx, settings, setup, &start.transfers)?,
             trail: PingPong::new(ctx, "trail", texels)?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
@@ -331,6 +355,10 @@ impl State {
             )?,
             atlas_map_views: Texels::new(&atlas_maps, 2)?,
             atlas_maps,
+            clearance: Texels::new(&Buffer::from_slice(ctx, "clearance", &clearance)?, 1)?,
+            walkers: Buffer::zeroed(ctx, "walkers", setup.particles.len() + 1)?,
+            walker_groups: Buffer::zeroed(ctx, "walker_groups", 1)?,
+            no_groups: Buffer::zeroed(ctx, "no_groups", 1)?,
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,

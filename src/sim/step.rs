@@ -13,7 +13,7 @@ use super::turns::Turn;
 use super::types::{Physarum, Pose};
 use crate::gpu::{
     Access::{Copy, Indirect, Kernel},
-    Recorder, Threads,
+    AnyBuffer, DispatchGroups, Recorder, Threads,
 };
 use crate::scene::settings::Strategy;
 
@@ -115,8 +115,9 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
     }
 }
 
-fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    let args = AdvanceArgs {
+/// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk.
+fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
+    let args = |walker_groups: &'s _| AdvanceArgs {
         particles: &s.particles,
         motions: &s.motions,
         triangles: &s.triangles,
@@ -135,31 +136,79 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
         particle_indices: &s.transfers.particle_indices,
+        clearance: &s.clearance,
+        particles_before: &s.particles_view,
+        motions_before: &s.motions_view,
+        walkers: &s.walkers,
+        walker_groups,
     };
+    if k.walk_sensors.is_some() {
+        empty_walkers(rec, s, turn);
+    }
     if turn.strategy.has_windows() {
         let groups = &s.transfers.groups;
-        rec.dispatch_indirect(&k.advance, groups, WINDOW, args, turn.advance);
+        rec.dispatch_indirect(
+            &k.advance,
+            groups,
+            WINDOW,
+            args(&s.walker_groups),
+            turn.advance,
+        );
     } else {
         let threads = Threads(turn.advance.particle_count);
-        rec.dispatch(&k.advance, threads, args, turn.advance);
+        rec.dispatch(&k.advance, threads, args(&s.walker_groups), turn.advance);
+    }
+    let advanced: [&dyn AnyBuffer; 8] = [
+        &s.particles,
+        &s.motions,
+        &s.deposits.front,
+        &s.transfers.flow,
+        &s.transfers.particle_indices,
+        &s.walkers,
+        &s.walker_groups,
+        &s.no_groups,
+    ];
+    if let Some(walk_sensors) = &k.walk_sensors {
+        // Those who were listed follow; they list nobody.
+        rec.barrier(Kernel, Indirect, &[&s.walker_groups]);
+        rec.barrier(Kernel, Kernel, &advanced);
+        rec.dispatch_indirect(
+            walk_sensors,
+            &s.walker_groups,
+            0,
+            args(&s.no_groups),
+            turn.advance,
+        );
     }
     // diffuse takes up what advance has deposited and clears what it has read; the next turn or step moves particles
     // on, and takes distances anew; those that were selected leave.
+    rec.barrier(Kernel, Kernel, &advanced);
     rec.barrier(
         Kernel,
         Kernel,
         &[
-            &s.deposits.front,
             &s.deposits.back,
-            &s.particles,
-            &s.motions,
             &s.distances,
             &s.across,
             &s.across_triangles,
-            &s.transfers.flow,
-            &s.transfers.particle_indices,
         ],
     );
+}
+
+/// Nobody is listed yet whose sensors must walk.
+fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
+    let rows = turn.advance.walker_rows;
+    let none = DispatchGroups {
+        x: 0,
+        y: rows,
+        z: 1,
+    };
+    // The turn before has walked.
+    rec.barrier(Indirect, Copy, &[&s.walker_groups]);
+    rec.barrier(Kernel, Copy, &[&s.walkers, &s.walker_groups]);
+    rec.update(&s.walkers, 0, &[0]);
+    rec.update(&s.walker_groups, 0, &[none]);
+    rec.barrier(Copy, Kernel, &[&s.walkers, &s.walker_groups]);
 }
 
 fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {

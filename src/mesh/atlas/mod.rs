@@ -18,6 +18,7 @@ mod balance;
 mod bitmap;
 mod cache;
 mod charts;
+mod clearance;
 mod conductances;
 mod control;
 mod exchange;

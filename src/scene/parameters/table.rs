@@ -2,7 +2,8 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Show, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Sensing, Show, SignRule, Start,
+    Strategy,
 };
 
 /// Every parameter of a scene, in the order that people read them.
@@ -123,6 +124,14 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How many edges one walk may cross in a step. What is left of it is walked first in the next step.",
         effect: Effect::Live,
         kind: whole!(physarum.edge_crossing_attempts: u32, (0.0, 1_000.0), (0.0, 64.0), Linear),
+    },
+    Parameter {
+        key: "physarum.sensing",
+        name: "Sensing",
+        unit: "",
+        help: "Sensors read straight ahead in the atlas wherever only the surface around lies there (auto), or always walk.",
+        effect: Effect::Live,
+        kind: word!(physarum.sensing: Sensing),
     },
     Parameter {
         key: "physarum.favourite_density",

@@ -59,6 +59,17 @@ choice! {
 }
 
 choice! {
+    /// How a sensor gets to where it reads.
+    Sensing {
+        /// Straight in the atlas where nothing but the surface around lies there; else it walks.
+        #[default]
+        Auto = "auto",
+        /// It walks on the surface.
+        Walk = "walk",
+    }
+}
+
+choice! {
     /// What happens to a walk at an open border.
     Border {
         /// The heading is mirrored and the walk goes on.

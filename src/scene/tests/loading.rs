@@ -60,7 +60,7 @@ fn every_builtin_scene_and_preset_is_right() {
                 .key
                 .rsplit_once('.')
                 .unwrap_or(("", parameter.key));
-            let how = ["border", "edge_crossing_attempts"].contains(&key);
+            let how = ["border", "edge_crossing_attempts", "sensing"].contains(&key);
             let mentioned = table
                 .get(section)
                 .is_some_and(|section| section.get(key).is_some());

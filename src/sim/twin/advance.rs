@@ -5,6 +5,7 @@ use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
+use crate::sim::params::SENSORS_STRAIGHT;
 use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Walker, Window};
 
 /// What rounding may make of a distance.
@@ -22,6 +23,8 @@ pub struct AdvanceInputs<'a> {
     pub trail: &'a [f32],
     /// Last step's deposits.
     pub previous_deposits: &'a [u32],
+    /// Per texel: how many texels far straight lines stay on the surface around.
+    pub clearance: &'a [u8],
     /// Three vertex indices a triangle.
     pub corners: &'a [u32],
     /// Object-space vertices.
@@ -115,12 +118,30 @@ pub fn advance(
         let from_open = constants.across
             && inputs.distances[texel_at(position, params.pitch) as usize]
                 >= params.transfer_threshold;
-        let mut value = [
+        let towards = [
             rotated(heading, own.sensor_cos, own.sensor_sin),
             heading,
             rotated(heading, own.sensor_cos, -own.sensor_sin),
-        ]
-        .map(|towards| sense(constants, params, inputs, &own, w, towards, from_open));
+        ];
+        let straight = (constants.sensing == SENSORS_STRAIGHT && motion.pending <= 0.0)
+            .then(|| straight_places(params, inputs, &own, &particle, towards))
+            .flatten();
+        let mut value = match straight {
+            Some(places) => places.map(|place| {
+                sensed_at(
+                    constants,
+                    params,
+                    inputs,
+                    &own,
+                    place,
+                    (NONE, [0.0; 2]),
+                    from_open,
+                )
+            }),
+            None => towards.map(|towards| {
+                sensed_by_walking(constants, params, inputs, &own, w, towards, from_open)
+            }),
+        };
         if constants.sensor_noise {
             let noise = normals(random(
                 params.seed,
@@ -200,8 +221,34 @@ pub fn advance(
     gaps
 }
 
-/// What a sensor reads at the end of its walk. From a place that is itself covered, no other object is seen.
-fn sense(
+/// Where sensors get to straight ahead in the atlas, in texels, if only the surface around lies there.
+#[must_use]
+pub fn straight_places(
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    own: &Physarum,
+    particle: &Particle,
+    towards: [[f32; 2]; 3],
+) -> Option<[[f32; 2]; 3]> {
+    let map = &inputs.atlas_maps[particle.triangle as usize];
+    let Triangle { ab, cp, ch, .. } = inputs.triangles[particle.triangle as usize];
+    let from = atlas_position(map, particle.u, particle.v);
+    let p = map.du / ab;
+    let h = (map.dv - cp * p) / ch;
+    let ways = towards.map(|[x, y]| own.sensor_offset * (x * p + y * h));
+    let clearance_at = |place| f32::from(inputs.clearance[texel_at(place, params.pitch) as usize]);
+    let clear = clearance_at(from);
+    let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);
+    // Do the discs round both ends of each way, in which nothing but the surface around lies, cover the way?
+    let is_clear = ways.iter().zip(places).all(|(way, to)| {
+        let both = clear + clearance_at(to.map(|x| x.clamp(0.0, params.last_texel)));
+        way.dot(*way) <= both * both
+    });
+    is_clear.then_some(places)
+}
+
+/// What a sensor reads at the end of its walk.
+fn sensed_by_walking(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
@@ -221,9 +268,30 @@ fn sense(
         params.attempts,
         constants.border_reflects,
     );
-    let [mut u, mut v] = w.uv();
-    let mut position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
-    let mut triangle = w.triangle;
+    let [u, v] = w.uv();
+    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    sensed_at(
+        constants,
+        params,
+        inputs,
+        own,
+        position,
+        (w.triangle, [u, v]),
+        from_open,
+    )
+}
+
+/// What a sensor reads at a place, which only gravity asks the triangle of. From one that is itself covered, no other
+/// object is seen.
+fn sensed_at(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    own: &Physarum,
+    mut position: [f32; 2],
+    (mut triangle, [mut u, mut v]): (u32, [f32; 2]),
+    from_open: bool,
+) -> f32 {
     if constants.across {
         let texel = texel_at(position, params.pitch) as usize;
         let beyond = if from_open {
@@ -233,8 +301,10 @@ fn sense(
         };
         if beyond != NONE {
             position = unpacked_position(beyond, params.pitch);
-            triangle = inputs.across_triangles[texel];
-            [u, v] = weights_at(&inputs.atlas_maps[triangle as usize], position);
+            if constants.gravity {
+                triangle = inputs.across_triangles[texel];
+                [u, v] = weights_at(&inputs.atlas_maps[triangle as usize], position);
+            }
         }
     }
     let mut value = trail_at(inputs.trail, position, params.pitch);

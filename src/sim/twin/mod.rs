@@ -28,7 +28,7 @@ pub mod unfold;
 pub mod walk;
 mod walk_queries;
 
-pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance};
+pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance, straight_places};
 pub use depth::depth_queries;
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;

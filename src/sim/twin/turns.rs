@@ -83,6 +83,7 @@ impl Simulation {
                 atlas_maps: &self.setup.atlas.maps,
                 trail: &self.trail,
                 previous_deposits: &self.previous_deposits,
+                clearance: &self.setup.clearance,
                 corners: &self.setup.corners,
                 vertices: &self.setup.vertices,
                 poses: &self.poses,

@@ -1,6 +1,7 @@
 //! Tests of the atlas, and what they share.
 
 mod charts;
+mod clearance;
 mod control;
 mod exchange;
 mod layout;

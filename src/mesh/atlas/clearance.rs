@@ -1,0 +1,156 @@
+//! How far from a texel the texture shows nothing but the surface round it: there a straight line in the texture is a walk
+//! on the surface, up to what flattening has done to lengths and angles.
+//!
+//! Distances are those between texel centres, by the lower envelope of parabolas in each row (Felzenszwalb and
+//! Huttenlocher, "Distance Transforms of Sampled Functions", 2012).
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::super::surface::{NONE, Surface};
+use super::Atlas;
+
+/// What is farther counts as this, in texels.
+pub const FARTHEST: u8 = 255;
+
+/// From a point to the centre of its texel, and as much at the other end, where reads take the texels around.
+const ROUNDING: f32 = 1.5;
+
+impl Atlas {
+    /// Per texel: from any point in it, a straight line of so many texels stays in its chart and off the chart's border; 0
+    /// for texels that are not owned.
+    #[must_use]
+    pub fn clearances(&self, surface: &Surface) -> Vec<u8> {
+        let pitch = self.pitch as usize;
+        let mut blocked: Vec<bool> = self.owner.iter().map(|&owner| owner == NONE).collect();
+        for halfedge in 0..surface.halfedges.len() as u32 {
+            if self.is_seam(surface, halfedge) {
+                self.block(&mut blocked, self.edge(halfedge));
+            }
+        }
+        let along_columns = down_columns(&blocked, pitch);
+        let mut clearances = vec![0; blocked.len()];
+        clearances
+            .par_chunks_mut(pitch)
+            .zip(along_columns.par_chunks(pitch))
+            .for_each_init(Envelope::default, |envelope, (row, heights)| {
+                envelope.over(heights);
+                envelope.tell(heights.len(), |x, squared| {
+                    let clear = (squared as f32).sqrt() - ROUNDING;
+                    row[x] = clear.clamp(0.0, f32::from(FARTHEST)) as u8;
+                });
+            });
+        clearances
+    }
+
+    /// Blocks the texels that a border edge passes through. A chart may come so near to itself that no texel lies between.
+    fn block(&self, blocked: &mut [bool], [a, b]: [Vec2; 2]) {
+        let last = Vec2::new(self.pitch as f32, self.size as f32) - 1.0;
+        // Two points a texel, so that none is passed over but at a corner, which rounding covers.
+        let pieces = (2.0 * (b - a).abs().max_element()).ceil().max(1.0);
+        for i in 0..=pieces as u32 {
+            let point = (a + (b - a) * (i as f32 / pieces)).clamp(Vec2::ZERO, last);
+            blocked[point.y as usize * self.pitch as usize + point.x as usize] = true;
+        }
+    }
+}
+
+/// Per texel: rows to the nearest blocked texel of its column, or as many as count.
+fn down_columns(blocked: &[bool], pitch: usize) -> Vec<u16> {
+    /// So that what is farther than the farthest stays so after the root.
+    const MOST: u16 = FARTHEST as u16 + 2;
+    let mut heights: Vec<u16> = blocked.iter().map(|&b| if b { 0 } else { MOST }).collect();
+    // The texture ends where the surface does.
+    for edge in [0, blocked.len() - pitch] {
+        heights[edge..edge + pitch]
+            .iter_mut()
+            .for_each(|h| *h = (*h).min(1));
+    }
+    for texel in pitch..heights.len() {
+        heights[texel] = heights[texel].min(heights[texel - pitch] + 1);
+    }
+    for texel in (0..heights.len() - pitch).rev() {
+        heights[texel] = heights[texel].min(heights[texel + pitch] + 1);
+    }
+    heights
+}
+
+/// The lower envelope of the parabolas `(x - place)^2 + height^2` of a row.
+#[derive(Default)]
+struct Envelope {
+    /// Where those parabolas stand that are lowest somewhere, and their heights squared, from left to right.
+    parabolas: Vec<(i64, i64)>,
+    /// From where on each of them is the lowest.
+    starts: Vec<i64>,
+}
+
+impl Envelope {
+    fn over(&mut self, heights: &[u16]) {
+        self.parabolas.clear();
+        self.starts.clear();
+        // The texture ends at both sides of the row.
+        self.add(-1, 0);
+        for (place, &height) in heights.iter().enumerate() {
+            self.add(place as i64, i64::from(height) * i64::from(height));
+        }
+        self.add(heights.len() as i64, 0);
+    }
+
+    fn add(&mut self, place: i64, square: i64) {
+        let mut start = i64::MIN;
+        while let Some(&(before, square_before)) = self.parabolas.last() {
+            // The first whole place where the new one is not above the last one.
+            let numerator = (square + place * place) - (square_before + before * before);
+            let twice = 2 * (place - before);
+            start = numerator.div_euclid(twice) + i64::from(numerator.rem_euclid(twice) > 0);
+            if self.starts.last().is_some_and(|&last| start <= last) {
+                self.parabolas.pop();
+                self.starts.pop();
+                start = i64::MIN;
+            } else {
+                break;
+            }
+        }
+        self.parabolas.push((place, square));
+        self.starts.push(start);
+    }
+
+    fn tell(&self, len: usize, mut each: impl FnMut(usize, i64)) {
+        let mut k = 0;
+        for x in 0..len {
+            while self
+                .starts
+                .get(k + 1)
+                .is_some_and(|&start| start <= x as i64)
+            {
+                k += 1;
+            }
+            let (place, square) = self.parabolas[k];
+            let way = x as i64 - place;
+            each(x, way * way + square);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_envelope_is_the_least_of_all_parabolas() {
+        let heights: Vec<u16> = (0..97u32).map(|i| (i * i * 7919 % 31) as u16).collect();
+        let mut envelope = Envelope::default();
+        for heights in [&heights[..], &heights[..1], &[40; 20], &[0, 9, 9, 9]] {
+            envelope.over(heights);
+            let mut told = Vec::new();
+            envelope.tell(heights.len(), |_, squared| told.push(squared));
+            let expected = (0..heights.len() as i64).map(|x| {
+                let inside = heights.iter().enumerate();
+                let inside = inside.map(|(i, &h)| (x - i as i64).pow(2) + i64::from(h).pow(2));
+                let outside = [(x + 1).pow(2), (x - heights.len() as i64).pow(2)];
+                inside.chain(outside).min().unwrap()
+            });
+            assert_eq!(told, expected.collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! How far straight lines in the texture stay on the surface.
+
+use super::*;
+
+/// By looking at every texel in reach, and at every border edge.
+#[test]
+fn clear_lines_stay_in_their_chart() {
+    for (names, method, size) in [
+        (
+            &["torus?major=24&minor=16", "cube"][..],
+            AtlasMethod::Charts,
+            160,
+        ),
+        (&["icosphere?subdivisions=2"], AtlasMethod::Charts, 97),
+        (&["plane?columns=3&rows=2", "cube"], AtlasMethod::Grid, 128),
+    ] {
+        let surface = surface(names);
+        let options = AtlasOptions {
+            method,
+            ..options(size, 1)
+        };
+        let atlas = Atlas::build(&surface, &options).unwrap();
+        let clearances = atlas.clearances(&surface);
+        assert_eq!(clearances.len(), atlas.texel_count());
+        let borders: Vec<[Vec2; 2]> = (0..surface.halfedges.len() as u32)
+            .filter(|&halfedge| atlas.is_seam(&surface, halfedge))
+            .map(|halfedge| atlas.edge(halfedge))
+            .collect();
+        let (pitch, size) = (atlas.pitch as i32, atlas.size as i32);
+        let mut clear = 0;
+        for (texel, &clearance) in clearances.iter().enumerate() {
+            if clearance == 0 {
+                continue;
+            }
+            clear += 1;
+            let own = atlas.chart[atlas.owner[texel] as usize];
+            let centre = atlas.centre_of(texel as u32);
+            // From the texel's corner as well; and what is read there lies half a texel further.
+            let reach = f32::from(clearance) + 1.2;
+            let at = [texel as i32 % pitch, texel as i32 / pitch];
+            for y in at[1] - reach as i32..=at[1] + reach as i32 {
+                for x in at[0] - reach as i32..=at[0] + reach as i32 {
+                    let way = Vec2::new((x - at[0]) as f32, (y - at[1]) as f32);
+                    if way.length() > reach {
+                        continue;
+                    }
+                    assert!((0..size).contains(&x) && (0..size).contains(&y));
+                    let owner = atlas.owner[(y * pitch + x) as usize];
+                    assert!(owner != NONE, "{clearance} from {centre}");
+                    assert_eq!(atlas.chart[owner as usize], own);
+                }
+            }
+            for &[a, b] in &borders {
+                let along = ((centre - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+                let distance = (a + along * (b - a)).distance(centre);
+                assert!(
+                    distance > f32::from(clearance) + 0.7,
+                    "{distance} from {centre}"
+                );
+            }
+        }
+        assert!(
+            clear * 4 > atlas.owned_count,
+            "{clear} of {}",
+            atlas.owned_count
+        );
+    }
+}
