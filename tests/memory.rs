@@ -16,6 +16,9 @@ fn the_sum_is_that_of_the_buffers() {
     let setup = simulation.setup();
     let buffers = s.particles.size_in_bytes()
         + s.motions.size_in_bytes()
+        + s.sorting.particles.size_in_bytes()
+        + s.sorting.motions.size_in_bytes()
+        + s.sorting.bins.size_in_bytes()
         + s.trail.front.size_in_bytes()
         + s.trail.back.size_in_bytes()
         + s.deposits.front.size_in_bytes()

@@ -176,7 +176,8 @@ fn every_kernel_has_a_twin_and_a_mutant() {
             "{path} states no group size"
         );
         assert!(
-            text.contains(">= params.") && text.contains("return;"),
+            (text.contains(">= params.") || text.contains(">= gl_WorkGroupSize"))
+                && text.contains("return;"),
             "{path} does not begin with its bounds"
         );
     }

@@ -4,6 +4,7 @@
 use super::distance::{DistanceSetup, TILE_CANDIDATES};
 use super::raster::{self, Raster};
 use super::setup::Setup;
+use super::sorting;
 use super::transfers::capacity;
 use super::types::{
     AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, ListedTile, Motion, ObjectPair,
@@ -31,6 +32,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
         + WALKER_LIST
+        + (sorting::bins(&setup.atlas, setup.poses.len()) * size_of::<u32>()) as u64
         + distance_bytes(setup)
         + transfer_bytes(setup, settings)
         + if settings.uses_raster() {
@@ -295,8 +297,9 @@ const PAIR: u64 = size_of::<ObjectPair>() as u64;
 const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
+/// Particles and motions twice, because they are sorted into other buffers.
 fn particle_bytes(count: u64) -> u64 {
-    count * (PARTICLE + size_of::<Motion>() as u64 + WALKER)
+    count * (2 * (PARTICLE + size_of::<Motion>() as u64) + WALKER)
 }
 
 /// Trail and deposits twice, the density, and a byte of clearance.

@@ -22,6 +22,7 @@ pub mod memory;
 pub mod movement;
 pub mod queries;
 pub mod raster;
+pub mod sorting;
 pub mod start;
 pub mod transfer_queries;
 pub mod transfers;

@@ -7,9 +7,11 @@ use super::kernels::{
     Advance, AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
     DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceMergeConstants,
     DistanceMergeParams, DistanceParams, DistanceTilesConstants, DistanceTilesParams,
-    ExchangeSeamsParams, MoveBorderConstants, TransferOutConstants, UnfoldConstants, UnfoldParams,
+    ExchangeSeamsParams, MoveBorderConstants, SortCountConstants, SortScatterConstants,
+    TransferOutConstants, UnfoldConstants, UnfoldParams,
 };
 use super::setup::Setup;
+use super::sorting::SortParams;
 use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
 use crate::gpu::Kernel;
@@ -61,6 +63,8 @@ pub struct StepParams {
     pub in_halves: bool,
     /// For `exchange_seams`.
     pub exchange_seams: ExchangeSeamsParams,
+    /// For the kernels that sort particles, where that is due.
+    pub sort: Option<SortParams>,
 }
 
 /// What is compiled into the kernels; a change makes new pipelines.
@@ -78,6 +82,10 @@ pub struct StepConstants {
     pub unfold: UnfoldConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
+    /// For `sort_count`.
+    pub sort_count: SortCountConstants,
+    /// For `sort_scatter`.
+    pub sort_scatter: SortScatterConstants,
     /// For `distance_tiles`.
     pub distance_tiles: DistanceTilesConstants,
     /// For `distance`.
@@ -140,6 +148,12 @@ impl StepConstants {
                 depth: settings.distance.depth as u32,
             }),
             distance_merge: DistanceMergeConstants { sign_rule },
+            sort_count: SortCountConstants {
+                windows: settings.strategy().has_windows(),
+            },
+            sort_scatter: SortScatterConstants {
+                windows: settings.strategy().has_windows(),
+            },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
             },
@@ -241,6 +255,7 @@ impl StepParams {
             exchange_seams: ExchangeSeamsParams {
                 seam_count: atlas.seams.len() as u32,
             },
+            sort: SortParams::at_end_of(settings, setup, step),
         }
     }
 

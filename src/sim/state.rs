@@ -8,13 +8,14 @@ use super::distance::TILE_CANDIDATES;
 use super::draws::DistanceRasterDraw;
 use super::kernels::{
     Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
-    DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, TransferIn,
-    TransferOut, Unfold,
+    DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, SortCount,
+    SortScan, SortScatter, TransferIn, TransferOut, Unfold,
 };
 use super::params::StepConstants;
 use super::raster::{Raster, raster_options};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::sorting::Sorting;
 use super::transfers::{Transfers, arranged};
 use super::types::{
     AtlasMap, DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
@@ -64,6 +65,12 @@ pub struct Kernels {
     pub diffuse_seams: Pipeline<DiffuseSeams>,
     /// Fills gutters.
     pub exchange_seams: Pipeline<ExchangeSeams>,
+    /// Counts particles in tiles.
+    pub sort_count: Pipeline<SortCount>,
+    /// Adds the counts up.
+    pub sort_scan: Pipeline<SortScan>,
+    /// Puts particles in order.
+    pub sort_scatter: Pipeline<SortScatter>,
 }
 
 impl Kernels {
@@ -92,6 +99,9 @@ impl Kernels {
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
             diffuse_seams: Pipeline::new(ctx, &())?,
             exchange_seams: Pipeline::new(ctx, &())?,
+            sort_count: Pipeline::new(ctx, &constants.sort_count)?,
+            sort_scan: Pipeline::new(ctx, &())?,
+            sort_scatter: Pipeline::new(ctx, &constants.sort_scatter)?,
         })
     }
 }
@@ -154,6 +164,7 @@ pub struct Roles {
     trail: bool,
     deposits: bool,
     transfers: bool,
+    particles: bool,
 }
 
 /// Buffers of the kernels that take distances, seen through texel buffers.
@@ -192,6 +203,8 @@ pub struct State {
     pub motions: Buffer<Motion>,
     /// The same, as `advance` reads it.
     pub motions_view: Texels<u32>,
+    /// Room for both in another order.
+    pub sorting: Sorting,
     /// Particles under way between objects, and the objects' windows.
     pub transfers: Transfers,
     /// One a texel. The front has filled gutters.
@@ -321,6 +334,7 @@ impl State {
             particles,
             motions_view: Texels::new(&motions, 4)?,
             motions,
+            sorting: Sorting::new(ctx, setup)?,
             distance_views: DistanceViews {
                 distances: Texels::new(&distances, 1)?,
                 nearest: Texels::new(&nearest, 1)?,
@@ -412,6 +426,7 @@ impl State {
             trail: self.trail.is_swapped,
             deposits: self.deposits.is_swapped,
             transfers: self.transfers.is_swapped(),
+            particles: self.sorting.is_swapped,
         }
     }
 
@@ -426,5 +441,18 @@ impl State {
         if self.transfers.is_swapped() != roles.transfers {
             self.transfers.swap();
         }
+        if self.sorting.is_swapped != roles.particles {
+            self.swap_particles();
+        }
+    }
+
+    /// What has been sorted takes the place of what has not.
+    pub(super) fn swap_particles(&mut self) {
+        let sorting = &mut self.sorting;
+        std::mem::swap(&mut self.particles, &mut sorting.particles);
+        std::mem::swap(&mut self.particles_view, &mut sorting.particles_view);
+        std::mem::swap(&mut self.motions, &mut sorting.motions);
+        std::mem::swap(&mut self.motions_view, &mut sorting.motions_view);
+        sorting.is_swapped = !sorting.is_swapped;
     }
 }

@@ -1,6 +1,7 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
 mod distances;
+mod sorting;
 
 use super::kernels::{
     AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
@@ -18,6 +19,7 @@ use crate::gpu::{
 use crate::scene::settings::Strategy;
 
 use distances::distance;
+use sorting::sort;
 
 /// Which groups an indirect dispatch takes: one invocation a transfer, or one a particle of the window.
 const TRANSFERS: usize = 0;
@@ -56,6 +58,9 @@ pub fn record(
     exchange_seams(rec, k, s, params);
     s.trail.swap();
     s.deposits.swap();
+    if let Some(params) = &params.sort {
+        sort(rec, k, s, params);
+    }
 }
 
 /// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.

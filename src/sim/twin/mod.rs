@@ -19,6 +19,7 @@ pub mod nearest;
 mod respawn;
 pub mod ring;
 pub mod sign;
+pub mod sort;
 pub mod trail;
 pub mod transfer;
 pub mod transfer_queries;

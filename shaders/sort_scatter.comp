@@ -1,0 +1,52 @@
+// sort_scatter: puts particles in the order of their bins. Within a bin they come in any order, which nothing depends on.
+// Reads   particles, motions, triangles, atlas_maps, windows, flow.
+// Writes  sorted_particles and sorted_motions; bins, by atomic adds.
+// One invocation a particle.
+// With windows the bins lie one behind the other in the ring, behind those in flight, which keep their slots: they are the
+// first of the first window.
+// Overflow: cannot happen; each slot is taken once.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+#include "ring.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const bool WINDOWS = false;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint tile_shift;   // log2 of a tile's side, texels
+    uint tiles_a_row;
+    uint tile_count;   // bins of an object
+} params;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer particles;
+layout(set = 0, binding = 1) uniform usamplerBuffer motions;
+layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
+layout(set = 0, binding = 3) uniform samplerBuffer atlas_maps;
+layout(std430, set = 0, binding = 4) buffer Bins { uint bins[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer SortedParticles { uvec4 sorted_particles[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer SortedMotions { uvec4 sorted_motions[]; };
+layout(std430, set = 0, binding = 7) readonly buffer Windows { Window windows[]; };
+layout(std430, set = 0, binding = 8) readonly buffer FlowBlock { Flow flow[]; };
+
+#include "sort.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    uvec4 particle = texelFetch(particles, int(i));
+    uvec4 motion = texelFetch(motions, int(i));
+    uint slot = i;
+    bool stays = false;
+    if (WINDOWS) stays = (motion.w & IN_FLIGHT) != 0u;
+    if (!stays) {
+        slot = atomicAdd(bins[bin_of(particle)], 1u);
+        if (WINDOWS) slot = ring_slot(windows[0].start, flow[0].leaving + slot, params.particle_count);
+    }
+    sorted_particles[slot] = particle;
+    sorted_motions[slot] = motion;
+}

@@ -1,0 +1,133 @@
+//! Particles in the order in which they lie together in the atlas, every so often: what a group of them reads and counts
+//! then lies together too. No result depends on the order, because ids go along.
+//!
+//! With windows each object's particles stay in its window, and those in flight where they are; particles that change
+//! objects in place are not sorted, because transfers know their slots.
+
+use std::sync::Arc;
+
+use super::kernels::{SortCountParams, SortScanParams, SortScatterParams};
+use super::setup::Setup;
+use super::types::{Motion, Particle};
+use crate::gpu::{Buffer, Context, GpuError, Texels};
+use crate::mesh::atlas::Atlas;
+use crate::scene::settings::{Settings, Strategy};
+
+/// Steps from one sort to the next: a particle takes about as many to leave a tile.
+pub const SORT_INTERVAL: u64 = 32;
+
+/// Tiles have at least this side, as a power of two, in texels.
+const SMALLEST_SHIFT: u32 = 4;
+
+/// Bins that are few enough to be added up in no time.
+const MOST_BINS: u32 = 1 << 18;
+
+/// Tiles of the atlas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tiles {
+    /// log2 of a tile's side, texels.
+    pub shift: u32,
+    /// Tiles side by side.
+    pub a_row: u32,
+    /// All of them.
+    pub count: u32,
+}
+
+impl Tiles {
+    /// The smallest that are few enough for a scene with so many objects.
+    #[must_use]
+    pub fn of(atlas: &Atlas, objects: usize) -> Self {
+        let most = (MOST_BINS / objects as u32).max(1);
+        let tiles = |shift: u32| {
+            let a_row = atlas.size.div_ceil(1 << shift);
+            Self {
+                shift,
+                a_row,
+                count: a_row * a_row,
+            }
+        };
+        let mut shifts = SMALLEST_SHIFT..=16;
+        shifts
+            .find(|&shift| tiles(shift).count <= most)
+            .map_or(tiles(16), tiles)
+    }
+}
+
+/// What the kernels that sort take.
+#[derive(Clone, Copy, Debug)]
+pub struct SortParams {
+    /// For `sort_count`.
+    pub count: SortCountParams,
+    /// For `sort_scan`.
+    pub scan: SortScanParams,
+    /// For `sort_scatter`.
+    pub scatter: SortScatterParams,
+}
+
+impl SortParams {
+    /// Those at the end of a step, if it is due there.
+    #[must_use]
+    pub fn at_end_of(settings: &Settings, setup: &Setup, step: u64) -> Option<Self> {
+        let is_due = (step + 1).is_multiple_of(SORT_INTERVAL);
+        if !is_due || settings.strategy() == Strategy::Scattered {
+            return None;
+        }
+        let objects = setup.poses.len();
+        let tiles = Tiles::of(&setup.atlas, objects);
+        let particle_count = setup.particles.len() as u32;
+        Some(Self {
+            count: SortCountParams {
+                particle_count,
+                tile_shift: tiles.shift,
+                tiles_a_row: tiles.a_row,
+                tile_count: tiles.count,
+            },
+            scan: SortScanParams {
+                bin_count: tiles.count * objects as u32,
+            },
+            scatter: SortScatterParams {
+                particle_count,
+                tile_shift: tiles.shift,
+                tiles_a_row: tiles.a_row,
+                tile_count: tiles.count,
+            },
+        })
+    }
+}
+
+/// Room for particles in another order.
+pub struct Sorting {
+    /// What particles become.
+    pub particles: Buffer<Particle>,
+    /// The same, as `advance` reads it.
+    pub particles_view: Texels<u32>,
+    /// What motions become.
+    pub motions: Buffer<Motion>,
+    /// The same, as `advance` reads it.
+    pub motions_view: Texels<u32>,
+    /// One a tile and object: how many particles are there, then how many lie before.
+    pub bins: Buffer<u32>,
+    /// Are these the buffers that were the first?
+    pub(super) is_swapped: bool,
+}
+
+impl Sorting {
+    pub(super) fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
+        let count = setup.particles.len();
+        let particles = Buffer::zeroed(ctx, "sorted_particles", count)?;
+        let motions = Buffer::zeroed(ctx, "sorted_motions", count)?;
+        Ok(Self {
+            particles_view: Texels::new(&particles, 4)?,
+            particles,
+            motions_view: Texels::new(&motions, 4)?,
+            motions,
+            bins: Buffer::zeroed(ctx, "bins", bins(&setup.atlas, setup.poses.len()))?,
+            is_swapped: false,
+        })
+    }
+}
+
+/// How many bins there are.
+pub(super) fn bins(atlas: &Atlas, objects: usize) -> usize {
+    Tiles::of(atlas, objects).count as usize * objects
+}

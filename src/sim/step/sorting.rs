@@ -1,0 +1,62 @@
+//! The end of a step in which particles are sorted.
+
+use super::super::kernels::{SortCountArgs, SortScanArgs, SortScatterArgs};
+use super::super::sorting::SortParams;
+use super::super::state::{Kernels, State};
+use crate::gpu::{
+    Access::{Copy, Kernel},
+    Recorder, Threads,
+};
+
+/// Particles lie in other buffers afterwards.
+pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &SortParams) {
+    let bins = &s.sorting.bins;
+    rec.barrier(Kernel, Copy, &[bins]);
+    rec.fill(bins, 0);
+    rec.barrier(Copy, Kernel, &[bins]);
+    rec.dispatch(
+        &k.sort_count,
+        Threads(params.count.particle_count),
+        SortCountArgs {
+            particles: &s.particles_view,
+            motions: &s.motions_view,
+            triangles: &s.triangles,
+            atlas_maps: &s.atlas_map_views,
+            bins,
+        },
+        params.count,
+    );
+    rec.barrier(Kernel, Kernel, &[bins]);
+    rec.dispatch(&k.sort_scan, Threads(1), SortScanArgs { bins }, params.scan);
+    rec.barrier(Kernel, Kernel, &[bins]);
+    rec.dispatch(
+        &k.sort_scatter,
+        Threads(params.scatter.particle_count),
+        SortScatterArgs {
+            particles: &s.particles_view,
+            motions: &s.motions_view,
+            triangles: &s.triangles,
+            atlas_maps: &s.atlas_map_views,
+            bins,
+            sorted_particles: &s.sorting.particles.cast(),
+            sorted_motions: &s.sorting.motions.cast(),
+            windows: &s.transfers.windows,
+            flow: &s.transfers.flow,
+        },
+        params.scatter,
+    );
+    // The next step and pictures read them there; the next sort writes where they were read.
+    rec.barrier(
+        Kernel,
+        Kernel,
+        &[
+            &s.sorting.particles,
+            &s.sorting.motions,
+            &s.particles,
+            &s.motions,
+            &s.transfers.windows,
+            &s.transfers.flow,
+        ],
+    );
+    s.swap_particles();
+}

@@ -1,0 +1,79 @@
+//! Twins of `shaders/sort_count.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in
+//! which they lie together in the atlas.
+
+use super::trail::atlas_position;
+use crate::mesh::surface::{AtlasMap, Triangle};
+use crate::sim::kernels::SortCountParams;
+use crate::sim::types::{Flow, Motion, Particle, Window};
+
+/// The bin of a particle: its tile of the atlas; with windows, in its object's part of the bins.
+#[must_use]
+pub fn bin_of(
+    windows: bool,
+    params: &SortCountParams,
+    triangles: &[Triangle],
+    atlas_maps: &[AtlasMap],
+    particle: &Particle,
+) -> u32 {
+    let map = &atlas_maps[particle.triangle as usize];
+    let [x, y] = atlas_position(map, particle.u, particle.v).map(|x| x as u32);
+    let tile = (y >> params.tile_shift) * params.tiles_a_row + (x >> params.tile_shift);
+    let object = if windows {
+        triangles[particle.triangle as usize].object
+    } else {
+        0
+    };
+    object * params.tile_count + tile
+}
+
+/// Twin of `shaders/sort_count.comp`.
+pub fn sort_count(
+    windows: bool,
+    params: &SortCountParams,
+    triangles: &[Triangle],
+    atlas_maps: &[AtlasMap],
+    particles: &[Particle],
+    motions: &[Motion],
+    bins: &mut [u32],
+) {
+    for (particle, motion) in particles.iter().zip(motions) {
+        if !(windows && motion.in_flight()) {
+            bins[bin_of(windows, params, triangles, atlas_maps, particle) as usize] += 1;
+        }
+    }
+}
+
+/// Twin of `shaders/sort_scan.comp`.
+pub fn sort_scan(bins: &mut [u32]) {
+    let mut before = 0;
+    for bin in bins {
+        (*bin, before) = (before, before + *bin);
+    }
+}
+
+/// Twin of `shaders/sort_scatter.comp`; the kernel may put the particles of a bin in another order.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
+pub fn sort_scatter(
+    windows: Option<&[Window]>,
+    params: &SortCountParams,
+    triangles: &[Triangle],
+    atlas_maps: &[AtlasMap],
+    flow: &Flow,
+    bins: &mut [u32],
+    (particles, motions): (&[Particle], &[Motion]),
+    (sorted_particles, sorted_motions): (&mut [Particle], &mut [Motion]),
+) {
+    for (i, (particle, motion)) in particles.iter().zip(motions).enumerate() {
+        let mut slot = i as u32;
+        if windows.is_none() || !motion.in_flight() {
+            let bin = bin_of(windows.is_some(), params, triangles, atlas_maps, particle);
+            slot = bins[bin as usize];
+            bins[bin as usize] += 1;
+            if let Some(windows) = windows {
+                slot = Window::slot(windows[0].start, flow.leaving + slot, params.particle_count);
+            }
+        }
+        sorted_particles[slot as usize] = *particle;
+        sorted_motions[slot as usize] = *motion;
+    }
+}
