@@ -69,7 +69,13 @@ impl SortParams {
     #[must_use]
     pub fn at_end_of(settings: &Settings, setup: &Setup, step: u64) -> Option<Self> {
         let is_due = (step + 1).is_multiple_of(SORT_INTERVAL);
-        if !is_due || settings.strategy() == Strategy::Scattered {
+        is_due.then(|| Self::new(settings, setup)).flatten()
+    }
+
+    /// Those of any step, if it may sort at all.
+    #[must_use]
+    pub fn new(settings: &Settings, setup: &Setup) -> Option<Self> {
+        if settings.strategy() == Strategy::Scattered {
             return None;
         }
         let objects = setup.poses.len();

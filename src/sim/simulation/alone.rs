@@ -2,6 +2,7 @@
 
 use super::super::distance::DistancePlanner;
 use super::super::params::StepParams;
+use super::super::sorting::SortParams;
 use super::super::step::{self, Changes};
 use super::Simulation;
 use crate::error::{Error, Result};
@@ -36,7 +37,8 @@ impl Simulation {
         });
     }
 
-    /// Those of the next step, with all distances, whatever has changed: that is what can be measured alone.
+    /// Those of the next step, with all distances, whatever has changed, and with a sort: that is what can be measured
+    /// alone.
     fn params_of_all(&self) -> StepParams {
         let mut params = self.params();
         params.update_distances(
@@ -46,6 +48,7 @@ impl Simulation {
             self.step,
             &self.poses,
         );
+        params.sort = SortParams::new(&self.settings, &self.setup);
         params
     }
 
