@@ -146,10 +146,10 @@ fn report_tells_everything_about_a_run() {
             for key in ["mean_ms", "median_ms", "p95_ms", "share"] {
                 assert!(row[key].as_f64() > Some(0.0), "{key} in {row}");
             }
-            assert!(
-                row["throughput"]["per_second"].as_f64() > Some(0.0),
-                "{row}"
-            );
+            // How many are listed is known to the device alone.
+            let lists = row["name"] == "walk_sensors" || row["name"] == "update";
+            let per_second = row["throughput"]["per_second"].as_f64();
+            assert_eq!(per_second > Some(0.0), !lists, "{row}");
         }
     }
 }
