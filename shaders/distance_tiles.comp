@@ -1,8 +1,10 @@
 // distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` looks only at those; and which tiles need no look.
-// Reads   jobs, pairs, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  hints: one a tile and pair; candidates: the faces; tile_states; listed (appended) and groups.
+// Reads   jobs, pairs, moves, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
+// Writes  hints: one a tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
 // One invocation a tile of a job; jobs begin at multiples of a tile.
 // Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
+// How far such a tile may come nearer before anything changes is kept, and nothing is searched until objects have moved
+// by as much.
 // Overflow: pairs of a job beyond hint_count have no hint, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
 
 #version 460
@@ -37,11 +39,18 @@ layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
 // First those of the kernels that look at the texels of listed tiles; then how many tiles that are.
 layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; };
+// One a pair: how far places of the one object have moved in the other's space since the last update, at the most.
+layout(std430, set = 0, binding = 13) readonly buffer Moves { float moves[]; };
+// hint_count for each tile of every object: how far it is from being within reach, negative inside; 0 where it may be.
+layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };
 
 #include "sign.glsl"
 #include "distance.glsl"
 #include "jobs.glsl"
 #include "pairs.glsl"
+
+// What rounding may make of distances that are compared over many updates, in slacks.
+const float MARGIN_SLACK = 8.0;
 
 // Groups of an indirect dispatch along its first axis, at the most.
 const uint GROUPS_A_ROW = 65535u;
@@ -152,14 +161,27 @@ void main() {
         // By the other rules sides may change where there is no surface.
         bool decides = SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
         bool may_be_inside = is_closed && is_in_box(pair.first_node, place);
-        uint slot = nearest_on(pair.first_node, place, may_be_inside ? UNLIMITED : near);
+        uint kept = (job.first_tile + in_job) * params.hint_count + p;
+        float margin = margins[kept];
+        precise float left = abs(margin) - moves[job.first_pair + p];
+        bool stays = decides && left > 0.0;
+        // Beyond what is asked for, so that it need not be asked again soon.
+        float limit = may_be_inside ? UNLIMITED : decides ? near + params.reach : near;
+        uint slot = NONE;
+        if (!stays) slot = nearest_on(pair.first_node, place, limit);
         uint hint = decides ? TILE_OUTSIDE : TILE_UNKNOWN;
-        if (slot != NONE) {
+        float slack = slack_of_tree(pair.first_node);
+        if (stays) {
+            hint = margin < 0.0 ? TILE_INSIDE : TILE_OUTSIDE;
+            margin = margin < 0.0 ? -left : left;
+        } else if (slot == NONE) {
+            margin = decides ? max(params.reach - MARGIN_SLACK * slack, 0.0) : 0.0;
+        } else {
             vec4 point = nearest_on_face(slot, place);
             float distance = sqrt(point.z);
-            float slack = slack_of_tree(pair.first_node);
             precise float beyond = near + slack;
             bool searches = distance <= beyond || !decides;
+            margin = 0.0;
             if (searches) {
                 Ball ball = ball_of(pair.first_node, slot, point, place, tile);
                 uint first = end;
@@ -169,8 +191,11 @@ void main() {
             } else {
                 bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
                 hint = inside ? TILE_INSIDE : TILE_OUTSIDE;
+                margin = max(distance - beyond - MARGIN_SLACK * slack, 0.0);
+                margin = inside ? -margin : margin;
             }
         }
+        margins[kept] = margin;
         hints[i * params.hint_count + p] = hint;
         // Inside of any is inside.
         state = hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);

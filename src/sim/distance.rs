@@ -1,7 +1,7 @@
 //! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
 //! another since the last time, and only where their boxes come within reach.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3, DVec4};
 
 pub use super::samples::TILE_SAMPLES;
 use super::samples::{owned_texels, tile_of};
@@ -98,6 +98,12 @@ impl DistanceSetup {
         (threads / TILE_SAMPLES) as usize
     }
 
+    /// How many margins the tiles of all objects have, with `hint_count` of each.
+    #[must_use]
+    pub fn margins_len(&self) -> usize {
+        self.tiles.len() * self.hint_count() as usize
+    }
+
     /// How many other objects the tiles of one have hints for.
     #[must_use]
     pub fn hint_count(&self) -> u32 {
@@ -124,6 +130,9 @@ pub struct DistanceUpdate {
     /// For each pair: beyond this world length the other object's triangles tell nothing. That is reach, or as far as a
     /// place inside of it can be from all of them.
     pub farthest: Vec<f32>,
+    /// For each pair: how far places of the one object have moved in the other's space since the last update, at the most;
+    /// [`UNKNOWN_MOVE`] if that is not known.
+    pub moves: Vec<f32>,
     /// How many invocations that are.
     pub thread_count: u32,
     /// Are all distances taken, whatever was known of them?
@@ -209,11 +218,21 @@ impl DistancePlanner {
             if last.as_ref() == Some(&pairs) {
                 continue;
             }
+            let own = &setup.trees.objects[object];
+            let last_pairs = last.as_deref().unwrap_or_default();
+            let moves = pairs.iter().enumerate().map(|(p, pair)| {
+                // The kernel has kept what it knows by the place in the list.
+                let before = last_pairs.get(p).filter(|last| last.is_of_same(pair));
+                before.map_or(UNKNOWN_MOVE, |before| {
+                    most_moved(own, &before.pair, &pair.pair)
+                })
+            });
             update.add(
                 object as u32,
                 setup.ranges[object],
                 setup.first_tiles[object],
                 &pairs,
+                moves,
             );
             *last = Some(pairs);
         }
@@ -229,7 +248,14 @@ impl DistanceUpdate {
         most.map_or(0, |most| most.max(1))
     }
 
-    fn add(&mut self, object: u32, (first, end): (u32, u32), first_tile: u32, pairs: &[NearPair]) {
+    fn add(
+        &mut self,
+        object: u32,
+        (first, end): (u32, u32),
+        first_tile: u32,
+        pairs: &[NearPair],
+        moves: impl Iterator<Item = f32>,
+    ) {
         if first == end {
             return;
         }
@@ -242,6 +268,7 @@ impl DistanceUpdate {
             first_tile,
         });
         self.objects.push(object);
+        self.moves.extend(moves);
         self.pairs.extend(pairs.iter().map(|near| near.pair));
         self.farthest.extend(pairs.iter().map(|near| near.farthest));
         self.thread_count += (end - first).next_multiple_of(GROUP);
@@ -253,6 +280,36 @@ impl DistanceUpdate {
 struct NearPair {
     pair: ObjectPair,
     farthest: f32,
+}
+
+impl NearPair {
+    fn is_of_same(&self, other: &Self) -> bool {
+        self.pair.first_node == other.pair.first_node
+    }
+}
+
+/// More than any place moves.
+pub const UNKNOWN_MOVE: f32 = 1e30;
+
+/// How far places of an object move from one relative pose to another, at the most: corners of its box move farthest. A
+/// little more is for rounding.
+fn most_moved(own: &Tree, before: &ObjectPair, now: &ObjectPair) -> f32 {
+    let rows = |pair: &ObjectPair| [pair.x, pair.y, pair.z].map(|row| row.as_dvec4());
+    let (before, now) = (rows(before), rows(now));
+    let corners = (0..8).map(|k| {
+        let of =
+            |bit: u32, low: f32, high: f32| f64::from(if k >> bit & 1 == 0 { low } else { high });
+        let corner = DVec4::new(
+            of(0, own.low.x, own.high.x),
+            of(1, own.low.y, own.high.y),
+            of(2, own.low.z, own.high.z),
+            1.0,
+        );
+        let way = DVec3::from_array([0, 1, 2].map(|i| (now[i] - before[i]).dot(corner)));
+        let place = DVec3::from_array([0, 1, 2].map(|i| now[i].dot(corner)));
+        way.length() * 1.0001 + 1e-6 * place.abs().max_element()
+    });
+    corners.fold(0.0, f64::max) as f32
 }
 
 /// What is inside of a closed object comes out of it on the shorter way along the shortest side of its box, at the

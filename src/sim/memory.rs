@@ -74,13 +74,13 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + (setup.distance.hints_len() * size_of::<u32>()) as u64
         + setup.distance.tiles_len() as u64
             * (TILE_CANDIDATES as usize * size_of::<u32>() + size_of::<ListedTile>()) as u64
-        + (tiles.len() * size_of::<u32>()) as u64
+        + ((tiles.len() + setup.distance.margins_len()) * size_of::<u32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
         + size_of_val(&trees.dipoles[..]) as u64
         + size_of_val(&trees.pseudonormals[..]) as u64
         + objects * (size_of::<DistanceJob>() + size_of::<u32>()) as u64
-        + objects * (objects - 1) * PAIR
+        + objects * (objects - 1) * (PAIR + size_of::<f32>() as u64)
 }
 
 /// How many particles one buffer of the device holds.

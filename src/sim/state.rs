@@ -264,6 +264,8 @@ pub struct State {
     pub candidates: Buffer<u32>,
     /// One a tile of `tiles`: what all its texels are, if anything.
     pub tile_states: Buffer<u32>,
+    /// As many a tile as it has hints: how far it is from being within reach of the other object.
+    pub margins: Buffer<f32>,
     /// The tiles whose texels are looked at.
     pub listed_tiles: Buffer<ListedTile>,
     /// What the kernels that look at texels read.
@@ -292,6 +294,8 @@ pub struct State {
     pub distance_jobs: Buffer<DistanceJob>,
     /// Which others they have within reach.
     pub distance_pairs: Buffer<ObjectPair>,
+    /// How far each pair has moved since the last time.
+    pub distance_moves: Buffer<f32>,
     /// What `distance_raster` draws, and what it draws into, where that is the method.
     pub raster: Option<Raster>,
 }
@@ -385,6 +389,8 @@ impl State {
             hints,
             candidates,
             tile_states: Buffer::zeroed(ctx, "tile_states", setup.distance.tiles.len())?,
+            margins: Buffer::zeroed(ctx, "margins", setup.distance.margins_len())?,
+            distance_moves: Buffer::zeroed(ctx, "distance_moves", objects * (objects - 1))?,
             listed_tiles,
             tile_groups: Buffer::zeroed(ctx, "tile_groups", 2)?,
             faces: Texels::new(

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod depths;
+mod margins;
 mod raster;
 mod reference;
 mod trees;

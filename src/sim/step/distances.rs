@@ -30,7 +30,12 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     }
     rec.update_long(&s.distance_jobs, &update.jobs);
     rec.update_long(&s.distance_pairs, &update.pairs);
-    rec.barrier(Copy, Kernel, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.update_long(&s.distance_moves, &update.moves);
+    rec.barrier(
+        Copy,
+        Kernel,
+        &[&s.distance_jobs, &s.distance_pairs, &s.distance_moves],
+    );
     match params.distance_method {
         DistanceMethod::Bvh => {
             rec.update_long(&s.tile_groups, &NO_TILES);
@@ -52,6 +57,8 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     tile_states: &s.tile_states,
                     listed: &s.listed_tiles,
                     groups: &s.tile_groups,
+                    moves: &s.distance_moves,
+                    margins: &s.margins,
                 },
                 params.distance_tiles,
             );
@@ -63,6 +70,7 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     &s.hints,
                     &s.candidates,
                     &s.tile_states,
+                    &s.margins,
                     &s.listed_tiles,
                     &s.tile_groups,
                 ],
@@ -117,7 +125,11 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     }
     // Gutter texels are filled from those that were written; the next update writes other jobs.
     rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
-    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.barrier(
+        Kernel,
+        Copy,
+        &[&s.distance_jobs, &s.distance_pairs, &s.distance_moves],
+    );
     rec.dispatch(
         &k.exchange_seams,
         Threads(params.exchange_seams.seam_count),
@@ -175,7 +187,11 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             &s.listed_tiles,
         ],
     );
-    rec.barrier(Kernel, Copy, &[&s.distance_jobs, &s.distance_pairs]);
+    rec.barrier(
+        Kernel,
+        Copy,
+        &[&s.distance_jobs, &s.distance_pairs, &s.distance_moves],
+    );
 }
 
 /// In each round every job has one of its pairs: what is nearest on the other object is drawn, and counts if it is less

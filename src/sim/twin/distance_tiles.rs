@@ -19,6 +19,9 @@ use crate::sim::types::{ListedTile, ObjectPair, SampleTile};
 /// What rounding may make of a length, by the largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
+/// What rounding may make of distances that are compared over many updates, in slacks.
+const MARGIN_SLACK: f32 = 8.0;
+
 /// What `distance` is told of tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileLooks {
@@ -40,13 +43,16 @@ struct Ball {
     farthest: f32,
 }
 
-/// Looks at all tiles of the jobs. `states` say what all texels of a tile are, if anything.
+/// Looks at all tiles of the jobs. `states` say what all texels of a tile are, if anything; `margins` how far each is from
+/// being within reach of each pair's other object, of which places have come nearer by up to `moves`.
 #[must_use]
 pub fn distance_tiles(
     constants: &DistanceTilesConstants,
     params: &DistanceTilesParams,
     inputs: &DistanceInputs,
+    moves: &[f32],
     states: &mut [u32],
+    margins: &mut [f32],
 ) -> TileLooks {
     let sides = inputs.sides(params.first_vertex_normal);
     let mut looks = TileLooks {
@@ -76,15 +82,32 @@ pub fn distance_tiles(
             let is_closed = pair.is_closed == 1;
             let decides = constants.sign_rule == SignRule::Pseudonormal as u32 || !is_closed;
             let may_be_inside = is_closed && is_in_box(inputs.nodes, pair.first_node, place);
-            let reach = if may_be_inside { UNLIMITED } else { near };
+            let margin = &mut margins[((job.first_tile + in_job) * params.hint_count + p) as usize];
+            let left = margin.abs() - moves[(job.first_pair + p) as usize];
+            let root = &inputs.nodes[pair.first_node as usize];
+            let slack = slack_of(root);
+            let reach = if may_be_inside {
+                UNLIMITED
+            } else if decides {
+                near + params.reach
+            } else {
+                near
+            };
             let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
             let mut hint = if decides { TILE_OUTSIDE } else { TILE_UNKNOWN };
-            if slot != NONE {
+            if decides && left > 0.0 {
+                let inside = *margin < 0.0;
+                hint = if inside { TILE_INSIDE } else { TILE_OUTSIDE };
+                *margin = if inside { -left } else { left };
+            } else if slot == NONE {
+                let rest = params.reach - MARGIN_SLACK * slack;
+                *margin = if decides { rest.max(0.0) } else { 0.0 };
+            } else {
                 let face = &inputs.faces[slot as usize];
                 let point = nearest_on_face(face, place);
                 let distance = point.square.sqrt();
-                let root = &inputs.nodes[pair.first_node as usize];
-                let beyond = near + slack_of(root);
+                let beyond = near + slack;
+                *margin = 0.0;
                 let searches = distance <= beyond || !decides;
                 let outside = || {
                     let (rule, root) = (constants.sign_rule, pair.first_node);
@@ -100,10 +123,11 @@ pub fn distance_tiles(
                         candidates.truncate(first);
                         slot
                     }
-                } else if is_closed && !outside() {
-                    TILE_INSIDE
                 } else {
-                    TILE_OUTSIDE
+                    let inside = is_closed && !outside();
+                    let rest = (distance - beyond - MARGIN_SLACK * slack).max(0.0);
+                    *margin = if inside { -rest } else { rest };
+                    if inside { TILE_INSIDE } else { TILE_OUTSIDE }
                 };
             }
             looks.hints[(i * params.hint_count + p) as usize] = hint;

@@ -81,6 +81,7 @@ pub struct Simulation {
     nearest: Vec<u32>,
     planner: DistancePlanner,
     tile_states: Vec<u32>,
+    margins: Vec<f32>,
     transfers: TwinTransfers,
     step: u64,
 }
@@ -98,6 +99,7 @@ impl Simulation {
         );
         let poses = setup.poses.clone();
         let tile_states = vec![0; setup.distance.tiles.len()];
+        let margins = vec![0.0; setup.distance.margins_len()];
         Self {
             transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
             particles: start.particles,
@@ -117,6 +119,7 @@ impl Simulation {
             across_triangles: vec![NONE; texels],
             planner: DistancePlanner::default(),
             tile_states,
+            margins,
             step: 0,
         }
     }
@@ -217,7 +220,9 @@ impl Simulation {
                     &constants.distance_tiles,
                     &params.distance_tiles,
                     &inputs,
+                    &params.distance_update.moves,
                     &mut self.tile_states,
+                    &mut self.margins,
                 );
                 distance(
                     &constants.distance,

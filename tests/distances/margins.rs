@@ -1,0 +1,66 @@
+//! What tiles remember from update to update: it saves searches and changes nothing.
+
+use myxo::scene::settings::SignRule;
+use myxo::sim::{Setup, Simulation, twin};
+
+use crate::common::{TRIO, gpu, scene_of_several};
+
+/// Objects that come and go: in every step the distances are those of somebody who remembers nothing.
+#[test]
+fn tiles_remember_how_far_they_are_and_nothing_changes() {
+    let Some(gpu) = gpu() else { return };
+    for sign in [SignRule::Pseudonormal, SignRule::Winding] {
+        let scene = scene_of_several(&TRIO, |s| {
+            s.particles.count = 100;
+            s.atlas.size = 160;
+            s.distance.reach = 0.08;
+            s.distance.sign = sign;
+            s.objects[0].motion.spin = [10.0, 40.0, 0.0];
+            s.objects[1].motion.swing = [0.0, 0.0, 20.0];
+            s.objects[1].motion.swing_period = 1.0;
+            s.objects[2].motion.slide = [0.8, 0.3, 0.0];
+            s.objects[2].motion.slide_period = 1.2;
+        });
+        let mut remembers = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let mut forgets = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut twin = twin::Simulation::new(setup, scene.settings.clone());
+        let (mut kept, mut near) = (0, 0);
+        for step in 0..48 {
+            let state = remembers.snapshot().unwrap();
+            gpu.run(|rec| remembers.record_step(rec));
+            twin.step();
+            let margins = gpu.ctx.download(&remembers.state().margins).unwrap();
+            kept += margins.iter().filter(|margin| **margin != 0.0).count();
+            near += margins.iter().filter(|margin| **margin == 0.0).count();
+            if step % 5 != 4 {
+                continue;
+            }
+            forgets.restore(&state).unwrap();
+            gpu.run(|rec| forgets.record_step(rec));
+            let fields = |simulation: &Simulation| {
+                let state = simulation.state();
+                let distances: Vec<f32> = gpu.ctx.download(&state.distances).unwrap();
+                (distances, gpu.ctx.download(&state.nearest).unwrap())
+            };
+            let (distances, nearest) = fields(&remembers);
+            assert!(
+                fields(&forgets) == (distances.clone(), nearest),
+                "{sign:?}, step {step}"
+            );
+            let off = distances
+                .iter()
+                .zip(twin.distances().0)
+                .map(|(a, b)| (a - b).abs());
+            let most = off.fold(0.0, f32::max);
+            assert!(most < 1e-4, "{sign:?}, step {step}: off by {most}");
+        }
+        // By the other rules sides of closed objects may change where there is no surface: nothing is kept of them.
+        let keeps = sign == SignRule::Pseudonormal;
+        assert!(
+            near > 100 && (kept > 1000) == keeps && (kept == 0) != keeps,
+            "{sign:?}: {kept}, {near}"
+        );
+    }
+    gpu.finish();
+}
