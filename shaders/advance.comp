@@ -7,6 +7,7 @@
 // branch would pay for the walk of each particle otherwise. Or there is one form in which all sensors walk.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
+// walkers has room for every particle, and each is listed at most once.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
