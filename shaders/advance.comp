@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   triangles, halfedges, atlas_maps, trail (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
+// Reads   strips, trail (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers and walker_groups.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // In two forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
@@ -73,9 +73,7 @@ layout(std430, set = 0, binding = 0) writeonly buffer Particles { Particle parti
 layout(std430, set = 0, binding = 1) writeonly buffer Motions { Motion motions[]; };
 layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;
 layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;
-layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 3) uniform usamplerBuffer halfedges;
-layout(set = 0, binding = 4) uniform samplerBuffer atlas_maps;
+layout(set = 0, binding = 2) uniform usamplerBuffer strips;
 layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits;
 layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
@@ -95,8 +93,7 @@ layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
 layout(std430, set = 0, binding = 19) buffer Walkers { uint walkers[]; };
 layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };
 
-const bool WALK_CARRIES = false;
-#include "walk.glsl"
+#include "strip.glsl"
 #include "trail.glsl"
 #include "distances.glsl"
 #include "across.glsl"
@@ -117,7 +114,7 @@ float own_distance_weight;
 #define OF_OBJECT(field) (OWN_PHYSARUM ? physarums[object].field : params.field)
 
 void take_physarum(uint triangle) {
-    uint object = OWN_PHYSARUM ? texelFetch(triangles, int(triangle)).w : 0u;
+    uint object = OWN_PHYSARUM ? shape_words(triangle).w : 0u;
     own_speed = OF_OBJECT(speed);
     own_sensor_offset = OF_OBJECT(sensor_offset);
     own_sensor_cos = OF_OBJECT(sensor_cos);
@@ -141,20 +138,12 @@ Motion motion_at(uint slot) {
     return Motion(uintBitsToFloat(words.x), uintBitsToFloat(words.y), uintBitsToFloat(words.z), words.w);
 }
 
-// A map is three texels of two words.
-AtlasMap atlas_map_of(uint triangle) {
-    return AtlasMap(
-        texelFetch(atlas_maps, int(3u * triangle)).xy,
-        texelFetch(atlas_maps, int(3u * triangle + 1u)).xy,
-        texelFetch(atlas_maps, int(3u * triangle + 2u)).xy);
-}
-
 // What rounding may make of a distance.
 const float ROUNDING = 1.0e-6;
 
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
-    vec4 row = poses[texelFetch(triangles, int(triangle)).w].y;
+    vec4 row = poses[shape_words(triangle).w].y;
     precise float a = dot(row, vec4(vertices[corners[3u * triangle]].position, 1.0));
     precise float b = dot(row, vec4(vertices[corners[3u * triangle + 1u]].position, 1.0));
     precise float c = dot(row, vec4(vertices[corners[3u * triangle + 2u]].position, 1.0));
@@ -163,9 +152,8 @@ float height_at(uint triangle, float u, float v) {
 }
 
 // Where a walk has come to in the atlas.
-vec2 walker_position(Walker w) {
-    vec2 uv = walker_uv(w);
-    return atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
+vec2 walked_position(StripWalk w) {
+    return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
 }
 
 // What a sensor reads at a place. From one that is itself covered, no other object is seen.
@@ -196,14 +184,11 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
 }
 
 // What a sensor reads at the end of its walk.
-float sensed_by_walking(Walker start, vec2 heading, bool from_open) {
-    Walker w = start;
-    w.heading_p = heading.x;
-    w.heading_h = heading.y;
+float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
+    w.heading = heading;
     w.remaining = own_sensor_offset;
-    walk(w, params.attempts, BORDER_REFLECTS);
-    vec2 uv = walker_uv(w);
-    return sensed_at(atlas_position(atlas_map_of(w.triangle), uv.x, uv.y), w.triangle, uv, from_open);
+    walk_strip(w, params.attempts, BORDER_REFLECTS);
+    return sensed_at(walked_position(w), w.triangle, vec2(w.u, w.v), from_open);
 }
 
 // The way of a sensor in the atlas, texels.
@@ -214,7 +199,7 @@ vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
 
 // Texels for a world unit along the two axes of a triangle's frame.
 mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
-    vec3 shape = uintBitsToFloat(texelFetch(triangles, int(triangle)).xyz);
+    vec3 shape = uintBitsToFloat(shape_words(triangle).xyz);
     precise vec2 p = map.du / shape.x;
     precise vec2 h = (map.dv - shape.y * p) / shape.z;
     return mat2(p, h);
@@ -281,7 +266,7 @@ void main() {
     uint flags = motion.flags;
     if (TURNS) {
         uint stamp = (params.time_step + 1u) << 1u;
-        bool of_another = texelFetch(triangles, int(particle.triangle)).w != params.object;
+        bool of_another = shape_words(particle.triangle).w != params.object;
         if (WINDOWS) of_another = false;
         if (of_another || flags == stamp || (flags & IN_FLIGHT) != 0u) return;
         flags = stamp;
@@ -309,16 +294,15 @@ void main() {
         }
     }
 
-    Walker w = walker_at(particle.triangle, particle.u, particle.v, heading, motion.pending);
+    StripWalk w = StripWalk(particle.triangle, particle.u, particle.v, heading, motion.pending, WALK_DONE);
     float pending = 0.0;
     if (SENSING != SENSORS_STRAIGHT && motion.pending > 0.0) {
-        walk(w, params.attempts, BORDER_REFLECTS);
+        walk_strip(w, params.attempts, BORDER_REFLECTS);
         pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
-        heading = walker_heading(w);
+        heading = w.heading;
     }
 
-    w.entered_by = NONE;
-    bool from_open = ACROSS && distances_of(texel_at(walker_position(w), params.pitch)) >= params.transfer_threshold;
+    bool from_open = ACROSS && distances_of(texel_at(walked_position(w), params.pitch)) >= params.transfer_threshold;
     vec3 value;
     if (SENSING == SENSORS_STRAIGHT) {
         // Where there is gravity, sensors walk: only then a triangle is asked for.
@@ -340,16 +324,13 @@ void main() {
         heading = rotated(heading, left == right ? 1.0 : own_rotation_cos, sign(left - right) * own_rotation_sin);
     }
 
-    w.heading_p = heading.x;
-    w.heading_h = heading.y;
+    w.heading = heading;
     w.remaining = own_speed;
-    walk(w, params.attempts, BORDER_REFLECTS);
+    walk_strip(w, params.attempts, BORDER_REFLECTS);
     pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
 
-    vec2 uv = walker_uv(w);
-    heading = walker_heading(w);
-    particles[i] = Particle(w.triangle, uv.x, uv.y, particle.id);
-    vec2 position = atlas_position(atlas_map_of(w.triangle), uv.x, uv.y);
+    particles[i] = Particle(w.triangle, w.u, w.v, particle.id);
+    vec2 position = walked_position(w);
     atomicAdd(deposits[texel_at(position, params.pitch)], 1u);
     if (SELECTS) {
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
@@ -365,5 +346,5 @@ void main() {
             }
         }
     }
-    motions[i] = Motion(heading.x, heading.y, min(pending, own_speed), flags);
+    motions[i] = Motion(w.heading.x, w.heading.y, min(pending, own_speed), flags);
 }

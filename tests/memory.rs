@@ -36,6 +36,7 @@ fn the_sum_is_that_of_the_buffers() {
         + s.physarums.size_in_bytes();
     let tables = size_of_val(&setup.surface.triangles[..])
         + size_of_val(&setup.surface.halfedges[..])
+        + size_of_val(&setup.strips[..])
         + size_of_val(&setup.atlas.blocks[..])
         + size_of_val(&setup.clearance[..])
         + size_of_val(&setup.atlas.exchange.rows[..])

@@ -33,9 +33,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
         ..bytemuck::Zeroable::zeroed()
     };
     let inputs = AdvanceInputs {
-        triangles: &setup.surface.triangles,
-        halfedges: &setup.surface.halfedges,
-        atlas_maps: &setup.atlas.maps,
+        strips: &setup.strips,
         clearance: &setup.clearance,
         corners: &setup.corners,
         vertices: &setup.vertices,
@@ -61,7 +59,13 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
             let [u, v] = [particle.u, particle.v];
             let mut w = Walker::at(particle.triangle, u, v, heading, params.sensor_offset);
             w.entered_by = NONE;
-            walk::<false>(inputs.triangles, inputs.halfedges, &mut w, 64, true);
+            walk::<false>(
+                &setup.surface.triangles,
+                &setup.surface.halfedges,
+                &mut w,
+                64,
+                true,
+            );
             let [u, v] = w.uv();
             let chart = |triangle: u32| setup.atlas.chart[triangle as usize];
             // Clear lines end in the chart that they begin in, and so do the walks that they stand for.

@@ -30,6 +30,7 @@ pub mod primitive;
 mod random_files;
 mod report;
 mod soup;
+pub mod strip;
 #[doc(hidden)]
 pub mod suite;
 pub mod surface;

@@ -13,6 +13,7 @@ use super::types::{
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, DispatchGroups};
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE};
+use crate::mesh::strip::StripTriangle;
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::Settings;
@@ -107,9 +108,9 @@ pub fn largest_atlas(device: &DeviceInfo) -> u64 {
 #[must_use]
 pub fn most_triangles(device: &DeviceInfo) -> u64 {
     let bytes = largest_buffer(device).0;
-    // Half-edges are read as texels of 16 bytes.
+    // What lies behind edges is the largest table, read as texels of 16 bytes.
     let texels = u64::from(device.max_texel_buffer_elements);
-    (bytes / (3 * HALFEDGE)).min(texels * 16 / (3 * HALFEDGE))
+    (bytes / STRIP).min(texels * 16 / STRIP)
 }
 
 /// How many objects there may be so that one buffer of the device holds all pairs of them.
@@ -158,7 +159,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
         problems.push(format!(
             "the meshes have {} triangles, which take {}, and {holds}: use at most {}",
             number(triangles),
-            human(triangles * 3 * HALFEDGE),
+            human(triangles * STRIP),
             number(most)
         ));
     }
@@ -295,6 +296,7 @@ const ROW: u64 = size_of::<ExchangeRow>() as u64;
 const ENTRY: u64 = size_of::<ExchangeEntry>() as u64;
 const PAIR: u64 = size_of::<ObjectPair>() as u64;
 const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
+const STRIP: u64 = size_of::<StripTriangle>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
 /// Particles and motions twice, because they are sorted into other buffers.
@@ -309,7 +311,7 @@ fn texel_bytes(count: u64) -> u64 {
 
 fn triangle_bytes(count: u64) -> u64 {
     let corners = 3 * size_of::<u32>();
-    let each = size_of::<Triangle>() + size_of::<AtlasMap>() + corners;
+    let each = size_of::<Triangle>() + size_of::<AtlasMap>() + size_of::<StripTriangle>() + corners;
     count * (each as u64 + 3 * HALFEDGE)
 }
 

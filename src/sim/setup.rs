@@ -10,6 +10,7 @@ use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::RigidTrack;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
+use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
 use crate::scene::settings::{self, Settings, Start};
@@ -27,6 +28,8 @@ pub struct Setup {
     pub motions: Vec<Motion>,
     /// Per texel: how many texels far straight lines stay on the surface around.
     pub clearance: Vec<u8>,
+    /// What walks ask for, triangle by triangle.
+    pub strips: Vec<StripTriangle>,
     /// Three vertex indices a triangle.
     pub corners: Vec<u32>,
     /// Object space.
@@ -65,6 +68,7 @@ impl Setup {
         );
         Ok(Self {
             clearance: atlas.clearances(&scene.surface),
+            strips: scene.surface.strips(&atlas.maps),
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
             poses: scene

@@ -227,6 +227,8 @@ pub struct State {
     pub triangles: Texels<u32>,
     /// Three a triangle: its crossings.
     pub halfedges: Texels<u32>,
+    /// What walks ask for, triangle by triangle.
+    pub strips: Texels<u32>,
     /// One a triangle: its place in the atlas.
     pub atlas_maps: Buffer<AtlasMap>,
     /// The same, three texels each.
@@ -371,6 +373,7 @@ impl State {
                 &Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
                 4,
             )?,
+            strips: Texels::new(&Buffer::from_slice(ctx, "strips", &setup.strips)?, 4)?,
             atlas_map_views: Texels::new(&atlas_maps, 2)?,
             atlas_maps,
             clearance: Texels::new(&Buffer::from_slice(ctx, "clearance", &clearance)?, 1)?,

@@ -125,9 +125,7 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
     let args = |walker_groups: &'s _| AdvanceArgs {
         particles: &s.particles,
         motions: &s.motions,
-        triangles: &s.triangles,
-        halfedges: &s.halfedges,
-        atlas_maps: &s.atlas_map_views,
+        strips: &s.strips,
         trail: &s.trail.front_views.texels,
         previous_deposits: &s.deposits.back_views.texels,
         deposits: &s.deposits.front,

@@ -1,24 +1,22 @@
 //! Twin of `shaders/advance.comp`.
 
+use super::strip::StripWalk;
 use super::trail::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
-use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
-use crate::mesh::surface::{AtlasMap, HalfEdge, NONE, Triangle};
+use super::walk::WALK_DONE;
+use crate::mesh::strip::StripTriangle;
+use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::params::SENSORS_STRAIGHT;
-use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Walker, Window};
+use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Window};
 
 /// What rounding may make of a distance.
 const ROUNDING: f32 = 1e-6;
 
 /// What `advance` reads.
 pub struct AdvanceInputs<'a> {
-    /// Tangent-frame shapes.
-    pub triangles: &'a [Triangle],
-    /// Crossings.
-    pub halfedges: &'a [HalfEdge],
-    /// Triangle to atlas.
-    pub atlas_maps: &'a [AtlasMap],
+    /// Triangles, what lies behind their edges, and where they lie in the atlas.
+    pub strips: &'a [StripTriangle],
     /// Trail with filled gutters.
     pub trail: &'a [f32],
     /// Last step's deposits.
@@ -39,6 +37,16 @@ pub struct AdvanceInputs<'a> {
     pub across: &'a [u32],
     /// On which triangle that is.
     pub across_triangles: &'a [u32],
+}
+
+impl AdvanceInputs<'_> {
+    fn map_of(&self, triangle: u32) -> &AtlasMap {
+        &self.strips[triangle as usize].map
+    }
+
+    fn position_of(&self, triangle: u32, [u, v]: [f32; 2]) -> [f32; 2] {
+        atlas_position(self.map_of(triangle), u, v)
+    }
 }
 
 /// Where `advance` finds the particles of a turn, and lists those that it selects.
@@ -78,7 +86,7 @@ pub fn advance(
         let mut flags = motion.flags;
         if constants.turns {
             let stamp = params.time_step.wrapping_add(1) << 1;
-            let object = inputs.triangles[particle.triangle as usize].object;
+            let object = inputs.strips[particle.triangle as usize].shape.object;
             let of_another = !constants.windows && object != params.object;
             if of_another || flags == stamp || motion.in_flight() {
                 continue;
@@ -88,33 +96,22 @@ pub fn advance(
         let own = physarum_on(constants, params, inputs, particle.triangle);
 
         let mut heading = [motion.heading_p, motion.heading_h];
-        let mut w = Walker::at(
-            particle.triangle,
-            particle.u,
-            particle.v,
+        let mut w = StripWalk {
+            triangle: particle.triangle,
+            u: particle.u,
+            v: particle.v,
             heading,
-            motion.pending,
-        );
+            remaining: motion.pending,
+            status: WALK_DONE,
+        };
         let mut pending = 0.0;
         if motion.pending > 0.0 {
-            walk::<false>(
-                inputs.triangles,
-                inputs.halfedges,
-                &mut w,
-                params.attempts,
-                constants.border_reflects,
-            );
-            pending = if w.status == WALK_OUT_OF_ATTEMPTS {
-                w.remaining
-            } else {
-                0.0
-            };
-            heading = w.heading();
+            w.walk(inputs.strips, params.attempts, constants.border_reflects);
+            pending = w.pending();
+            heading = w.heading;
         }
 
-        w.entered_by = NONE;
-        let [u, v] = w.uv();
-        let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+        let position = inputs.position_of(w.triangle, [w.u, w.v]);
         let from_open = constants.across
             && inputs.distances[texel_at(position, params.pitch) as usize]
                 >= params.transfer_threshold;
@@ -171,35 +168,21 @@ pub fn advance(
                 .min((left - right).abs()),
         );
 
-        w.heading_p = heading[0];
-        w.heading_h = heading[1];
+        w.heading = heading;
         w.remaining = own.speed;
-        walk::<false>(
-            inputs.triangles,
-            inputs.halfedges,
-            &mut w,
-            params.attempts,
-            constants.border_reflects,
-        );
-        pending += if w.status == WALK_OUT_OF_ATTEMPTS {
-            w.remaining
-        } else {
-            0.0
-        };
+        w.walk(inputs.strips, params.attempts, constants.border_reflects);
+        pending += w.pending();
 
-        let [u, v] = w.uv();
-        let heading = w.heading();
         particles[i] = Particle {
             triangle: w.triangle,
-            u,
-            v,
+            u: w.u,
+            v: w.v,
             id: particle.id,
         };
-        let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+        let position = inputs.position_of(w.triangle, [w.u, w.v]);
         deposits[texel_at(position, params.pitch) as usize] += 1;
         if constants.selects {
-            let map = &inputs.atlas_maps[particle.triangle as usize];
-            let previous = atlas_position(map, particle.u, particle.v);
+            let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
             let now = trail_at(inputs.distances, position, params.pitch);
             let before = trail_at(inputs.distances, previous, params.pitch);
             let less = before - ROUNDING * before.abs();
@@ -212,8 +195,8 @@ pub fn advance(
             }
         }
         motions[i] = Motion {
-            heading_p: heading[0],
-            heading_h: heading[1],
+            heading_p: w.heading[0],
+            heading_h: w.heading[1],
             pending: pending.min(own.speed),
             flags,
         };
@@ -230,8 +213,8 @@ pub fn straight_places(
     particle: &Particle,
     towards: [[f32; 2]; 3],
 ) -> Option<[[f32; 2]; 3]> {
-    let map = &inputs.atlas_maps[particle.triangle as usize];
-    let Triangle { ab, cp, ch, .. } = inputs.triangles[particle.triangle as usize];
+    let StripTriangle { shape, map, .. } = &inputs.strips[particle.triangle as usize];
+    let Triangle { ab, cp, ch, .. } = *shape;
     let from = atlas_position(map, particle.u, particle.v);
     let p = map.du / ab;
     let h = (map.dv - cp * p) / ch;
@@ -253,30 +236,21 @@ fn sensed_by_walking(
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
     own: &Physarum,
-    start: Walker,
+    mut w: StripWalk,
     heading: [f32; 2],
     from_open: bool,
 ) -> f32 {
-    let mut w = start;
-    w.heading_p = heading[0];
-    w.heading_h = heading[1];
+    w.heading = heading;
     w.remaining = own.sensor_offset;
-    walk::<false>(
-        inputs.triangles,
-        inputs.halfedges,
-        &mut w,
-        params.attempts,
-        constants.border_reflects,
-    );
-    let [u, v] = w.uv();
-    let position = atlas_position(&inputs.atlas_maps[w.triangle as usize], u, v);
+    w.walk(inputs.strips, params.attempts, constants.border_reflects);
+    let position = inputs.position_of(w.triangle, [w.u, w.v]);
     sensed_at(
         constants,
         params,
         inputs,
         own,
         position,
-        (w.triangle, [u, v]),
+        (w.triangle, [w.u, w.v]),
         from_open,
     )
 }
@@ -303,7 +277,7 @@ fn sensed_at(
             position = unpacked_position(beyond, params.pitch);
             if constants.gravity {
                 triangle = inputs.across_triangles[texel];
-                [u, v] = weights_at(&inputs.atlas_maps[triangle as usize], position);
+                [u, v] = weights_at(inputs.map_of(triangle), position);
             }
         }
     }
@@ -332,7 +306,7 @@ fn physarum_on(
     triangle: u32,
 ) -> Physarum {
     if constants.own_physarum {
-        return inputs.physarums[inputs.triangles[triangle as usize].object as usize];
+        return inputs.physarums[inputs.strips[triangle as usize].shape.object as usize];
     }
     Physarum {
         speed: params.speed,
@@ -352,7 +326,7 @@ fn physarum_on(
 
 /// Height of a point along the scene's up axis, world units.
 fn height_at(inputs: &AdvanceInputs, triangle: u32, u: f32, v: f32) -> f32 {
-    let row = inputs.poses[inputs.triangles[triangle as usize].object as usize].y;
+    let row = inputs.poses[inputs.strips[triangle as usize].shape.object as usize].y;
     let height_of = |corner: u32| {
         let vertex = inputs.corners[(3 * triangle + corner) as usize];
         row.dot(inputs.vertices[vertex as usize].position.extend(1.0))

@@ -20,6 +20,7 @@ mod respawn;
 pub mod ring;
 pub mod sign;
 pub mod sort;
+pub mod strip;
 pub mod trail;
 pub mod transfer;
 pub mod transfer_queries;

@@ -78,9 +78,7 @@ impl Simulation {
             &constants.advance,
             &turn.advance,
             &AdvanceInputs {
-                triangles: &self.setup.surface.triangles,
-                halfedges: &self.setup.surface.halfedges,
-                atlas_maps: &self.setup.atlas.maps,
+                strips: &self.setup.strips,
                 trail: &self.trail,
                 previous_deposits: &self.previous_deposits,
                 clearance: &self.setup.clearance,

@@ -1,0 +1,147 @@
+// strip: a straight walk through a strip of triangles. Twin of src/sim/twin/strip.rs.
+// The strip is laid out flat as it goes, as seen from the start: x along the way, y to the left of it. So there is one look
+// an edge, and the heading turns once, at the end. Each walk begins in its triangle's own frame, so nothing adds up.
+// The includer declares `strips` first: a texel buffer of six times four words a triangle: three edges, the shape, and two
+// with its map to the atlas.
+
+#ifndef MYXO_STRIP
+#define MYXO_STRIP
+
+const uint WALK_DONE = 0u;
+const uint WALK_BORDER = 1u;
+const uint WALK_OUT_OF_ATTEMPTS = 2u;
+
+// Nothing is divided by less.
+const float TINY = 1.0e-30;
+
+struct StripWalk {
+    uint triangle;
+    float u;
+    float v;
+    vec2 heading;     // in the triangle's frame, unit length
+    float remaining;  // world length still to walk
+    uint status;
+};
+
+// The words of an edge, by four times its triangle plus its corner.
+uvec4 edge_words(uint edge) {
+    return texelFetch(strips, int(6u * (edge >> 2u) + (edge & 3u)));
+}
+
+// The shape, as float bits, and the object.
+uvec4 shape_words(uint triangle) {
+    return texelFetch(strips, int(6u * triangle + 3u));
+}
+
+AtlasMap atlas_map_of(uint triangle) {
+    vec4 first = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 4u)));
+    vec4 second = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 5u)));
+    return AtlasMap(first.xy, first.zw, second.xy);
+}
+
+vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
+    precise vec2 way = vec2(x - point.x, y - point.y);
+    precise vec2 seen = vec2(way.x * heading.x + way.y * heading.y, way.y * heading.x - way.x * heading.y);
+    return seen;
+}
+
+float cross_of(vec2 a, vec2 b) {
+    precise float area = a.x * b.y - a.y * b.x;
+    return area;
+}
+
+// Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
+// One way through the loop and one way out: devices that run both sides of every branch pay for each of them.
+void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
+    vec3 shape = uintBitsToFloat(shape_words(w.triangle).xyz);
+    precise vec2 point = vec2(w.u * shape.x + w.v * shape.y, w.v * shape.z);
+    vec2 a = seen_from(point, 0.0, 0.0, w.heading);
+    vec2 b = seen_from(point, shape.x, 0.0, w.heading);
+    vec2 c = seen_from(point, shape.y, shape.z, w.heading);
+    // The edge ahead begins on the right and ends on the left.
+    bool is_ab = a.y <= 0.0 && b.y > 0.0;
+    bool is_bc = b.y <= 0.0 && c.y > 0.0;
+    vec2 right = is_ab ? a : is_bc ? b : c;
+    vec2 left = is_ab ? b : is_bc ? c : a;
+    vec2 third = is_ab ? c : is_bc ? a : b;
+    uint edge = 4u * w.triangle + (is_ab ? 0u : is_bc ? 1u : 2u);
+    bool stays = true;
+    bool mirrored = false;
+    bool crosses = true;
+    bool ends = false;
+    bool at_border = false;
+    float end = 0.0;
+    while (crosses) {
+        uvec4 words = edge_words(edge);
+        precise float part = clamp(-right.y / max(left.y - right.y, TINY), 0.0, 1.0);
+        precise float ahead = right.x + part * (left.x - right.x);
+        ends = ahead >= w.remaining;
+        end = ends ? w.remaining : max(ahead, 0.0);
+        at_border = words.x == NONE;
+        crosses = !(ends || attempts == 0u || (at_border && !reflects));
+        // Behind a border lies the triangle itself, mirrored, where left and right are exchanged.
+        bool over = at_border != mirrored;
+        vec2 start = over ? right : left;
+        vec2 stop = over ? left : right;
+        precise vec2 way = stop - start;
+        float along = uintBitsToFloat(words.y);
+        float off = over ? -uintBitsToFloat(words.z) : uintBitsToFloat(words.z);
+        precise vec2 apex = vec2(
+            start.x + (along * way.x - off * way.y),
+            start.y + (along * way.y + off * way.x));
+        bool turns_right = apex.y > 0.0;
+        uint entered = at_border ? edge : words.x;
+        uint corner = entered & 3u;
+        uint after = corner == 2u ? 0u : corner + 1u;
+        uint before = corner == 0u ? 2u : corner - 1u;
+        uint next = turns_right == over ? before : after;
+        third = !crosses ? third : turns_right ? left : right;
+        left = crosses && turns_right ? apex : left;
+        right = crosses && !turns_right ? apex : right;
+        edge = crosses ? (entered & ~3u) + next : edge;
+        mirrored = crosses ? over : mirrored;
+        stays = stays && !crosses;
+        attempts -= 1u;
+    }
+
+    // In the triangle that it began in, a walk is the same whatever lies around.
+    precise float rate_v = w.heading.y / shape.z;
+    precise float rate_u = (w.heading.x - rate_v * shape.y) / shape.x;
+    precise float near_u = w.u + rate_u * end;
+    precise float near_v = w.v + rate_v * end;
+
+    vec2 start = mirrored ? left : right;
+    precise vec2 stop = (mirrored ? right : left) - start;
+    precise vec2 apex = third - start;
+    precise vec2 place = vec2(end, 0.0) - start;
+    float area = cross_of(stop, apex);
+    area = abs(area) > TINY ? area : TINY;
+    precise float of_stop = cross_of(place, apex) / area;
+    precise float of_third = cross_of(stop, place) / area;
+    precise float of_start = (1.0 - of_stop) - of_third;
+    uint corner = edge & 3u;
+    float u = stays ? near_u : corner == 0u ? of_stop : corner == 1u ? of_start : of_third;
+    float v = stays ? near_v : corner == 0u ? of_third : corner == 1u ? of_stop : of_start;
+    u = clamp(u, 0.0, 1.0);
+    precise float most = 1.0 - u;
+
+    // The way as seen from the last triangle, whose corners A and B lie in the strip.
+    precise vec2 ab = corner == 0u ? stop : corner == 1u ? -apex : apex - stop;
+    precise float square = ab.x * ab.x + ab.y * ab.y;
+    float ab_length = max(sqrt(square), TINY);
+    precise vec2 turned = vec2(ab.x, mirrored ? ab.y : -ab.y) / ab_length;
+    // Many turns let the length of a heading drift by rounding; one step of Newton brings it back to 1.
+    precise float drift = w.heading.x * w.heading.x + w.heading.y * w.heading.y;
+    precise float scale = 1.5 - 0.5 * drift;
+    precise vec2 kept = w.heading * scale;
+
+    w.triangle = edge >> 2u;
+    w.u = u;
+    w.v = clamp(v, 0.0, most);
+    w.heading = stays ? kept : turned;
+    precise float rest = w.remaining - end;
+    w.remaining = rest;
+    w.status = ends ? WALK_DONE : at_border && !reflects ? WALK_BORDER : WALK_OUT_OF_ATTEMPTS;
+}
+
+#endif

@@ -1,0 +1,160 @@
+//! Twin of `shaders/include/strip.glsl`: a straight walk through a strip of triangles, laid out flat as it goes.
+
+use glam::Vec2;
+
+use super::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
+use crate::mesh::strip::StripTriangle;
+use crate::mesh::surface::NONE;
+
+/// Nothing is divided by less.
+const TINY: f32 = 1e-30;
+
+/// A walk: where it is and how it goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StripWalk {
+    /// The triangle.
+    pub triangle: u32,
+    /// Weight of its corner B.
+    pub u: f32,
+    /// Weight of its corner C.
+    pub v: f32,
+    /// In the triangle's frame, of unit length.
+    pub heading: [f32; 2],
+    /// World length still to walk.
+    pub remaining: f32,
+    /// [`WALK_DONE`], [`WALK_BORDER`] or [`WALK_OUT_OF_ATTEMPTS`].
+    pub status: u32,
+}
+
+fn cross(a: Vec2, b: Vec2) -> f32 {
+    a.x * b.y - a.y * b.x
+}
+
+impl StripWalk {
+    /// What is left of a walk that ran out of edge-crossing attempts; others have nothing left.
+    #[must_use]
+    pub fn pending(&self) -> f32 {
+        if self.status == WALK_OUT_OF_ATTEMPTS {
+            self.remaining
+        } else {
+            0.0
+        }
+    }
+
+    /// Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
+    pub fn walk(&mut self, strips: &[StripTriangle], mut attempts: u32, reflects: bool) {
+        let [p, h] = self.heading;
+        let shape = strips[self.triangle as usize].shape;
+        let point = Vec2::new(self.u * shape.ab + self.v * shape.cp, self.v * shape.ch);
+        // As seen from the start: x along the way, y to the left of it.
+        let seen = |x: f32, y: f32| {
+            let (x, y) = (x - point.x, y - point.y);
+            Vec2::new(x * p + y * h, y * p - x * h)
+        };
+        let [a, b, c] = [
+            seen(0.0, 0.0),
+            seen(shape.ab, 0.0),
+            seen(shape.cp, shape.ch),
+        ];
+        // The edge ahead begins on the right and ends on the left.
+        let (corner, mut right, mut left, mut third) = if a.y <= 0.0 && b.y > 0.0 {
+            (0, a, b, c)
+        } else if b.y <= 0.0 && c.y > 0.0 {
+            (1, b, c, a)
+        } else {
+            (2, c, a, b)
+        };
+        let mut edge = 4 * self.triangle + corner;
+        let mut stays = true;
+        let mut mirrored = false;
+        let (end, status) = loop {
+            let part = (-right.y / (left.y - right.y).max(TINY)).clamp(0.0, 1.0);
+            let ahead = right.x + part * (left.x - right.x);
+            let behind = strips[edge as usize / 4].edges[edge as usize % 4];
+            let at_border = behind.twin == NONE;
+            if ahead >= self.remaining {
+                break (self.remaining, WALK_DONE);
+            }
+            if at_border && !reflects {
+                break (ahead.max(0.0), WALK_BORDER);
+            }
+            if attempts == 0 {
+                break (ahead.max(0.0), WALK_OUT_OF_ATTEMPTS);
+            }
+            mirrored ^= at_border;
+            let entered = if at_border { edge } else { behind.twin };
+            let (start, stop) = if mirrored {
+                (right, left)
+            } else {
+                (left, right)
+            };
+            let way = stop - start;
+            let off = if mirrored { -behind.off } else { behind.off };
+            let apex = Vec2::new(
+                start.x + (behind.along * way.x - off * way.y),
+                start.y + (behind.along * way.y + off * way.x),
+            );
+            let turns_right = apex.y > 0.0;
+            third = if turns_right { left } else { right };
+            if turns_right {
+                left = apex;
+            } else {
+                right = apex;
+            }
+            let corner = entered & 3;
+            let after = if corner == 2 { 0 } else { corner + 1 };
+            let before = if corner == 0 { 2 } else { corner - 1 };
+            edge = (entered & !3)
+                + if turns_right == mirrored {
+                    before
+                } else {
+                    after
+                };
+            stays = false;
+            attempts -= 1;
+        };
+
+        let corner = edge & 3;
+        let (u, v);
+        // In the triangle that it began in, a walk is the same whatever lies around.
+        if stays {
+            let rate_v = h / shape.ch;
+            let rate_u = (p - rate_v * shape.cp) / shape.ab;
+            u = self.u + rate_u * end;
+            v = self.v + rate_v * end;
+            let scale = 1.5 - 0.5 * (p * p + h * h);
+            self.heading = [p * scale, h * scale];
+        } else {
+            let (start, stop) = if mirrored {
+                (left, right)
+            } else {
+                (right, left)
+            };
+            let (stop, apex) = (stop - start, third - start);
+            let place = Vec2::new(end, 0.0) - start;
+            let area = cross(stop, apex);
+            let area = if area.abs() > TINY { area } else { TINY };
+            let of_stop = cross(place, apex) / area;
+            let of_third = cross(stop, place) / area;
+            let of_start = (1.0 - of_stop) - of_third;
+            (u, v) = match corner {
+                0 => (of_stop, of_third),
+                1 => (of_start, of_stop),
+                _ => (of_third, of_start),
+            };
+            let ab = match corner {
+                0 => stop,
+                1 => -apex,
+                _ => apex - stop,
+            };
+            let length = (ab.x * ab.x + ab.y * ab.y).sqrt().max(TINY);
+            let turned = if mirrored { ab.y } else { -ab.y };
+            self.heading = [ab.x / length, turned / length];
+        }
+        self.triangle = edge >> 2;
+        self.u = u.clamp(0.0, 1.0);
+        self.v = v.clamp(0.0, 1.0 - self.u);
+        self.remaining -= end;
+        self.status = status;
+    }
+}
