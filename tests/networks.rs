@@ -1,0 +1,292 @@
+//! The networks that grow are the same whether sensors read straight ahead in the atlas or all of them walk: not texel by
+//! texel, for a network amplifies every difference, but in what can be said of networks, over ten seeds.
+
+mod common;
+
+use common::{gpu, scene};
+use myxo::mesh::atlas::Atlas;
+use myxo::mesh::surface::NONE;
+use myxo::scene::settings::Sensing;
+use myxo::sim::Simulation;
+use myxo::sim::twin::trail::{atlas_position, trail_at};
+use myxo::sim::twin::{AdvanceInputs, straight_places};
+use myxo::sim::types::Physarum;
+use myxo::sim::{Snapshot, StepParams};
+
+const SEEDS: u64 = 10;
+const STEPS: u32 = 250;
+const SIZE: u32 = 384;
+const PARTICLES: u32 = 30_000;
+/// Of a two-sided test at 1 in 1,000, with 18 degrees of freedom (Student 1908).
+const LARGEST_T: f64 = 3.92;
+
+/// What is said of a network.
+#[derive(Clone, Copy, Debug)]
+struct Network {
+    /// Texels of the skeleton of what is above the threshold.
+    length: f64,
+    /// Skeleton texels where three or more branches meet.
+    junctions: f64,
+    /// Shares of the surface with a trail below 1/4, 1/2, 1, 2, 4 times the mean.
+    below: [f64; 5],
+}
+
+impl Network {
+    fn of(trail: &[f32], atlas: &Atlas) -> Self {
+        let owned = || (0..trail.len()).filter(|&t| atlas.owner[t] != NONE);
+        let count = owned().count() as f64;
+        let mean = owned().map(|t| f64::from(trail[t])).sum::<f64>() / count;
+        let share = |times: f64| {
+            let most = (times * mean) as f32;
+            owned().filter(|&t| trail[t] < most).count() as f64 / count
+        };
+        // Gutters hold what lies across seams, so branches do not end there.
+        let threshold = (1.5 * mean) as f32;
+        let mut bits: Vec<bool> = trail.iter().map(|&value| value > threshold).collect();
+        thin(&mut bits, atlas.pitch as usize);
+        let skeleton = owned().filter(|&t| bits[t]);
+        let junctions =
+            owned().filter(|&t| bits[t] && branches(&bits, atlas.pitch as usize, t) > 2);
+        Self {
+            length: skeleton.count() as f64,
+            junctions: junctions.count() as f64,
+            below: [0.25, 0.5, 1.0, 2.0, 4.0].map(share),
+        }
+    }
+}
+
+/// The eight neighbours, round about from the one above; outside there is nothing.
+fn neighbours(bits: &[bool], pitch: usize, texel: usize) -> [bool; 8] {
+    let (x, y) = ((texel % pitch) as i64, (texel / pitch) as i64);
+    let rows = (bits.len() / pitch) as i64;
+    [
+        (0, -1),
+        (1, -1),
+        (1, 0),
+        (1, 1),
+        (0, 1),
+        (-1, 1),
+        (-1, 0),
+        (-1, -1),
+    ]
+    .map(|(dx, dy)| {
+        let (x, y) = (x + dx, y + dy);
+        (0..pitch as i64).contains(&x)
+            && (0..rows).contains(&y)
+            && bits[y as usize * pitch + x as usize]
+    })
+}
+
+/// How often nothing is followed by something, round about.
+fn branches(bits: &[bool], pitch: usize, texel: usize) -> usize {
+    let around = neighbours(bits, pitch, texel);
+    (0..8)
+        .filter(|&k| !around[k] && around[(k + 1) % 8])
+        .count()
+}
+
+/// Takes texels off the border of what is set until lines remain (Zhang and Suen, "A fast parallel algorithm for thinning
+/// digital patterns", 1984).
+fn thin(bits: &mut [bool], pitch: usize) {
+    loop {
+        let mut changed = false;
+        for pass in [[0, 2, 4, 2, 4, 6], [0, 2, 6, 0, 4, 6]] {
+            let gone: Vec<usize> = (0..bits.len())
+                .filter(|&texel| {
+                    if !bits[texel] {
+                        return false;
+                    }
+                    let around = neighbours(bits, pitch, texel);
+                    let set = around.iter().filter(|&&bit| bit).count();
+                    let [a, b, c, d, e, f] = pass.map(|k: usize| around[k]);
+                    (2..=6).contains(&set)
+                        && branches(bits, pitch, texel) == 1
+                        && !(a && b && c)
+                        && !(d && e && f)
+                })
+                .collect();
+            changed |= !gone.is_empty();
+            for texel in gone {
+                bits[texel] = false;
+            }
+        }
+        if !changed {
+            return;
+        }
+    }
+}
+
+/// Welch's t: the difference of two means over its standard error.
+fn welch(a: &[f64], b: &[f64]) -> f64 {
+    let moments = |values: &[f64]| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        (mean, variance / n)
+    };
+    let ((mean_a, error_a), (mean_b, error_b)) = (moments(a), moments(b));
+    (mean_a - mean_b) / (error_a + error_b).sqrt().max(f64::MIN_POSITIVE)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn both_ways_of_sensing_grow_the_same_networks() {
+    let Some(gpu) = gpu() else { return };
+    let grow = |seed: u64, sensing: Sensing| {
+        let scene = scene("builtin:torus", |s| {
+            s.seed = seed;
+            s.particles.count = PARTICLES;
+            s.atlas.size = SIZE;
+            s.physarum.sensing = sensing;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        for _ in 0..STEPS {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        let snapshot = simulation.snapshot().unwrap();
+        if seed == 1 && sensing == Sensing::Auto {
+            tell_readings(&simulation, &snapshot);
+        }
+        Network::of(&snapshot.trail, &simulation.setup().atlas)
+    };
+    let all = |sensing| {
+        (1..=SEEDS)
+            .map(|seed| grow(seed, sensing))
+            .collect::<Vec<_>>()
+    };
+    let (auto, walk) = (all(Sensing::Auto), all(Sensing::Walk));
+    let mut different = Vec::new();
+    let mut compare = |name: &str, of: &dyn Fn(&Network) -> f64| {
+        let [a, b] = [&auto, &walk].map(|all| all.iter().map(of).collect::<Vec<f64>>());
+        let t = welch(&a, &b);
+        let told = format!(
+            "{name}: {:.4} straight ahead, {:.4} walking, t = {t:.2}",
+            mean(&a),
+            mean(&b)
+        );
+        println!("{told}");
+        if t.abs() > LARGEST_T {
+            different.push(told);
+        }
+    };
+    compare("length", &|n| n.length);
+    compare("junctions", &|n| n.junctions);
+    for (k, times) in ["1/4", "1/2", "1", "2", "4"].into_iter().enumerate() {
+        compare(&format!("share below {times} of the mean trail"), &|n| {
+            n.below[k]
+        });
+    }
+    assert!(different.is_empty(), "{}", different.join("\n"));
+    assert!(
+        mean(&auto.iter().map(|n| n.junctions).collect::<Vec<_>>()) > 10.0,
+        "there is a network"
+    );
+    // The test can tell networks apart: other sensors grow another one.
+    let other = {
+        let scene = scene("builtin:torus", |s| {
+            s.particles.count = PARTICLES;
+            s.atlas.size = SIZE;
+            s.physarum.sensor_offset *= 0.5;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        for _ in 0..STEPS {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        Network::of(
+            &simulation.snapshot().unwrap().trail,
+            &simulation.setup().atlas,
+        )
+    };
+    let far_off = |of: &dyn Fn(&Network) -> f64| {
+        let values: Vec<f64> = auto.iter().map(of).collect();
+        let variance = values
+            .iter()
+            .map(|x| (x - mean(&values)).powi(2))
+            .sum::<f64>()
+            / 9.0;
+        (of(&other) - mean(&values)).abs() > 4.0 * variance.sqrt()
+    };
+    let tells = far_off(&|n| n.length)
+        || far_off(&|n| n.junctions)
+        || (0..5).any(|k| far_off(&|n| n.below[k]));
+    assert!(tells, "{other:?} of {auto:?}");
+    gpu.finish();
+}
+
+/// Prints how many particles have a sensor that walks, and how far readings straight ahead are from those at the end of a
+/// walk, in parts of the mean trail.
+fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
+    let setup = simulation.setup();
+    let params = StepParams::new(simulation.settings(), setup, 0, 1)
+        .turn
+        .advance;
+    let own = Physarum {
+        sensor_offset: params.sensor_offset,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let inputs = AdvanceInputs {
+        strips: &setup.strips,
+        clearance: &setup.clearance,
+        corners: &setup.corners,
+        vertices: &setup.vertices,
+        poses: &setup.poses,
+        physarums: &[own],
+        trail: &snapshot.trail,
+        previous_deposits: &[],
+        distances: &[],
+        across: &[],
+        across_triangles: &[],
+    };
+    let mean = snapshot.trail.iter().map(|&v| f64::from(v)).sum::<f64>()
+        / f64::from(setup.atlas.owned_count);
+    let mut off = Vec::new();
+    let mut walking = 0;
+    for (particle, motion) in snapshot.particles.iter().zip(&snapshot.motions) {
+        let heading = [motion.heading_p, motion.heading_h];
+        let turned = |s: f32| {
+            let c = params.sensor_cos;
+            [
+                c * heading[0] - s * heading[1],
+                s * heading[0] + c * heading[1],
+            ]
+        };
+        let towards = [
+            turned(params.sensor_sin),
+            heading,
+            turned(-params.sensor_sin),
+        ];
+        let Some(places) = straight_places(&params, &inputs, &own, particle, towards) else {
+            walking += 1;
+            continue;
+        };
+        for (heading, place) in towards.into_iter().zip(places) {
+            let mut w = myxo::sim::twin::strip::StripWalk {
+                triangle: particle.triangle,
+                u: particle.u,
+                v: particle.v,
+                heading,
+                remaining: params.sensor_offset,
+                status: 0,
+            };
+            w.walk(&setup.strips, u32::MAX, true);
+            let walked = atlas_position(&setup.atlas.maps[w.triangle as usize], w.u, w.v);
+            let [here, there] =
+                [place, walked].map(|p| f64::from(trail_at(&snapshot.trail, p, params.pitch)));
+            off.push((here - there).abs() / mean);
+        }
+    }
+    let share =
+        |most: f64| 100.0 * off.iter().filter(|&&x| x < most).count() as f64 / off.len() as f64;
+    println!(
+        "{:.1} % of the particles have a sensor that walks; of the other readings {:.1} % are within 1 % of the mean trail, \
+         {:.1} % within 3 %, {:.1} % within 10 %, {:.1} % within 30 %",
+        100.0 * f64::from(walking) / snapshot.particles.len() as f64,
+        share(0.01),
+        share(0.03),
+        share(0.1),
+        share(0.3)
+    );
+}
