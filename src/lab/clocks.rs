@@ -10,6 +10,8 @@ use super::stage::Stage;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
+/// On slow devices a step comes every few frames; nothing is said of steps before one has come, or so much time has gone.
+const WITHOUT_STEPS: Duration = Duration::from_secs(3);
 /// A longer pause between two frames is no slow frame: nothing had to be drawn.
 const PAUSE: Duration = Duration::from_millis(700);
 /// How much one frame weighs in the pace that is shown.
@@ -21,6 +23,8 @@ const FRAMES_AVERAGED: usize = 64;
 pub struct Clocks {
     last_frame: Instant,
     interval_began: Instant,
+    /// Since when `steps` counts.
+    steps_began: Instant,
     /// Mean length of a frame, seconds; 0 before the first.
     frame_seconds: f64,
     steps: u32,
@@ -36,6 +40,7 @@ impl Clocks {
         Self {
             last_frame: Instant::now(),
             interval_began: Instant::now(),
+            steps_began: Instant::now(),
             frame_seconds: 0.0,
             steps: 0,
             facts: Facts {
@@ -75,18 +80,23 @@ impl Clocks {
         self.facts.seconds = stage.seconds();
         self.facts.particles_drawn = stage.particles_drawn;
         self.facts.flow = stage.flow;
+        if let Some(spans) = frames.timings().frames().last() {
+            self.facts.history.push(spans);
+        }
         if let Some(step) = latest_step(frames) {
             pacer.measured(step);
         } else if steps > 0 && !ctx.info().has_timestamps() {
             // Without timestamps the frame's own length has to do.
             pacer.measured(self.last_frame.elapsed() / steps);
         }
-        let interval = self.interval_began.elapsed();
-        if interval >= INTERVAL {
-            let seconds = interval.as_secs_f64();
+        if self.interval_began.elapsed() >= INTERVAL {
             self.facts.frames_per_second = 1.0 / self.frame_seconds.max(1e-4);
-            self.facts.steps_per_second = f64::from(self.steps) / seconds;
-            self.steps = 0;
+            let counted = self.steps_began.elapsed();
+            if self.steps > 0 || counted >= WITHOUT_STEPS {
+                self.facts.steps_per_second = f64::from(self.steps) / counted.as_secs_f64();
+                self.steps = 0;
+                self.steps_began = Instant::now();
+            }
             self.interval_began = Instant::now();
             self.read_timers(frames);
             self.facts.memory = memory(ctx);
@@ -104,6 +114,7 @@ impl Clocks {
         facts.triangles = setup.surface.corners.len();
         facts.texels = setup.atlas.owned_count as usize;
         facts.kernels.clear();
+        facts.history.clear();
         facts.step_ms = None;
         facts.check = None;
     }

@@ -14,6 +14,7 @@ use myxo::scene::settings::{Settings, Show};
 use myxo::sim::types::Flow;
 
 use super::checks::Check;
+use super::history::History;
 use super::keys::{self, KeyAction};
 use super::navigation::Navigation;
 use super::theme;
@@ -71,6 +72,8 @@ pub struct Facts {
     pub step_ms: Option<f64>,
     /// GPU time of each kernel.
     pub kernels: Vec<KernelTime>,
+    /// The same for the last pictures, one by one.
+    pub history: History,
     /// The device's name and driver.
     pub device: String,
     /// Device memory that the program has taken, bytes.

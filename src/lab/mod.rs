@@ -2,6 +2,7 @@
 
 mod checks;
 mod clocks;
+mod history;
 mod interface;
 mod keys;
 mod loading;
@@ -10,6 +11,7 @@ mod overlays;
 mod pacing;
 mod panel;
 mod place;
+mod plot;
 mod rows;
 mod stage;
 mod theme;

@@ -8,6 +8,7 @@ use myxo::sim::types::Flow;
 
 use super::checks::Check;
 use super::interface::{Command, Facts, Interface};
+use super::plot::kernel_plot;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
 use super::widgets::{color_map_picker, kernel_table, wide_slider};
@@ -37,6 +38,7 @@ impl Interface {
                 });
                 self.parameter_sections(ui, commands);
                 section(ui, "Kernel times", true, false, |ui| {
+                    kernel_plot(ui, facts);
                     kernel_table(ui, facts)
                 });
             });

@@ -5,6 +5,7 @@ use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
 use super::interface::Facts;
+use super::plot::color_of;
 use super::theme;
 
 /// Width of the number beside a slider, points.
@@ -71,14 +72,19 @@ pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
     }
     egui::Grid::new("kernels")
         .num_columns(5)
-        .spacing(vec2(7.0, 3.0))
+        .spacing(vec2(5.0, 3.0))
         .show(ui, |ui| {
             for title in ["kernel", "calls", "mean ms", "p95 ms", "share"] {
                 ui.label(RichText::new(title).small().color(theme::WEAK));
             }
             ui.end_row();
-            for kernel in &facts.kernels {
-                ui.label(&kernel.name);
+            for (rank, kernel) in facts.kernels.iter().enumerate() {
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 5.0;
+                    let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
+                    ui.painter().rect_filled(rect, 2.0, color_of(rank));
+                    ui.label(&kernel.name);
+                });
                 let number = |ui: &mut Ui, text: String| {
                     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                         ui.label(RichText::new(text).monospace())

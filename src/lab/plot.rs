@@ -1,0 +1,89 @@
+//! Kernel times as they run: what a step takes, kernel upon kernel.
+
+use egui::{Color32, Ui};
+use egui_plot::{HoverPosition, Line, Plot, PlotPoints};
+
+use super::interface::Facts;
+use super::theme;
+
+/// Kernels with an area of their own, from the longest; the others share one.
+pub const SHOWN: usize = 6;
+
+/// Height, points.
+const HEIGHT: f32 = 110.0;
+
+/// From the longest kernel on; the last is for all others. Apart in lightness too, so that they are told apart without hues.
+const COLORS: [Color32; SHOWN + 1] = [
+    Color32::from_rgb(0xe8, 0xb4, 0x1c),
+    Color32::from_rgb(0x3f, 0x8f, 0xc4),
+    Color32::from_rgb(0xd9, 0x6b, 0x52),
+    Color32::from_rgb(0x7c, 0xc0, 0x9a),
+    Color32::from_rgb(0x8e, 0x6c, 0xb5),
+    Color32::from_rgb(0xc9, 0xc4, 0xa8),
+    Color32::from_rgb(0x5a, 0x5d, 0x66),
+];
+
+/// The colour of the kernel that takes so many others to be longer.
+pub fn color_of(rank: usize) -> Color32 {
+    COLORS[rank.min(SHOWN)]
+}
+
+/// What steps took lately, kernel upon kernel, the longest at the bottom. Nothing where nothing was measured.
+pub fn kernel_plot(ui: &mut Ui, facts: &Facts) {
+    let len = facts.history.len();
+    if len < 2 {
+        return;
+    }
+    let ranked: Vec<&str> = facts.kernels.iter().map(|k| k.name.as_str()).collect();
+    let rank = |name: &str| {
+        let place = ranked.iter().position(|other| *other == name);
+        place.map_or(SHOWN, |place| place.min(SHOWN))
+    };
+    let plot = Plot::new("kernel times")
+        .height(HEIGHT)
+        .show_x(false)
+        .show_axes([false, true])
+        .show_grid([false, true])
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .show_background(false)
+        .include_y(0.0)
+        .include_x(0.0)
+        .include_x(len as f64 - 1.0)
+        .y_axis_min_width(28.0)
+        .y_axis_formatter(|mark, _| format!("{}", mark.value))
+        .label_formatter(|hovered| match hovered {
+            HoverPosition::NearDataPoint {
+                plot_name,
+                position,
+                ..
+            } => Some(format!("{plot_name}\n{:.2} ms", position.y)),
+            HoverPosition::Elsewhere { .. } => None,
+        });
+    plot.show(ui, |plot| {
+        // Each area reaches down to zero, so the uppermost comes first.
+        for top in (0..=ranked.len().min(SHOWN)).rev() {
+            let below = |name: &str| rank(name) <= top;
+            let sums = facts.history.sums(&below);
+            let points: PlotPoints<'_> = sums.enumerate().map(|(x, sum)| [x as f64, sum]).collect();
+            let name = ranked.get(top).filter(|_| top < SHOWN);
+            let name = name.map_or("all others, up to here", |name| *name);
+            plot.line(
+                Line::new(format!("up to {name}"), points)
+                    .color(color_of(top))
+                    .width(1.0)
+                    .fill(0.0)
+                    .fill_alpha(1.0),
+            );
+        }
+    });
+    ui.label(
+        egui::RichText::new("milliseconds a step, lately, kernel upon kernel")
+            .small()
+            .color(theme::WEAK),
+    );
+    ui.add_space(4.0);
+}
