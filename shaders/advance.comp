@@ -1,6 +1,6 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
 // Reads   strips, trail (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
-// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers and walker_groups.
+// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // In two forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
 // others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Devices that run both sides of every
@@ -12,6 +12,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
+#include "words.glsl"
 #include "index.glsl"
 #include "rng.glsl"
 #include "ring.glsl"
@@ -36,6 +37,11 @@ layout(constant_id = 9) const bool OWN_PHYSARUM = false;
 // Sensors see other objects where they get to places that those cover.
 layout(constant_id = 10) const bool ACROSS = false;
 layout(constant_id = 11) const uint SENSING = 0u;
+// What one view of single texels does not hold is read four texels at once.
+layout(constant_id = 12) const bool TEXELS_IN_QUADS = false;
+// Deposits that a storage block does not hold are counted in texel buffers, which CPU drivers are slower with.
+layout(constant_id = 13) const bool OUTGROWS_BLOCK = false;
+layout(constant_id = 14) const uint BAND = 0xffffffffu;  // texels of the first of two
 
 const uint SENSORS_WALK = 0u;
 // Sensors go straight ahead in the atlas, and who cannot do that is listed.
@@ -69,8 +75,8 @@ layout(push_constant) uniform Params {
 
 // Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
 // buffers scalar by scalar.
-layout(std430, set = 0, binding = 0) writeonly buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 1) writeonly buffer Motions { Motion motions[]; };
+layout(rgba32ui, set = 0, binding = 0) uniform writeonly uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 1) uniform writeonly uimageBuffer motions;
 layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;
 layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;
 layout(set = 0, binding = 2) uniform usamplerBuffer strips;
@@ -89,9 +95,12 @@ layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
 // Four texels a word: how many texels far straight lines stay on the surface around.
 layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
-// How many there are, and then the slots of particles whose sensors must walk.
-layout(std430, set = 0, binding = 19) buffer Walkers { uint walkers[]; };
+// The slots of particles whose sensors must walk, and how many there are.
+layout(r32ui, set = 0, binding = 19) uniform uimageBuffer walkers;
 layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };
+layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
+layout(r32ui, set = 0, binding = 24) uniform uimageBuffer low_deposits;
+layout(r32ui, set = 0, binding = 25) uniform uimageBuffer high_deposits;
 
 #include "strip.glsl"
 #include "trail.glsl"
@@ -126,16 +135,6 @@ void take_physarum(uint triangle) {
     own_gravity_weight = OF_OBJECT(gravity_weight);
     own_decrowding_weight = OF_OBJECT(decrowding_weight);
     own_distance_weight = OF_OBJECT(distance_weight);
-}
-
-Particle particle_at(uint slot) {
-    uvec4 words = texelFetch(particles_before, int(slot));
-    return Particle(words.x, uintBitsToFloat(words.y), uintBitsToFloat(words.z), words.w);
-}
-
-Motion motion_at(uint slot) {
-    uvec4 words = texelFetch(motions_before, int(slot));
-    return Motion(uintBitsToFloat(words.x), uintBitsToFloat(words.y), uintBitsToFloat(words.z), words.w);
 }
 
 // What rounding may make of a distance.
@@ -175,7 +174,7 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         value += own_gravity_weight * height_at(triangle, uv.x, uv.y);
     }
     if (DECROWDING) {
-        value -= own_decrowding_weight * float(texelFetch(previous_deposits, int(texel_at(position, params.pitch))).x);
+        value -= own_decrowding_weight * float(texel_of(previous_deposits, texel_at(position, params.pitch)));
     }
     if (DISTANCE) {
         value += own_distance_weight * distance_at(position, params.pitch);
@@ -217,9 +216,17 @@ bool is_clear_to(vec2 from, vec2 way, float clear) {
     return dot(way, way) <= both * both;
 }
 
+void deposit_at(uint texel) {
+    if (OUTGROWS_BLOCK) {
+        add_to_texel(low_deposits, high_deposits, texel, 1u)
+    } else {
+        atomicAdd(deposits[texel], 1u);
+    }
+}
+
 void list_walker(uint slot) {
-    uint place = atomicAdd(walkers[0], 1u);
-    walkers[place + 1u] = slot;
+    uint place = atomicAdd(walker_count[0], 1u);
+    imageStore(walkers, int(place), uvec4(slot));
     // Groups come in columns as high as the dispatch has rows.
     if (place % (params.walker_rows * gl_WorkGroupSize.x) == 0u) atomicAdd(walker_groups[0].x, 1u);
 }
@@ -252,8 +259,8 @@ vec2 right_of(vec2 heading) {
 void main() {
     uint i = invocation_index();
     if (SENSING == SENSORS_WALK_LISTED) {
-        if (i >= walkers[0]) return;
-        i = walkers[i + 1u];
+        if (i >= walker_count[0]) return;
+        i = imageLoad(walkers, int(i)).x;
     } else if (i >= params.particle_count) {
         return;
     } else if (WINDOWS) {
@@ -261,8 +268,8 @@ void main() {
         if (i >= window.count) return;
         i = ring_slot(window.start, i, params.particle_count);
     }
-    Particle particle = particle_at(i);
-    Motion motion = motion_at(i);
+    Particle particle = particle_of(texelFetch(particles_before, int(i)));
+    Motion motion = motion_of(texelFetch(motions_before, int(i)));
     uint flags = motion.flags;
     if (TURNS) {
         uint stamp = (params.time_step + 1u) << 1u;
@@ -329,9 +336,9 @@ void main() {
     walk_strip(w, params.attempts, BORDER_REFLECTS);
     pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
 
-    particles[i] = Particle(w.triangle, w.u, w.v, particle.id);
+    imageStore(particles, int(i), words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
-    atomicAdd(deposits[texel_at(position, params.pitch)], 1u);
+    deposit_at(texel_at(position, params.pitch));
     if (SELECTS) {
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
         float now = distance_at(position, params.pitch);
@@ -346,5 +353,5 @@ void main() {
             }
         }
     }
-    motions[i] = Motion(w.heading.x, w.heading.y, min(pending, own_speed), flags);
+    imageStore(motions, int(i), words_of(Motion(w.heading.x, w.heading.y, min(pending, own_speed), flags)));
 }

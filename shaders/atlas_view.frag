@@ -9,12 +9,16 @@
 #include "shading.glsl"
 #include "atlas_view.glsl"
 
-layout(set = 0, binding = 0) readonly buffer Trail { float trail[]; };
-layout(set = 0, binding = 1) readonly buffer Texels { uint texels[]; };
+layout(set = 0, binding = 0) uniform samplerBuffer trail;
+layout(set = 0, binding = 1) uniform usamplerBuffer texels;
 layout(set = 0, binding = 2) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 3) readonly buffer Exposure { float brightest[]; };
 
+// What one view of single texels does not hold is read four texels at once.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+
 #include "colormap.glsl"
+#include "texels.glsl"
 
 layout(location = 0) out vec4 color;
 
@@ -39,9 +43,9 @@ void main() {
             vec2 tap = middle + (vec2(x, y) - 0.5 * float(taps - 1)) * apart;
             uvec2 texel = uvec2(clamp(tap, vec2(0.0), vec2(params.size) - 0.5));
             uint place = texel.y * params.pitch + texel.x;
-            vec4 chart = unpackUnorm4x8(texels[place]);
+            vec4 chart = unpackUnorm4x8(texel_of(texels, place));
             if (chart.a > 0.75) {
-                sum += trail[place];
+                sum += texel_of(trail, place);
                 owned += 1.0;
                 owned_chart += light_of(chart.rgb);
             } else {

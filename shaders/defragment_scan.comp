@@ -19,7 +19,7 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Departing { Transfer departing[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Motions { Motion motions[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer motions;
 layout(std430, set = 0, binding = 2) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 3) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer ParticleIndices { uint particle_indices[]; };
@@ -30,7 +30,7 @@ void main() {
     if (i >= params.capacity || i >= flow[0].leaving) return;
     uint start = windows[params.next_object].start;
     uint slot = ring_slot(start, i, params.particle_count);
-    if ((motions[slot].flags & IN_FLIGHT) == 0u) {
+    if ((texelFetch(motions, int(slot)).w & IN_FLIGHT) == 0u) {
         particle_indices[atomicAdd(flow[0].stayers, 1u)] = slot;
     }
     if (ring_offset(start, departing[i].particle, params.particle_count) >= flow[0].leaving) {

@@ -21,8 +21,8 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 2) buffer Departing { Transfer departing[]; };
-layout(std430, set = 0, binding = 3) buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 4) buffer Motions { Motion motions[]; };
+layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
 
 void main() {
     if (invocation_index() > 0u || params.next_object >= params.object_count) return;
@@ -34,17 +34,17 @@ void main() {
         if (ring_offset(start, outside, params.particle_count) < leaving) continue;
         // There is a particle that stays in the area for every transfer whose particle is not in it.
         uint inside = ring_slot(start, next, params.particle_count);
-        while (next + 1u < leaving && (motions[inside].flags & IN_FLIGHT) != 0u) {
+        while (next + 1u < leaving && (imageLoad(motions, int(inside)).w & IN_FLIGHT) != 0u) {
             next += 1u;
             inside = ring_slot(start, next, params.particle_count);
         }
         next += 1u;
         departing[i].particle = inside;
-        Particle particle = particles[inside];
-        Motion motion = motions[inside];
-        particles[inside] = particles[outside];
-        motions[inside] = motions[outside];
-        particles[outside] = particle;
-        motions[outside] = motion;
+        uvec4 particle = imageLoad(particles, int(inside));
+        uvec4 motion = imageLoad(motions, int(inside));
+        imageStore(particles, int(inside), imageLoad(particles, int(outside)));
+        imageStore(motions, int(inside), imageLoad(motions, int(outside)));
+        imageStore(particles, int(outside), particle);
+        imageStore(motions, int(outside), motion);
     }
 }

@@ -19,8 +19,8 @@ layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 2) readonly buffer TransferIndices { uint transfer_indices[]; };
 layout(std430, set = 0, binding = 3) buffer Departing { Transfer departing[]; };
-layout(std430, set = 0, binding = 4) buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 5) buffer Motions { Motion motions[]; };
+layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 5) uniform uimageBuffer motions;
 
 void main() {
     uint i = invocation_index();
@@ -29,10 +29,10 @@ void main() {
     uint inside = particle_indices[i];
     uint outside = departing[transfer].particle;
     departing[transfer].particle = inside;
-    Particle particle = particles[inside];
-    Motion motion = motions[inside];
-    particles[inside] = particles[outside];
-    motions[inside] = motions[outside];
-    particles[outside] = particle;
-    motions[outside] = motion;
+    uvec4 particle = imageLoad(particles, int(inside));
+    uvec4 motion = imageLoad(motions, int(inside));
+    imageStore(particles, int(inside), imageLoad(particles, int(outside)));
+    imageStore(motions, int(inside), imageLoad(motions, int(outside)));
+    imageStore(particles, int(outside), particle);
+    imageStore(motions, int(outside), motion);
 }

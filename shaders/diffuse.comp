@@ -3,7 +3,8 @@
 // Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
 // One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks
 // without any texel in use are not listed. The rows are as far apart as the taps, so each row's sums serve three times.
-// What is read comes by texel buffers: CPU drivers fetch a quad at once there, and value by value from storage buffers.
+// What is read comes by texel buffers: CPU drivers fetch a quad at once there, and value by value from storage buffers. What
+// is written goes to storage blocks, which they are quicker with, or to texel buffers, which hold more.
 // Texels beside a seam come out wrong here: diffuse_seams writes them anew.
 // Overflow: cannot happen; nothing is appended.
 
@@ -14,6 +15,8 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
+// A storage block does not hold the texture.
+layout(constant_id = 1) const bool OUTGROWS_BLOCK = false;
 
 layout(push_constant) uniform Params {
     uint lane_count;     // four a block
@@ -32,6 +35,8 @@ layout(set = 0, binding = 2) uniform usamplerBuffer deposits;
 layout(set = 0, binding = 3) uniform samplerBuffer density;
 layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trail[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits[]; };
+layout(rgba32f, set = 0, binding = 6) uniform writeonly imageBuffer next_trail_quads;
+layout(rgba32ui, set = 0, binding = 7) uniform writeonly uimageBuffer previous_deposits_quads;
 
 // Four texels, moved by `DISTANCE` to the left and to the right, from the four before and after.
 vec4 from_left(vec4 before, vec4 here) {
@@ -67,8 +72,14 @@ void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {
     vec4 counted = vec4(texelFetch(deposits, int(quad)));
     precise vec4 value = (spread + (params.deposit * counted) * owned) * params.decay;
     bvec4 kept = bvec4(uvec4(greaterThanEqual(value, vec4(params.tiny))) & uvec4(greaterThan(owned, vec4(0.0))));
-    next_trail[quad] = mix(vec4(0.0), value, kept);
-    previous_deposits[quad] = uvec4(0u);
+    vec4 next = mix(vec4(0.0), value, kept);
+    if (OUTGROWS_BLOCK) {
+        imageStore(next_trail_quads, int(quad), next);
+        imageStore(previous_deposits_quads, int(quad), uvec4(0u));
+    } else {
+        next_trail[quad] = next;
+        previous_deposits[quad] = uvec4(0u);
+    }
 }
 
 void main() {

@@ -10,6 +10,10 @@
 
 layout(local_size_x = 64) in;
 
+// What one view of single texels does not hold is read four texels at once, and written through two views.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+layout(constant_id = 1) const uint BAND = 0xffffffffu;  // texels of the first of two
+
 layout(push_constant) uniform Params {
     uint row_count;
     uint reach_across;  // texels between the stencil's taps
@@ -27,18 +31,21 @@ layout(set = 0, binding = 1) uniform usamplerBuffer entries;
 layout(set = 0, binding = 2) uniform samplerBuffer trail;
 layout(set = 0, binding = 3) uniform usamplerBuffer deposits;
 layout(set = 0, binding = 4) uniform samplerBuffer density;
-layout(std430, set = 0, binding = 5) writeonly buffer NextTrail { float next_trail[]; };
+layout(r32f, set = 0, binding = 5) uniform writeonly imageBuffer low_next_trail;
+layout(r32f, set = 0, binding = 6) uniform writeonly imageBuffer high_next_trail;
+
+#include "texels.glsl"
 
 uint word(uint row, uint k) {
     return texelFetch(rows, int(5u * row + k)).x;
 }
 
 float trail_at(uint texel) {
-    return texelFetch(trail, int(texel)).x;
+    return texel_of(trail, texel);
 }
 
 float deposits_at(uint texel) {
-    return float(texelFetch(deposits, int(texel)).x);
+    return float(texel_of(deposits, texel));
 }
 
 // How much more a neighbour has, if the texel exchanges with it.
@@ -78,8 +85,8 @@ void main() {
         uvec2 part = texelFetch(entries, int(next)).xy;
         counted += uintBitsToFloat(part.y) * deposits_at(part.x);
     }
-    float own = texelFetch(density, int(texel)).x;
+    float own = texel_of(density, texel);
     precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(word(i, 4u)) * inside + across);
     precise float value = (spread + (params.deposit * counted) * own) * params.decay;
-    next_trail[texel] = value >= params.tiny ? value : 0.0;
+    store_texel(low_next_trail, high_next_trail, texel, vec4(value >= params.tiny ? value : 0.0))
 }

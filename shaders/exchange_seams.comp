@@ -1,32 +1,47 @@
 // exchange_seams: fills the gutter from the texels across the seams, so that no read ever sees one.
 // Reads   seams, owned texels of trail.
-// Writes  gutter texels of trail; nothing reads a gutter texel here.
+// Writes  gutter texels of trail, as low_trail and high_trail; nothing reads a gutter texel here, but for those beside owned
+//         ones that are read four at once: there it is not looked at.
 // One invocation a gutter texel.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "types.glsl"
 #include "index.glsl"
 
 layout(local_size_x = 64) in;
+
+// What one view of single texels does not hold is read four texels at once, and written through two views.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+layout(constant_id = 1) const uint BAND = 0xffffffffu;  // texels of the first of two
 
 layout(push_constant) uniform Params {
     uint seam_count;
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Seams { Seam seams[]; };
-layout(std430, set = 0, binding = 1) buffer Trail { float trail[]; };
+// Seven words a seam: its texel, four that it is filled from, and their weights.
+layout(set = 0, binding = 0) uniform usamplerBuffer seams;
+layout(set = 0, binding = 1) uniform samplerBuffer trail;
+layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_trail;
+layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_trail;
+
+#include "texels.glsl"
+
+uint word(uint seam, uint k) {
+    return texelFetch(seams, int(7u * seam + k)).x;
+}
 
 void main() {
     uint i = invocation_index();
     if (i >= params.seam_count) return;
-    Seam seam = seams[i];
     // Four weights of 16 bits, in units of 1 / 32768.
-    precise float value = float(seam.weight[0] & 0xffffu) * trail[seam.source[0]];
-    value += float(seam.weight[0] >> 16u) * trail[seam.source[1]];
-    value += float(seam.weight[1] & 0xffffu) * trail[seam.source[2]];
-    value += float(seam.weight[1] >> 16u) * trail[seam.source[3]];
+    uint weights_0 = word(i, 5u);
+    uint weights_1 = word(i, 6u);
+    precise float value = float(weights_0 & 0xffffu) * texel_of(trail, word(i, 1u));
+    value += float(weights_0 >> 16u) * texel_of(trail, word(i, 2u));
+    value += float(weights_1 & 0xffffu) * texel_of(trail, word(i, 3u));
+    value += float(weights_1 >> 16u) * texel_of(trail, word(i, 4u));
     precise float filled = value * (1.0 / 32768.0);
-    trail[seam.texel] = filled;
+    uint texel = word(i, 0u);
+    store_texel(low_trail, high_trail, texel, vec4(filled))
 }

@@ -5,9 +5,10 @@
 // Overflow: cannot happen; the draw has no more points than there are particles.
 #version 460
 #include "types.glsl"
+#include "words.glsl"
 #include "shading.glsl"
 
-layout(set = 0, binding = 0) readonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer particles;
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Vertices { Vertex vertices[]; };
 layout(set = 0, binding = 3) readonly buffer Poses { Pose poses[]; };
@@ -19,7 +20,7 @@ layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 layout(location = 0) flat out vec3 light;
 
 void main() {
-    Particle particle = particles[uint(gl_VertexIndex) * params.stride];
+    Particle particle = particle_of(texelFetch(particles, gl_VertexIndex * int(params.stride)));
     uint first = 3u * particle.triangle;
     Vertex a = vertices[corners[first]];
     vec3 b = vertices[corners[first + 1u]].position;

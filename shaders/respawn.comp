@@ -7,6 +7,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
+#include "words.glsl"
 #include "index.glsl"
 #include "rng.glsl"
 #include "ring.glsl"
@@ -21,8 +22,8 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
-layout(std430, set = 0, binding = 2) buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 3) buffer Motions { Motion motions[]; };
+layout(rgba32ui, set = 0, binding = 2) uniform uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer motions;
 layout(set = 0, binding = 4) uniform usamplerBuffer triangles;
 // One a triangle: the share of its object's area that it and those before it have, in units of 2^-32.
 layout(std430, set = 0, binding = 5) readonly buffer AreaShares { uint area_shares[]; };
@@ -33,8 +34,8 @@ void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving) return;
     atomicAdd(flow[0].arrived, 1u);
-    uint slot = particle_indices[i];
-    Particle particle = particles[slot];
+    int slot = int(particle_indices[i]);
+    Particle particle = particle_of(imageLoad(particles, slot));
     uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_RESPAWN);
     uvec2 range = object_triangles[texelFetch(triangles, int(particle.triangle)).w];
     // The first triangle whose share ends behind the word; the last one's share ends at the end.
@@ -52,8 +53,9 @@ void main() {
     float v = unit_float(words.z);
     bool beyond = u + v > 1.0;
     float angle = 6.28318530718 * unit_float(words.w);
-    particles[slot] = Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id);
+    imageStore(particles, slot, words_of(Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id)));
     // Devices may be a little off in both.
     vec2 heading = normalize(vec2(cos(angle), sin(angle)));
-    motions[slot] = Motion(heading.x, heading.y, 0.0, motions[slot].flags & ~IN_FLIGHT);
+    uint flags = imageLoad(motions, slot).w & ~IN_FLIGHT;
+    imageStore(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

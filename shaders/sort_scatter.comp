@@ -28,8 +28,8 @@ layout(set = 0, binding = 1) uniform usamplerBuffer motions;
 layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 3) uniform samplerBuffer atlas_maps;
 layout(std430, set = 0, binding = 4) buffer Bins { uint bins[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer SortedParticles { uvec4 sorted_particles[]; };
-layout(std430, set = 0, binding = 6) writeonly buffer SortedMotions { uvec4 sorted_motions[]; };
+layout(rgba32ui, set = 0, binding = 5) uniform writeonly uimageBuffer sorted_particles;
+layout(rgba32ui, set = 0, binding = 6) uniform writeonly uimageBuffer sorted_motions;
 layout(std430, set = 0, binding = 7) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 8) readonly buffer FlowBlock { Flow flow[]; };
 
@@ -47,6 +47,6 @@ void main() {
         slot = atomicAdd(bins[bin_of(particle)], 1u);
         if (WINDOWS) slot = ring_slot(windows[0].start, flow[0].leaving + slot, params.particle_count);
     }
-    sorted_particles[slot] = particle;
-    sorted_motions[slot] = motion;
+    imageStore(sorted_particles, int(slot), particle);
+    imageStore(sorted_motions, int(slot), motion);
 }

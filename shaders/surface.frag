@@ -1,5 +1,5 @@
 // surface: lights a triangle and lays the trail on it.
-// Reads   trail (four texels by hand: a storage buffer has no sampler), colors, exposure.
+// Reads   trail (four texels by hand: a texel buffer has no sampler), colors, exposure.
 // Writes  the pixel, in linear light; the image's format encodes sRGB.
 // One invocation per pixel and triangle; edges are multisampled.
 // Overflow: cannot happen; texel coordinates are clamped to the atlas.
@@ -8,11 +8,15 @@
 #include "shading.glsl"
 #include "surface.glsl"
 
-layout(set = 0, binding = 5) readonly buffer Trail { float trail[]; };
+layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
 
+// What one view of single texels does not hold is read four texels at once.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+
 #include "colormap.glsl"
+#include "texels.glsl"
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -22,6 +26,10 @@ layout(location = 4) flat in vec4 atlas_axes;
 layout(location = 5) flat in uint chart;
 
 layout(location = 0) out vec4 color;
+
+float trail_of(int texel) {
+    return texel_of(trail, uint(texel));
+}
 
 // The trail between its four nearest texels. Inside a triangle these are its own or gutter texels, which are filled.
 float trail_at(vec2 texel) {
@@ -33,8 +41,8 @@ float trail_at(vec2 texel) {
     ivec2 high = min(low + 1, last);
     int row_low = low.y * int(params.pitch);
     int row_high = high.y * int(params.pitch);
-    float below = mix(trail[row_low + low.x], trail[row_low + high.x], weight.x);
-    float above = mix(trail[row_high + low.x], trail[row_high + high.x], weight.x);
+    float below = mix(trail_of(row_low + low.x), trail_of(row_low + high.x), weight.x);
+    float above = mix(trail_of(row_high + low.x), trail_of(row_high + high.x), weight.x);
     return mix(below, above, weight.y);
 }
 

@@ -9,8 +9,11 @@
 
 layout(local_size_x = 256) in;
 
-layout(set = 0, binding = 0) readonly buffer Trail { float trail[]; };
-layout(set = 0, binding = 1) readonly buffer Density { float density[]; };
+// What one view of single texels does not hold is read four texels at once.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+
+layout(set = 0, binding = 0) uniform samplerBuffer trail;
+layout(set = 0, binding = 1) uniform samplerBuffer density;
 layout(set = 0, binding = 2) buffer Histogram { uint histogram[]; };
 
 layout(push_constant) uniform Params {
@@ -18,11 +21,13 @@ layout(push_constant) uniform Params {
     uint stride;        // texels from one to the next
 } params;
 
+#include "texels.glsl"
+
 void main() {
     uint i = invocation_index();
     if (i >= params.sample_count) return;
     uint texel = i * params.stride;
     // Texels without a triangle, and gutter texels, have no density.
-    if (density[texel] == 0.0) return;
-    atomicAdd(histogram[bin_of(trail[texel])], 1u);
+    if (texel_of(density, texel) == 0.0) return;
+    atomicAdd(histogram[bin_of(texel_of(trail, texel))], 1u);
 }

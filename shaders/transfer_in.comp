@@ -7,6 +7,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
+#include "words.glsl"
 #include "index.glsl"
 #include "ring.glsl"
 
@@ -20,8 +21,8 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer Arriving { Transfer arriving[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Departing { Transfer departing[]; };
 layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
-layout(std430, set = 0, binding = 3) buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 4) buffer Motions { Motion motions[]; };
+layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
 layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
 layout(std430, set = 0, binding = 6) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 7) readonly buffer Vertices { Vertex vertices[]; };
@@ -39,10 +40,11 @@ void main() {
         return;
     }
     atomicAdd(flow[0].arrived, 1u);
-    Motion motion = motions[transfer.particle];
+    int slot = int(transfer.particle);
+    Motion motion = motion_of(imageLoad(motions, slot));
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));
-    particles[transfer.particle] =
-        Particle(transfer.triangle, landing.u, landing.v, particles[transfer.particle].id);
-    motions[transfer.particle] =
-        Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~IN_FLIGHT);
+    Particle landed = Particle(transfer.triangle, landing.u, landing.v, imageLoad(particles, slot).w);
+    imageStore(particles, slot, words_of(landed));
+    Motion goes_on = Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~IN_FLIGHT);
+    imageStore(motions, slot, words_of(goes_on));
 }

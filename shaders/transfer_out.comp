@@ -13,6 +13,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
+#include "words.glsl"
 #include "index.glsl"
 
 layout(local_size_x = 64) in;
@@ -33,8 +34,8 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Particles { Particle particles[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Motions { Motion motions[]; };
+layout(set = 0, binding = 2) uniform usamplerBuffer particles;
+layout(set = 0, binding = 3) uniform usamplerBuffer motions;
 layout(std430, set = 0, binding = 4) readonly buffer Nearest { uint nearest[]; };
 layout(std430, set = 0, binding = 5) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Departing { Transfer departing[]; };
@@ -137,8 +138,8 @@ void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving || i < flow[0].carried) return;
     uint slot = particle_indices[i];
-    Particle particle = particles[slot];
-    Motion motion = motions[slot];
+    Particle particle = particle_of(texelFetch(particles, int(slot)));
+    Motion motion = motion_of(texelFetch(motions, int(slot)));
     uint source = texelFetch(triangles, int(particle.triangle)).w;
     uint near = nearest_triangle(atlas_position(atlas_maps[particle.triangle], particle.u, particle.v));
     uint triangle = near == NONE ? particle.triangle : near;

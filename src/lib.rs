@@ -108,6 +108,9 @@
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
 //! (`tests/kernels.rs`), and a test that turns red when a constant of it is wrong (`make mutants`).
 //!
+//! **Invariant:** what outgrows a storage block or a texel buffer of the device takes other ways ([`sim::texel_paths`]) to
+//! the same bits.
+//!
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`] and in the one file
 //! that hands egui's painter its Vulkan handles (`render::gui`).
 

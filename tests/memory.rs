@@ -24,11 +24,12 @@ fn the_sum_is_that_of_the_buffers() {
         + s.deposits.front.size_in_bytes()
         + s.deposits.back.size_in_bytes()
         + s.density.size_in_bytes()
-        + s.seams.size_in_bytes()
         + s.atlas_maps.size_in_bytes()
         + s.corners.size_in_bytes()
         + s.vertices.size_in_bytes()
         + s.walkers.size_in_bytes()
+        + s.walker_count.size_in_bytes()
+        + s.unused.size_in_bytes()
         + s.walker_groups.size_in_bytes()
         + s.no_groups.size_in_bytes()
         + s.poses.size_in_bytes()
@@ -38,6 +39,7 @@ fn the_sum_is_that_of_the_buffers() {
         + size_of_val(&setup.surface.halfedges[..])
         + size_of_val(&setup.strips[..])
         + size_of_val(&setup.atlas.blocks[..])
+        + size_of_val(&setup.atlas.seams[..])
         + size_of_val(&setup.clearance[..])
         + size_of_val(&setup.atlas.exchange.rows[..])
         + size_of_val(&setup.atlas.exchange.entries[..]);
@@ -45,6 +47,9 @@ fn the_sum_is_that_of_the_buffers() {
         memory::size_in_bytes(setup, &scene.settings),
         buffers + tables as u64
     );
+    // Before there is an atlas, all but its seams is known.
+    let (whole, known) = (buffers + tables as u64, memory::needed(&scene));
+    assert!(known <= whole && known * 2 > whole, "{known} of {whole}");
     gpu.finish();
 }
 

@@ -5,7 +5,7 @@ mod common;
 use common::{Gpu, awkward_sizes, gpu, scene};
 use glam::{Vec2, Vec3};
 use image::{Rgba, RgbaImage};
-use myxo::gpu::{Buffer, Context, Frames, Pipeline, Threads};
+use myxo::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use myxo::mesh::surface::NONE;
 use myxo::render::colormap::srgb_from_linear;
 use myxo::render::exposure::{self, BIN_COUNT, Exposure};
@@ -14,7 +14,8 @@ use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Settings, Show};
 use myxo::sim::kernels::{
-    Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramParams,
+    Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
+    TrailHistogramParams,
 };
 use myxo::sim::{Setup, Simulation, twin};
 use std::sync::Arc;
@@ -480,7 +481,8 @@ fn the_exposure_follows_the_trail() {
 #[test]
 fn exposure_kernels_agree_with_their_twins() {
     let Some(gpu) = gpu() else { return };
-    let histogram_pipeline = Pipeline::<TrailHistogram>::new(&gpu.ctx, &()).unwrap();
+    let constants = TrailHistogramConstants::default();
+    let histogram_pipeline = Pipeline::<TrailHistogram>::new(&gpu.ctx, &constants).unwrap();
     let expose_pipeline = Pipeline::<Expose>::new(&gpu.ctx, &()).unwrap();
     for sample_count in awkward_sizes(256).into_iter().filter(|&count| count > 0) {
         for stride in [1, 3] {
@@ -502,8 +504,8 @@ fn exposure_kernels_agree_with_their_twins() {
             let brightest = Buffer::from_slice(&gpu.ctx, "brightest", &twin_brightest).unwrap();
             gpu.run(|rec| {
                 let args = TrailHistogramArgs {
-                    trail: &trail_buffer,
-                    density: &density_buffer,
+                    trail: &Texels::new(&trail_buffer, 1).unwrap(),
+                    density: &Texels::new(&density_buffer, 1).unwrap(),
                     histogram: &histogram,
                 };
                 rec.dispatch(

@@ -124,17 +124,14 @@ fn sensors_walk_where_seams_are_near() {
             gpu.run(|rec| simulation.record_step(rec));
         }
         let walkers = gpu.ctx.download(&simulation.state().walkers).unwrap();
-        let count = walkers[0] as usize;
-        let mut slots = walkers[1..=count].to_vec();
+        let count = gpu.ctx.download(&simulation.state().walker_count).unwrap()[0];
+        let mut slots = walkers[..count as usize].to_vec();
         slots.sort_unstable();
         slots.dedup();
-        assert_eq!(slots.len(), count, "nobody is listed twice");
+        assert_eq!(slots.len(), count as usize, "nobody is listed twice");
         let groups = gpu.ctx.download(&simulation.state().walker_groups).unwrap()[0];
-        assert!(
-            groups.y * groups.x * 64 >= walkers[0],
-            "{groups:?} for {count}"
-        );
-        count as f64 / 2000.0
+        assert!(groups.y * groups.x * 64 >= count, "{groups:?} for {count}");
+        f64::from(count) / 2000.0
     };
     let near = share(|s| s.physarum.sensor_offset = 0.01);
     let far = share(|s| s.physarum.sensor_offset = 0.05);

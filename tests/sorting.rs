@@ -135,8 +135,8 @@ impl Case {
                 triangles: &triangles,
                 atlas_maps: &atlas_maps,
                 bins: &bins,
-                sorted_particles: &sorted_particles.cast(),
-                sorted_motions: &sorted_motions.cast(),
+                sorted_particles: &Texels::new(&sorted_particles, 4).unwrap(),
+                sorted_motions: &Texels::new(&sorted_motions, 4).unwrap(),
                 windows: &windows,
                 flow: &flow,
             };

@@ -1,13 +1,14 @@
 // trail: reading the trail between texel centres. Twin of src/sim/twin/trail.rs.
-// The includer declares `trail` first, a texel buffer of one float.
+// The includer declares `trail` first, and what texels.glsl asks for.
 
 #ifndef MYXO_TRAIL
 #define MYXO_TRAIL
 
 #include "atlas.glsl"
+#include "texels.glsl"
 
 float trail_of(uint texel) {
-    return texelFetch(trail, int(texel)).x;
+    return texel_of(trail, texel);
 }
 
 // Bilinear over the four texels around. Gutter texels are filled, so no triangle needs its neighbours' texels.

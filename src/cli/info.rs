@@ -202,20 +202,14 @@ fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
             ),
         ),
         ("memory", heaps.join(", ")),
-        (
-            "one binding",
-            format!(
-                "{}: {} particles, or an atlas of {side} x {side} texels",
-                human(device.max_storage_buffer_range),
-                grouped(most_particles(device) as f64),
-                side = largest_atlas(device)
-            ),
-        ),
+        ("one binding", human(device.max_storage_buffer_range)),
         (
             "texel buffer",
             format!(
-                "{} elements",
-                grouped(device.max_texel_buffer_elements.into())
+                "{} elements: {} particles, or an atlas of {side} x {side} texels",
+                grouped(device.max_texel_buffer_elements.into()),
+                grouped(most_particles(device) as f64),
+                side = largest_atlas(device)
             ),
         ),
         (

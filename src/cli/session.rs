@@ -21,7 +21,7 @@ use super::times;
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
 /// Scenes that take more device memory than this say so.
-const LARGE: u64 = 512 << 20;
+const LARGE: u64 = 1 << 30;
 
 /// A device, a scene on it, and what is done between steps.
 pub struct Session {
@@ -78,18 +78,11 @@ impl Session {
         oddities.iter().for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
+        tell_memory(&ctx, &scene);
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(&ctx, &scene, control))?;
         if let Some(warning) = simulation.setup().atlas.warning() {
             console::message(&format!("{}: {warning}", scene.name));
-        }
-        let size = memory::size_in_bytes(simulation.setup(), simulation.settings());
-        if size > LARGE {
-            console::message(&format!(
-                "{} takes {} of the device's memory",
-                scene.name,
-                memory::human(size)
-            ));
         }
         if let (Some(path), Some(checkpoint)) = (resume, checkpoint) {
             let changes = checkpoint
@@ -401,6 +394,33 @@ fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R)
         Some(tracing) => tracing.trace.span(name, |_| work()),
         None => work(),
     }
+}
+
+/// Says what a large scene takes on the device, before it is taken; and if that is more than the device says that it has.
+fn tell_memory(ctx: &Context, scene: &Scene) {
+    let needed = memory::needed(scene);
+    if needed <= LARGE {
+        return;
+    }
+    let heaps = ctx.info().heaps.iter();
+    let on_device: u64 = heaps
+        .filter(|heap| heap.device_local)
+        .map(|heap| heap.size)
+        .sum();
+    let more = if needed > on_device {
+        format!(
+            ", and {} says that it has {}",
+            ctx.info().name,
+            memory::human(on_device)
+        )
+    } else {
+        String::new()
+    };
+    console::message(&format!(
+        "{} needs {} on the device{more}",
+        scene.name,
+        memory::human(needed)
+    ));
 }
 
 #[cfg(test)]

@@ -86,10 +86,13 @@ impl Recorder {
         }
         let resources = I::resources(args);
         let bound = resources.iter().zip(I::BINDINGS);
-        let written = bound
+        let mut written: Vec<&BufferCore> = bound
             .filter(|(_, binding)| binding.access != BindingAccess::Read)
             .map(|(resource, _): (&Resource<'_>, _)| resource.core())
             .collect();
+        // Parts of one buffer are bound one by one.
+        written.sort_by_key(|core| core.raw());
+        written.dedup_by_key(|core| core.raw());
         self.admits_kernel(name, written)
     }
 
@@ -141,7 +144,7 @@ impl Recorder {
             }
             let name = format!("kept.{}", core.name());
             let words = (size / size_of::<u32>() as u64) as usize;
-            let kept = Buffer::new(self.ctx(), &name, words, Domain::Device)?;
+            let kept = Buffer::new(self.ctx(), &name, words, Domain::Texels)?;
             self.copy_all(core.raw(), kept.core().raw(), size);
             buffers.push((core.raw(), kept, size));
         }

@@ -12,12 +12,22 @@ use super::error::GpuResult;
 /// What a buffer's memory is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
-    /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it.
+    /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it. Fits one binding.
     Device,
+    /// The same, and kernels reach it by [`Texels`](super::Texels): it may be larger than a binding.
+    Texels,
     /// Written by the host, read by the device.
     Upload,
     /// Written by the device, read by the host.
     Readback,
+}
+
+impl Domain {
+    /// Does nobody but the device reach it?
+    #[must_use]
+    pub fn is_on_device(self) -> bool {
+        matches!(self, Domain::Device | Domain::Texels)
+    }
 }
 
 /// `len` elements of `T` on the device.
@@ -84,7 +94,20 @@ impl<T: Pod> Buffer<T> {
     /// # Errors
     /// As [`Buffer::new`]; the device was lost.
     pub fn zeroed(ctx: &Arc<Context>, name: &str, len: usize) -> GpuResult<Self> {
-        let buffer = Self::new(ctx, name, len, Domain::Device)?;
+        Self::zeroed_in(ctx, name, len, Domain::Device)
+    }
+
+    /// The same, for a purpose.
+    ///
+    /// # Errors
+    /// As [`Buffer::zeroed`].
+    pub fn zeroed_in(
+        ctx: &Arc<Context>,
+        name: &str,
+        len: usize,
+        domain: Domain,
+    ) -> GpuResult<Self> {
+        let buffer = Self::new(ctx, name, len, domain)?;
         ctx.fill(&buffer, 0)?;
         Ok(buffer)
     }
@@ -94,7 +117,20 @@ impl<T: Pod> Buffer<T> {
     /// # Errors
     /// As [`Buffer::new`]; the device was lost.
     pub fn from_slice(ctx: &Arc<Context>, name: &str, data: &[T]) -> GpuResult<Self> {
-        let buffer = Self::new(ctx, name, data.len(), Domain::Device)?;
+        Self::from_slice_in(ctx, name, data, Domain::Device)
+    }
+
+    /// The same, for a purpose.
+    ///
+    /// # Errors
+    /// As [`Buffer::from_slice`].
+    pub fn from_slice_in(
+        ctx: &Arc<Context>,
+        name: &str,
+        data: &[T],
+        domain: Domain,
+    ) -> GpuResult<Self> {
+        let buffer = Self::new(ctx, name, data.len(), domain)?;
         ctx.upload(&buffer, data)?;
         Ok(buffer)
     }
@@ -187,7 +223,7 @@ impl<T: Pod> Buffer<T> {
     pub fn cast<U: Pod>(&self) -> Buffer<U> {
         let core = &self.core;
         assert!(
-            core.domain == Domain::Device && core.size.is_multiple_of(size_of::<U>() as u64),
+            core.domain.is_on_device() && core.size.is_multiple_of(size_of::<U>() as u64),
             "`{}` has {} bytes and cannot be seen as elements of {}",
             core.name,
             core.size,

@@ -50,7 +50,7 @@ impl BufferCore {
             limit,
             largest: limit / element_size,
         };
-        // Only device buffers are bound whole; the others may be larger than a binding.
+        // Only these are bound whole; the others may be larger than a binding.
         let binding = if domain == Domain::Device {
             info.max_storage_buffer_range
         } else {
@@ -70,9 +70,10 @@ impl BufferCore {
         }
 
         let (location, usage) = match domain {
-            Domain::Device => (
+            Domain::Device | Domain::Texels => (
                 MemoryLocation::GpuOnly,
-                vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER,
+                vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
+                    | vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER,
             ),
             Domain::Upload => (MemoryLocation::CpuToGpu, vk::BufferUsageFlags::empty()),
             Domain::Readback => (MemoryLocation::GpuToCpu, vk::BufferUsageFlags::empty()),
@@ -124,7 +125,7 @@ impl BufferCore {
         &self.ctx
     }
 
-    /// Fits one storage-buffer binding? Device buffers always do.
+    /// Fits one storage-buffer binding? Those of [`Domain::Device`] always do.
     pub(crate) fn assert_bindable(&self) {
         let limit = self.ctx.info().max_storage_buffer_range;
         assert!(
@@ -182,7 +183,7 @@ impl BufferCore {
 
     pub(super) fn mapped(&self, instead: &str) -> *mut std::ffi::c_void {
         let mapped = self.allocation.as_ref().and_then(Allocation::mapped_ptr);
-        let mapped = mapped.filter(|_| self.domain != Domain::Device);
+        let mapped = mapped.filter(|_| !self.domain.is_on_device());
         mapped
             .unwrap_or_else(|| panic!("`{}` is a device buffer; use ctx.{instead}", self.name))
             .as_ptr()

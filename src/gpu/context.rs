@@ -40,6 +40,17 @@ pub struct ContextOptions {
     pub cache_folder: Option<PathBuf>,
     /// Values that `debug_value` may tell in a frame.
     pub debug_capacity: u32,
+    /// Takes the device for a smaller one, so that tests of what is large need not be.
+    pub limits: Option<Limits>,
+}
+
+/// Limits of a device that make large buffers take other ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one storage-buffer binding.
+    pub storage_buffer_range: u64,
+    /// Elements of one texel buffer.
+    pub texel_buffer_elements: u32,
 }
 
 impl Default for ContextOptions {
@@ -53,6 +64,7 @@ impl Default for ContextOptions {
             breadcrumbs: true,
             cache_folder: None,
             debug_capacity: 65_536,
+            limits: None,
         }
     }
 }
@@ -83,7 +95,10 @@ impl Context {
     /// No loader or driver, no layer (with `validation`), an unknown or unsuitable device, no memory.
     pub fn new(options: &ContextOptions) -> GpuResult<Arc<Self>> {
         let instance = Instance::new(options)?;
-        let info = info::choose(info::list(&instance)?, options.device.as_deref())?;
+        let mut info = info::choose(info::list(&instance)?, options.device.as_deref())?;
+        if let Some(limits) = options.limits {
+            info.lower(limits);
+        }
         let device = Device::new(instance, &info, options.window.is_some())?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: device.instance.raw.clone(),

@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use ash::{ext, khr, vk};
 
+use super::context::Limits;
 use super::error::{Check, GpuError, GpuResult};
 use super::instance::Instance;
 
@@ -116,6 +117,14 @@ impl DeviceInfo {
             let _ = write!(line, ", lacks {}", self.missing.join(", "));
         }
         line
+    }
+
+    /// Lowers limits that are higher.
+    pub(crate) fn lower(&mut self, limits: Limits) {
+        let range = &mut self.max_storage_buffer_range;
+        *range = limits.storage_buffer_range.min(*range);
+        let elements = &mut self.max_texel_buffer_elements;
+        *elements = limits.texel_buffer_elements.min(*elements);
     }
 
     /// Are times of kernels to be had?

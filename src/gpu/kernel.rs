@@ -29,8 +29,13 @@ pub enum BindingAccess {
 pub enum BindingKind {
     /// A storage block.
     Storage,
-    /// A texel buffer.
+    /// A texel buffer that is read.
     Texels,
+    /// A texel buffer that is written, with so many components a texel.
+    StorageTexels {
+        /// 1 or 4.
+        components: u32,
+    },
 }
 
 /// One binding of set 0.
@@ -313,6 +318,7 @@ pub(crate) fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     match kind {
         BindingKind::Storage => vk::DescriptorType::STORAGE_BUFFER,
         BindingKind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        BindingKind::StorageTexels { .. } => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
     }
 }
 

@@ -48,7 +48,7 @@ pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
 pub use buffer_core::BufferCore;
 pub use cache::default_cache_folder;
 pub use clock::Calibration;
-pub use context::{Context, ContextOptions, devices};
+pub use context::{Context, ContextOptions, Limits, devices};
 pub use debug::{DebugEntries, DebugEntry, DebugValue};
 pub use error::{GpuError, GpuResult};
 pub use frame::Frames;
@@ -64,7 +64,7 @@ pub use readback::Readback;
 pub use recorder::Recorder;
 pub use report::{Node, Report, Row, Statistics};
 pub use swapchain::{Swapchain, WindowImage};
-pub use texels::{TexelScalar, Texels, TexelsCore};
+pub use texels::{PART, TexelScalar, Texels, TexelsCore};
 pub use timer::{Span, SpanKind, Timings};
 pub use trace::{HostSpan, Trace};
 

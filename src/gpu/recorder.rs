@@ -11,8 +11,8 @@ use super::context::Context;
 use super::frame::FrameResources;
 use super::info::DeviceKind;
 use super::kernel::{
-    BindingAccess, BindingKind, DispatchGroups, Interface, Kernel, Params, Pipeline, PipelineCore,
-    Resource, Threads, descriptor_type,
+    Binding, BindingAccess, BindingKind, DispatchGroups, Interface, Kernel, Params, Pipeline,
+    PipelineCore, Resource, Threads, descriptor_type,
 };
 use super::timer::SpanKind;
 
@@ -297,15 +297,28 @@ impl Recorder {
                 "`{}` belongs to another context",
                 core.name()
             );
-            if matches!(resource, Resource::Buffer(_)) {
-                core.assert_bindable();
+            match (resource, binding.kind) {
+                (Resource::Buffer(_), _) => core.assert_bindable(),
+                (Resource::Texels(texels), BindingKind::StorageTexels { components }) => assert!(
+                    texels.components() == components,
+                    "`{name}` binds `{}` as {}, whose texels have {components} components, not {}",
+                    core.name(),
+                    binding.name,
+                    texels.components()
+                ),
+                (Resource::Texels(_), _) => {}
             }
             for (other, other_binding) in resources.iter().zip(I::BINDINGS).skip(i + 1) {
-                // What is read as texels beside a storage block is read by the invocation that writes it, before that:
-                // the kernel's header says so.
-                let own =
-                    matches!(other, Resource::Texels(_)) && binding.access == BindingAccess::Write;
+                // What is read as texels beside what is written is read by the invocation that writes it, before that, or
+                // nobody writes it here: the kernel's header says so. Parts of a buffer are written one by one.
+                let own = [(binding, other_binding), (other_binding, binding)]
+                    .iter()
+                    .any(|(written, read)| {
+                        written.access == BindingAccess::Write && read.kind == BindingKind::Texels
+                    });
+                let parts = is_written_as_texels(binding) && is_written_as_texels(other_binding);
                 let written = !own
+                    && !parts
                     && (binding.access != BindingAccess::Read
                         || other_binding.access != BindingAccess::Read);
                 assert!(
@@ -318,20 +331,21 @@ impl Recorder {
                 );
             }
         }
-        for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
-            let mut others = resources.iter().zip(I::BINDINGS).enumerate();
-            let another = others
-                .find(|(k, (other, _))| *k != i && other.core().raw() == resource.core().raw());
-            let is_own =
-                another.is_some_and(|(_, (_, other))| other.access == BindingAccess::Write);
-            if is_own {
+        for (i, resource) in resources.iter().enumerate() {
+            let core = resource.core();
+            let is_same = |other: &Resource<'_>| other.core().raw() == core.raw();
+            if resources[..i].iter().any(is_same) {
                 continue;
             }
-            let reads = binding.access != BindingAccess::Write || another.is_some();
-            let writes = binding.access != BindingAccess::Read;
-            resource
-                .core()
-                .touch(self.ticket, name, access, reads, writes);
+            let ways = || {
+                resources
+                    .iter()
+                    .zip(I::BINDINGS)
+                    .filter(|way| is_same(way.0))
+            };
+            let reads = ways().any(|(_, binding)| binding.access != BindingAccess::Write);
+            let writes = ways().any(|(_, binding)| binding.access != BindingAccess::Read);
+            core.touch(self.ticket, name, access, reads, writes);
         }
     }
 
@@ -479,6 +493,10 @@ impl Recorder {
     pub(crate) fn device(&self) -> &ash::Device {
         &self.frame.ctx.device.raw
     }
+}
+
+fn is_written_as_texels(binding: &Binding) -> bool {
+    matches!(binding.kind, BindingKind::StorageTexels { .. })
 }
 
 impl Drop for Recorder {

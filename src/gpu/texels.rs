@@ -1,5 +1,6 @@
 //! Texel buffers: a device buffer read as a one-dimensional texture, which is the fastest way to small tables on CPU
-//! drivers. The shader says `samplerBuffer` and `texelFetch`.
+//! drivers, and written as one, which reaches farther than a storage block. The shader says `samplerBuffer` and
+//! `texelFetch`, or `imageBuffer` and `imageStore`.
 
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -7,10 +8,13 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 
-use super::buffer::{AnyBuffer, Buffer, Domain};
+use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::BufferCore;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
+
+/// Parts begin at multiples of so many texels: no device asks for more than 256 bytes.
+pub const PART: u64 = 64;
 
 /// A scalar that texels are made of.
 pub trait TexelScalar: Pod {
@@ -52,6 +56,7 @@ pub struct Texels<S> {
 pub struct TexelsCore {
     raw: vk::BufferView,
     buffer: Arc<BufferCore>,
+    components: u32,
 }
 
 impl<S: TexelScalar> Texels<S> {
@@ -63,6 +68,22 @@ impl<S: TexelScalar> Texels<S> {
     /// # Panics
     /// If the components are not 1, 2 or 4, the buffer is not a device buffer or does not divide into texels.
     pub fn new<T: Pod>(buffer: &Buffer<T>, components: usize) -> GpuResult<Self> {
+        let texels = buffer.size_in_bytes() / (4 * components as u64);
+        Self::of_part(buffer, components, 0..texels)
+    }
+
+    /// Views a part of a device buffer, which begins at a multiple of [`PART`] texels.
+    ///
+    /// # Errors
+    /// As [`Texels::new`].
+    ///
+    /// # Panics
+    /// As [`Texels::new`]; if the part does not begin so, or does not lie in the buffer.
+    pub fn of_part<T: Pod>(
+        buffer: &Buffer<T>,
+        components: usize,
+        part: std::ops::Range<u64>,
+    ) -> GpuResult<Self> {
         let core = buffer.shared();
         let format = S::FORMATS
             .iter()
@@ -71,7 +92,7 @@ impl<S: TexelScalar> Texels<S> {
         let format =
             format.unwrap_or_else(|| panic!("a texel has 1, 2 or 4 components, not {components}"));
         assert!(
-            core.domain() == Domain::Device,
+            core.domain().is_on_device(),
             "`{}` is not a device buffer",
             core.name()
         );
@@ -82,12 +103,19 @@ impl<S: TexelScalar> Texels<S> {
             core.name()
         );
         let limit = u64::from(core.ctx().info().max_texel_buffer_elements);
-        let count = core.size_in_bytes() / texel;
+        assert!(
+            part.start.is_multiple_of(PART)
+                && part.start <= part.end
+                && part.end * texel <= core.size_in_bytes(),
+            "`{}` has no part {part:?}",
+            core.name()
+        );
+        let count = part.end - part.start;
         if count > limit {
             return Err(GpuError::TooLarge {
                 object: core.name().to_owned(),
                 len: count,
-                size: core.size_in_bytes(),
+                size: count * texel,
                 limit_name: "maxTexelBufferElements",
                 limit,
                 largest: limit,
@@ -96,12 +124,18 @@ impl<S: TexelScalar> Texels<S> {
         let info = vk::BufferViewCreateInfo::default()
             .buffer(core.raw())
             .format(format)
-            .range(vk::WHOLE_SIZE);
+            .offset(part.start * texel)
+            // Vulkan has no empty views; buffers without elements have this much memory all the same.
+            .range((count * texel).max(texel));
         // SAFETY: the buffer is alive, and was made for texel views.
         let raw = unsafe { core.ctx().device.raw.create_buffer_view(&info, None) }
             .check("vkCreateBufferView", core.name())?;
         Ok(Self {
-            view: TexelsCore { raw, buffer: core },
+            view: TexelsCore {
+                raw,
+                buffer: core,
+                components: components as u32,
+            },
             scalar: PhantomData,
         })
     }
@@ -116,6 +150,10 @@ impl<S: TexelScalar> Texels<S> {
 impl TexelsCore {
     pub(crate) fn raw(&self) -> vk::BufferView {
         self.raw
+    }
+
+    pub(crate) fn components(&self) -> u32 {
+        self.components
     }
 }
 

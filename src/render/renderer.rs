@@ -14,17 +14,20 @@ use super::exposure::{self, Exposure};
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 use super::view::View;
 use crate::gpu::{
-    Access, Blend, Buffer, Context, DepthTest, Format, GpuError, Image, PassRecorder, Pipeline,
-    RasterOptions, RasterPipeline, Recorder, Targets, Threads, Topology,
+    Access, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, Image, PassRecorder,
+    Pipeline, RasterOptions, RasterPipeline, Recorder, Targets, Texels, Threads, Topology,
 };
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
-    AtlasViewArgs, AtlasViewDraw, AtlasViewParams, BackgroundDraw, BackgroundParams, ParticlesArgs,
-    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceDraw, SurfaceParams,
+    AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
+    BackgroundParams, ParticlesArgs, ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceConstants,
+    SurfaceDraw, SurfaceParams,
 };
 use crate::sim::kernels::{
-    Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramParams,
+    Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
+    TrailHistogramParams,
 };
+use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
 
 /// Samples a pixel, where the device has them.
@@ -117,7 +120,12 @@ struct Pipelines {
 }
 
 impl Pipelines {
-    fn new(ctx: &Arc<Context>, format: Format, samples: u32) -> Result<Self, GpuError> {
+    fn new(
+        ctx: &Arc<Context>,
+        format: Format,
+        samples: u32,
+        texels_in_quads: bool,
+    ) -> Result<Self, GpuError> {
         let options = RasterOptions {
             color: format,
             samples,
@@ -134,10 +142,10 @@ impl Pipelines {
         };
         Ok(Self {
             samples,
-            surface: RasterPipeline::new(ctx, &(), options)?,
+            surface: RasterPipeline::new(ctx, &SurfaceConstants { texels_in_quads }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
             background: RasterPipeline::new(ctx, &(), behind)?,
-            atlas_view: RasterPipeline::new(ctx, &(), behind)?,
+            atlas_view: RasterPipeline::new(ctx, &AtlasViewConstants { texels_in_quads }, behind)?,
         })
     }
 }
@@ -151,7 +159,7 @@ pub struct Renderer {
     /// Packed, one for each corner of each triangle.
     normals: Buffer<u32>,
     /// What each texel is, and in which colour its chart is shown.
-    texels: Buffer<u32>,
+    texels: Texels<u32>,
     /// The colour and the seams of each triangle.
     charts: Buffer<u32>,
     colors: Buffer<Vec4>,
@@ -192,9 +200,11 @@ impl Renderer {
             .map(|quality| quality.samples(ctx))
             .to_vec();
         samples.dedup();
+        let texel_count = setup.atlas.texel_count() as u64;
+        let texels_in_quads = TexelPaths::of(ctx.info(), texel_count).in_quads;
         let pipelines = samples
             .into_iter()
-            .map(|samples| Pipelines::new(ctx, format, samples));
+            .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads));
         let normals = corner_normals(&setup.surface, CREASE_ANGLE);
         let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
         let (surface, atlas) = (&setup.surface, &setup.atlas);
@@ -203,10 +213,13 @@ impl Renderer {
         let triangles = charts::triangle_words(surface, atlas, &chart_colors);
         Ok(Self {
             pipelines: pipelines.collect::<Result<_, _>>()?,
-            trail_histogram: Pipeline::new(ctx, &())?,
+            trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", &normals)?,
-            texels: Buffer::from_slice(ctx, "texels", &texels)?,
+            texels: Texels::new(
+                &Buffer::from_slice_in(ctx, "texels", &texels, Domain::Texels)?,
+                if texels_in_quads { 4 } else { 1 },
+            )?,
             charts: Buffer::from_slice(ctx, "charts", &triangles)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
             colors_are: None,
@@ -293,8 +306,8 @@ impl Renderer {
                     &self.trail_histogram,
                     Threads(sample_count),
                     TrailHistogramArgs {
-                        trail: &state.trail.front,
-                        density: &state.density,
+                        trail: &state.trail.front_views.texels,
+                        density: &state.density_views.texels,
                         histogram: &self.histogram,
                     },
                     TrailHistogramParams {
@@ -342,7 +355,7 @@ impl Renderer {
                 normals: &self.normals,
                 atlas_maps: &state.atlas_maps,
                 poses: &state.poses,
-                trail: &state.trail.front,
+                trail: &state.trail.front_views.texels,
                 colors: &self.colors,
                 brightest: &self.brightest,
                 charts: &self.charts,
@@ -378,7 +391,7 @@ impl Renderer {
             drawn,
             1,
             ParticlesArgs {
-                particles: &state.particles,
+                particles: &state.particles_view,
                 corners: &state.corners,
                 vertices: &state.vertices,
                 poses: &state.poses,
@@ -420,7 +433,7 @@ impl Renderer {
             3,
             1,
             AtlasViewArgs {
-                trail: &state.trail.front,
+                trail: &state.trail.front_views.texels,
                 texels: &self.texels,
                 colors: &self.colors,
                 brightest: &self.brightest,

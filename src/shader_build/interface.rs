@@ -52,8 +52,9 @@ impl Interface<'_> {
         );
         for binding in self.bindings {
             let kind = match binding.resource {
-                Resource::Storage(_) => "Storage",
-                Resource::Texels(_) => "Texels",
+                Resource::Storage(_) => "Storage".to_owned(),
+                Resource::Texels(_) => "Texels".to_owned(),
+                Resource::StorageTexels(_, n) => format!("StorageTexels {{ components: {n} }}"),
             };
             put(
                 out,
@@ -88,7 +89,7 @@ impl Interface<'_> {
             .iter()
             .map(|b| match b.resource {
                 Resource::Storage(_) => format!("crate::gpu::Resource::Buffer(args.{})", b.name),
-                Resource::Texels(_) => {
+                Resource::Texels(_) | Resource::StorageTexels(..) => {
                     format!("crate::gpu::Resource::Texels(args.{}.as_dyn())", b.name)
                 }
             })
@@ -131,7 +132,9 @@ impl Interface<'_> {
                 Resource::Storage(element) => {
                     format!("crate::gpu::Buffer<{}>", rust_type(element)?)
                 }
-                Resource::Texels(scalar) => format!("crate::gpu::Texels<{}>", rust_type(scalar)?),
+                Resource::Texels(scalar) | Resource::StorageTexels(scalar, _) => {
+                    format!("crate::gpu::Texels<{}>", rust_type(scalar)?)
+                }
             };
             put(
                 out,

@@ -130,11 +130,7 @@ fn binding(
     let instance = instance.filter(|n| !n.is_empty());
     match (descriptor, ty) {
         (DescriptorType::StorageBuffer(access), Type::Struct(block)) => {
-            let access = match access {
-                AccessType::ReadOnly => Access::Read,
-                AccessType::WriteOnly => Access::Write,
-                AccessType::ReadWrite => Access::ReadWrite,
-            };
+            let access = access_of(*access);
             let (name, element) = match (instance, &block.members[..]) {
                 (_, [only]) => (instance.or(only.name.as_deref()), only.ty.clone()),
                 (Some(instance), _) => (Some(instance), ty.clone()),
@@ -181,7 +177,36 @@ fn binding(
                 resource: Resource::Texels(scalar_type(scalar)?),
             })
         }
+        (DescriptorType::StorageTexelBuffer(access), Type::StorageImage(texels)) => {
+            // Numbers of SPIR-V's image formats.
+            let (scalar, components) = match texels.fmt as u32 {
+                1 => (Ty::F32, 4),
+                3 => (Ty::F32, 1),
+                30 => (Ty::U32, 4),
+                33 => (Ty::U32, 1),
+                _ => {
+                    return Err(format!(
+                        "{:?}: texels that are written are r32f, r32ui, rgba32f or rgba32ui",
+                        texels.fmt
+                    ));
+                }
+            };
+            Ok(Binding {
+                number,
+                name: instance.ok_or("a texel buffer needs a name")?.to_owned(),
+                access: access_of(*access),
+                resource: Resource::StorageTexels(scalar, components),
+            })
+        }
         (other, _) => Err(format!("{other:?}: bind storage blocks or texel buffers")),
+    }
+}
+
+fn access_of(access: AccessType) -> Access {
+    match access {
+        AccessType::ReadOnly => Access::Read,
+        AccessType::WriteOnly => Access::Write,
+        AccessType::ReadWrite => Access::ReadWrite,
     }
 }
 

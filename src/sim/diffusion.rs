@@ -4,13 +4,16 @@ use std::sync::Arc;
 
 use super::kernels::{
     Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
-    DiffuseSeamsParams,
+    DiffuseSeamsConstants, DiffuseSeamsParams,
 };
 use super::memory;
 use super::params::spreading;
 use super::state::{PingPong, Views};
+use super::texel_paths::{TexelPaths, Unused};
 use crate::error::{Error, Result};
-use crate::gpu::{Access::Kernel, Buffer, Context, Frames, Pipeline, Recorder, Texels, Threads};
+use crate::gpu::{
+    Access::Kernel, Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads,
+};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
 /// Steps that are handed to the device together.
@@ -31,6 +34,9 @@ pub struct Diffusion {
     entries: Texels<u32>,
     density: Views<f32>,
     deposits: PingPong<u32>,
+    /// Is the texture larger than a storage block?
+    outgrows_block: bool,
+    unused: Unused,
     /// Where the trail is, and where its next step goes.
     trail: PingPong<f32>,
 }
@@ -53,11 +59,24 @@ impl Diffusion {
         memory::check_atlas(ctx.info(), atlas)?;
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
-        let constants = DiffuseConstants { distance };
+        let TexelPaths {
+            in_quads,
+            band,
+            outgrows_block,
+        } = TexelPaths::of(ctx.info(), texels as u64);
+        let constants = DiffuseConstants {
+            distance,
+            outgrows_block,
+        };
+        let seams_constants = DiffuseSeamsConstants {
+            texels_in_quads: in_quads,
+            band,
+        };
+        let large = Domain::Texels;
         let exchange = atlas.exchange.by_length();
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
-            diffuse_seams: Pipeline::new(ctx, &())?,
+            diffuse_seams: Pipeline::new(ctx, &seams_constants)?,
             params: DiffuseParams {
                 diffusion,
                 ..params
@@ -66,18 +85,26 @@ impl Diffusion {
                 diffusion,
                 ..seams_params
             },
-            blocks: Texels::new(&Buffer::from_slice(ctx, "blocks", &atlas.blocks)?, 1)?,
+            blocks: Texels::new(
+                &Buffer::from_slice_in(ctx, "blocks", &atlas.blocks, large)?,
+                1,
+            )?,
             rows: Texels::new(
-                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
+                &Buffer::from_slice_in(ctx, "exchange_rows", &exchange.rows, large)?,
                 1,
             )?,
             entries: Texels::new(
-                &Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
+                &Buffer::from_slice_in(ctx, "exchange_entries", &exchange.entries, large)?,
                 2,
             )?,
-            density: Views::new(&Buffer::from_slice(ctx, "density", &atlas.density)?)?,
+            density: Views::new(
+                ctx,
+                &Buffer::from_slice_in(ctx, "density", &atlas.density, large)?,
+            )?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
             trail: PingPong::new(ctx, "trail", texels)?,
+            outgrows_block,
+            unused: Unused::new(ctx)?,
             ctx: ctx.clone(),
         })
     }
@@ -124,7 +151,9 @@ impl Diffusion {
     fn record(&self, rec: &mut Recorder) {
         let (trail, next_trail) = (&self.trail.front, &self.trail.back);
         let (trail_views, deposits_views) = (&self.trail.front_views, &self.deposits.front_views);
+        let next_views = &self.trail.back_views;
         let previous_deposits = &self.deposits.back;
+        let spread = (self.unused).spread(self.outgrows_block, &self.trail, &self.deposits);
         rec.dispatch(
             &self.diffuse,
             Threads(self.params.lane_count),
@@ -133,13 +162,16 @@ impl Diffusion {
                 trail: &trail_views.quads,
                 deposits: &deposits_views.quads,
                 density: &self.density.quads,
-                next_trail: &next_trail.cast(),
-                previous_deposits: &previous_deposits.cast(),
+                next_trail: &spread.next_trail,
+                next_trail_quads: spread.next_trail_quads,
+                previous_deposits: &spread.previous_deposits,
+                previous_deposits_quads: spread.previous_deposits_quads,
             },
             self.params,
         );
         // diffuse_seams writes some texels over.
         rec.barrier(Kernel, Kernel, &[next_trail, previous_deposits]);
+        rec.barrier(Kernel, Kernel, &self.unused.all());
         rec.dispatch(
             &self.diffuse_seams,
             Threads(self.seams_params.row_count),
@@ -149,7 +181,8 @@ impl Diffusion {
                 trail: &trail_views.texels,
                 deposits: &deposits_views.texels,
                 density: &self.density.texels,
-                next_trail,
+                low_next_trail: &next_views.low,
+                high_next_trail: &next_views.high,
             },
             self.seams_params,
         );

@@ -5,6 +5,7 @@ use super::distance::{DistanceSetup, TILE_CANDIDATES};
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::sorting;
+use super::texel_paths::{TexelPaths, Unused};
 use super::transfers::capacity;
 use super::types::{
     AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, ListedTile, Motion, ObjectPair,
@@ -32,7 +33,8 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
-        + WALKER_LIST
+        + WALKER_LISTS
+        + Unused::SIZE
         + (sorting::bins(&setup.atlas, setup.poses.len()) * size_of::<u32>()) as u64
         + distance_bytes(setup)
         + transfer_bytes(setup, settings)
@@ -66,7 +68,7 @@ fn distance_bytes(setup: &Setup) -> u64 {
         return 0;
     }
     // Distances, nearest triangles, and places and triangles across.
-    let fields = 4 * TEXEL * setup.atlas.texel_count() as u64;
+    let fields = FIELDS * TEXEL * setup.atlas.texel_count() as u64;
     let objects = setup.poses.len() as u64;
     fields
         + size_of_val(&samples[..]) as u64
@@ -84,18 +86,59 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + objects * (objects - 1) * (PAIR + size_of::<f32>() as u64)
 }
 
-/// How many particles one buffer of the device holds.
+/// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
+/// seams take, and what distances between objects look things up in, comes on top.
 #[must_use]
-pub fn most_particles(device: &DeviceInfo) -> u64 {
-    largest_buffer(device).0 / PARTICLE
+pub fn needed(scene: &Scene) -> u64 {
+    let settings = &scene.settings;
+    let texels = texel_count(settings.atlas.size.into());
+    let fields = if scene.surface.objects.len() > 1 {
+        FIELDS
+    } else {
+        0
+    };
+    particle_bytes(settings.particles.count.into())
+        + texel_bytes(texels)
+        + fields * TEXEL * texels
+        + triangle_bytes(scene.surface.corners.len() as u64)
 }
 
-/// Texels along the side of the largest atlas that one buffer of the device holds.
+/// How many particles the device's buffers hold: kernels reach each as a texel.
+#[must_use]
+pub fn most_particles(device: &DeviceInfo) -> u64 {
+    particle_limit(device).0
+}
+
+/// Texels along the side of the largest atlas of a single object.
 #[must_use]
 pub fn largest_atlas(device: &DeviceInfo) -> u64 {
+    side_of(texel_limit(device).0)
+}
+
+/// The same for so many objects. Distances between several are in storage blocks, and read one by one.
+#[must_use]
+pub fn largest_atlas_of(device: &DeviceInfo, objects: usize) -> u64 {
+    if objects < 2 {
+        return largest_atlas(device);
+    }
     let texels = largest_buffer(device).0 / TEXEL;
-    // Diffusion reads them one by one through texel buffers.
-    let texels = texels.min(device.max_texel_buffer_elements.into());
+    side_of(texels.min(device.max_texel_buffer_elements.into()))
+}
+
+/// How many particles there may be, and which limit says so.
+fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
+    let texels = (device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS);
+    texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
+}
+
+/// The same for texels of a texture.
+fn texel_limit(device: &DeviceInfo) -> (u64, &'static str) {
+    let texels = (TexelPaths::most_texels(device), TEXEL_ELEMENTS);
+    texels.min((device.max_memory_allocation_size / TEXEL, ALLOCATION))
+}
+
+/// The side of the largest texture with so many texels at the most.
+fn side_of(texels: u64) -> u64 {
     let mut size = texels.isqrt();
     // Rows are padded to whole quads of texels.
     while texel_count(size) > texels {
@@ -134,20 +177,26 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     let mut problems = Vec::new();
 
     let particles = u64::from(scene.settings.particles.count);
-    let most = most_particles(device);
+    let (most, limit_name) = particle_limit(device);
     if particles > most {
+        let most = number(most);
         problems.push(format!(
-            "particles.count = {} takes {}, and {holds}: use at most {}",
+            "particles.count = {} takes {} in one buffer, and a buffer holds {most} ({limit_name}): use at most {most}",
             number(particles),
             human(particles * PARTICLE),
-            number(most)
         ));
     }
     let size = u64::from(scene.settings.atlas.size);
-    let largest = largest_atlas(device);
+    let largest = largest_atlas_of(device, scene.surface.objects.len());
     if size > largest {
+        let why = if largest < largest_atlas(device) {
+            format!("{holds} for distances between objects")
+        } else {
+            let (texels, limit_name) = texel_limit(device);
+            format!("a texture holds {} texels ({limit_name})", number(texels))
+        };
         problems.push(format!(
-            "atlas.size = {} takes {} a texture, and {holds}: use at most {}",
+            "atlas.size = {} takes {} a texture, and {why}: use at most {}",
             number(size),
             human(texel_count(size) * TEXEL),
             number(largest)
@@ -199,19 +248,27 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
 /// # Errors
 /// Names the table that is too large, the device's limit, and what makes it smaller.
 pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
+    // Seams and rows are read word by word, and entries as texels of two words.
+    let texels = u64::from(device.max_texel_buffer_elements);
+    let (words, pairs) = (4 * texels, 8 * texels);
     let tables = [
-        (atlas.seams.len() as u64, SEAM, "gutter texels"),
-        (atlas.exchange.rows.len() as u64, ROW, "texels beside seams"),
+        (atlas.seams.len() as u64, SEAM, words, "gutter texels"),
+        (
+            atlas.exchange.rows.len() as u64,
+            ROW,
+            words,
+            "texels beside seams",
+        ),
         (
             atlas.exchange.entries.len() as u64,
             ENTRY,
+            pairs,
             "exchanges over seams",
         ),
     ];
-    let limit = largest_buffer(device).0;
-    let Some((count, size, what)) = tables
+    let Some((count, size, limit, what)) = tables
         .into_iter()
-        .find(|(count, size, _)| count * size > limit)
+        .find(|(count, size, limit, _)| count * size > *limit)
     else {
         return Ok(());
     };
@@ -222,19 +279,19 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
     Err(too_large(
         device,
         &format!(
-            "atlas.size = {} with atlas.method = \"{}\" makes {} {what}, which take {}, and {}: lower atlas.size{fewer_seams}",
+            "atlas.size = {} with atlas.method = \"{}\" makes {} {what}, which take {}, and one buffer holds {}: lower atlas.size{fewer_seams}",
             number(u64::from(atlas.size)),
             atlas.method,
             number(count),
             human(count * size),
-            holds(device),
+            human(limit),
         ),
     ))
 }
 
-/// As the atlas says it, but never with a size that this device does not hold.
+/// As the atlas of so many objects says it, but never with a size that this device does not hold.
 #[must_use]
-pub fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
+pub fn atlas_error(device: &DeviceInfo, objects: usize, error: AtlasError) -> Error {
     let (what, needed, about, advice) = match &error {
         AtlasError::NoRoom {
             triangles, needed, ..
@@ -263,7 +320,7 @@ pub fn atlas_error(device: &DeviceInfo, error: AtlasError) -> Error {
         ),
         _ => return Error::Atlas(error),
     };
-    let largest = largest_atlas(device);
+    let largest = largest_atlas_of(device, objects);
     if needed <= largest {
         return Error::Atlas(error);
     }
@@ -285,10 +342,15 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
-/// The length of that list, and the groups of its dispatch and of none.
-const WALKER_LIST: u64 = WALKER + 2 * size_of::<DispatchGroups>() as u64;
+/// How many are listed, and the groups of their dispatch and of none.
+const WALKER_LISTS: u64 = WALKER + 2 * size_of::<DispatchGroups>() as u64;
 /// A place in the list of those whose sensors must walk.
 const WALKER: u64 = size_of::<u32>() as u64;
+/// Limits' names in Vulkan.
+const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
+const ALLOCATION: &str = "maxMemoryAllocationSize";
+/// Values a texel that distances between objects take.
+const FIELDS: u64 = 4;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
@@ -327,7 +389,7 @@ fn holds(device: &DeviceInfo) -> String {
 /// In bytes, and the limit's name in Vulkan.
 fn largest_buffer(device: &DeviceInfo) -> (u64, &'static str) {
     let binding = (device.max_storage_buffer_range, "maxStorageBufferRange");
-    let allocation = (device.max_memory_allocation_size, "maxMemoryAllocationSize");
+    let allocation = (device.max_memory_allocation_size, ALLOCATION);
     if allocation.0 < binding.0 {
         allocation
     } else {
@@ -359,195 +421,4 @@ fn number(value: u64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gpu::DeviceKind;
-
-    /// A device whose buffers hold `limit` bytes.
-    fn device(limit: u64) -> DeviceInfo {
-        DeviceInfo {
-            index: 0,
-            name: "abacus".to_owned(),
-            kind: DeviceKind::Other,
-            driver: String::new(),
-            driver_version: String::new(),
-            api_version: String::new(),
-            cache_key: String::new(),
-            timestamp_period: 1.0,
-            timestamp_valid_bits: 64,
-            max_storage_buffer_range: limit,
-            max_texel_buffer_elements: 1 << 27,
-            max_memory_allocation_size: 1 << 40,
-            max_group_count: 65_535,
-            max_group_invocations: 1024,
-            max_storage_buffers: 16,
-            max_push_constants: 128,
-            max_image_side: 16_384,
-            max_samples: 4,
-            subgroup_size: 8,
-            heaps: Vec::new(),
-            has_dynamic_rendering: true,
-            has_calibrated_timestamps: true,
-            missing: Vec::new(),
-            extensions: Vec::new(),
-            queue_family: 0,
-            physical: Default::default(),
-        }
-    }
-
-    fn scene(mesh: &str, particles: u32, size: u32) -> Scene {
-        let mut settings = Settings::default();
-        settings.objects[0].mesh = mesh.to_owned();
-        settings.particles.count = particles;
-        settings.atlas.size = size;
-        Scene::from_settings("test".to_owned(), settings, ".".into()).expect("it loads")
-    }
-
-    fn refusal(device: &DeviceInfo, scene: &Scene) -> String {
-        check(device, scene)
-            .expect_err("it is too large")
-            .to_string()
-    }
-
-    /// The number behind the last "use at most".
-    fn advised(message: &str) -> u32 {
-        let (_, number) = message
-            .rsplit_once("use at most ")
-            .expect("there is advice");
-        number.replace(',', "").parse().expect("it is a number")
-    }
-
-    #[test]
-    fn what_is_advised_is_the_largest_that_fits() {
-        for limit in [1 << 20, 5_000_000, 128 << 20] {
-            let device = device(limit);
-            let message = refusal(&device, &scene("builtin:cube", 1 << 30, 64));
-            let most = advised(&message);
-            assert!(
-                message.contains("particles.count = 1,073,741,824"),
-                "{message}"
-            );
-            assert!(check(&device, &scene("builtin:cube", most, 64)).is_ok());
-            assert!(check(&device, &scene("builtin:cube", most + 1, 64)).is_err());
-            assert!(u64::from(most) * 16 <= limit && u64::from(most + 1) * 16 > limit);
-
-            let message = refusal(&device, &scene("builtin:cube", 64, 32_768));
-            let most = advised(&message);
-            assert!(message.contains("atlas.size = 32,768"), "{message}");
-            assert!(check(&device, &scene("builtin:cube", 64, most)).is_ok());
-            assert!(check(&device, &scene("builtin:cube", 64, most + 1)).is_err());
-        }
-    }
-
-    #[test]
-    fn the_most_objects_that_are_advised_fit() {
-        for limit in [1 << 20, 5_000_000, 128 << 20] {
-            let most = most_objects(&device(limit));
-            assert!(most * (most - 1) * PAIR <= limit && (most + 1) * most * PAIR > limit);
-        }
-        let mut settings = Settings::default();
-        settings.objects[0].mesh = "builtin:cube".to_owned();
-        settings.objects = vec![settings.objects[0].clone(); 130];
-        settings.particles.count = 64;
-        settings.atlas.size = 64;
-        let scene = Scene::from_settings("test".to_owned(), settings, "".into()).expect("it loads");
-        let message = refusal(&device(1 << 20), &scene);
-        assert_eq!(advised(&message), 128, "{message}");
-        assert!(check(&device(2 << 20), &scene).is_ok());
-    }
-
-    #[test]
-    fn everything_that_is_too_large_comes_at_once() {
-        let message = refusal(
-            &device(1 << 20),
-            &scene("builtin:torus?major=200&minor=200", 70_000, 1024),
-        );
-        for part in [
-            "too large for abacus: ",
-            "\n  particles.count = 70,000 takes 2 MiB, and one buffer holds 1 MiB (maxStorageBufferRange): use at most 65,536",
-            "\n  atlas.size = 1024 takes 4 MiB a texture",
-            "\n  the meshes have 80,000 triangles",
-        ] {
-            assert!(message.contains(part), "{part}\nis not in\n{message}");
-        }
-    }
-
-    #[test]
-    fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
-        let scene = scene("builtin:torus?major=24&minor=16", 100, 512);
-        let setup = Setup::new(&scene).expect("it has room");
-        let exchange = &setup.atlas.exchange;
-        let tables = [
-            setup.atlas.seams.len() as u64 * SEAM,
-            exchange.rows.len() as u64 * ROW,
-            exchange.entries.len() as u64 * ENTRY,
-        ];
-        let largest = tables.into_iter().max().expect("there are some");
-        assert!(check_atlas(&device(largest), &setup.atlas).is_ok());
-        let error = check_atlas(&device(largest - 1), &setup.atlas).expect_err("it is too large");
-        let message = error.to_string();
-        assert!(
-            message
-                .contains("too large for abacus: atlas.size = 512 with atlas.method = \"charts\"")
-                && message.contains("lower atlas.size"),
-            "{message}"
-        );
-    }
-
-    #[test]
-    fn no_size_is_advised_that_the_device_does_not_hold() {
-        let no_room = |needed| AtlasError::NoRoom {
-            triangles: 100_000,
-            cells: 50_000,
-            cell_size: 4,
-            gutter: 1,
-            size: 64,
-            needed,
-        };
-        let small = device(1 << 20);
-        assert!(
-            atlas_error(&small, no_room(500))
-                .to_string()
-                .contains("raise atlas.size to 500")
-        );
-        let message = atlas_error(&small, no_room(900)).to_string();
-        assert!(
-            message.ends_with("100,000 triangles must have atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
-            "{message}"
-        );
-        for needed in [400, 900, 32_769] {
-            let charts = AtlasError::NoRoomForCharts {
-                charts: 2000,
-                gutter: 1,
-                size: 64,
-                needed,
-            };
-            let own_uvs = AtlasError::OwnUvsTooDense {
-                object: 3,
-                gutter: 1,
-                size: 64,
-                problem: "two islands are too near to each other".to_owned(),
-                needed: needed as u32,
-                tried: false,
-            };
-            for (error, what) in [
-                (charts, "2000 charts"),
-                (own_uvs, "coordinates of object 3"),
-            ] {
-                let message = atlas_error(&small, error).to_string();
-                let is_too_large = message.contains("the largest that it holds is 512: ");
-                assert_eq!(is_too_large, needed > 512, "{message}");
-                assert!(message.contains(what), "{message}");
-                assert_eq!(message.contains("raise"), needed <= 512, "{message}");
-            }
-        }
-    }
-
-    #[test]
-    fn bytes_are_said_as_people_say_them() {
-        assert_eq!(human(128 << 20), "128 MiB");
-        assert_eq!(human((128 << 20) + 1), "129 MiB");
-        assert_eq!(human(3 << 29), "1.5 GiB");
-        assert_eq!(human(u64::MAX), "no limit");
-    }
-}
+mod tests;

@@ -24,6 +24,7 @@ pub mod queries;
 pub mod raster;
 pub mod sorting;
 pub mod start;
+pub mod texel_paths;
 pub mod transfer_queries;
 pub mod transfers;
 pub mod tree_queries;

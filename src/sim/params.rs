@@ -4,14 +4,16 @@
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate, TILE_SAMPLES};
 use super::draws::DistanceRasterConstants;
 use super::kernels::{
-    Advance, AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams, DiffuseSeamsParams,
-    DistanceBruteConstants, DistanceBruteParams, DistanceConstants, DistanceMergeConstants,
-    DistanceMergeParams, DistanceParams, DistanceTilesConstants, DistanceTilesParams,
-    ExchangeSeamsParams, MoveBorderConstants, SortCountConstants, SortScatterConstants,
-    TransferOutConstants, UnfoldConstants, UnfoldParams,
+    Advance, AdvanceConstants, AdvanceParams, DiffuseConstants, DiffuseParams,
+    DiffuseSeamsConstants, DiffuseSeamsParams, DistanceBruteConstants, DistanceBruteParams,
+    DistanceConstants, DistanceMergeConstants, DistanceMergeParams, DistanceParams,
+    DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsConstants, ExchangeSeamsParams,
+    MoveBorderConstants, SortCountConstants, SortScatterConstants, TransferOutConstants,
+    UnfoldConstants, UnfoldParams,
 };
 use super::setup::Setup;
 use super::sorting::SortParams;
+use super::texel_paths::TexelPaths;
 use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
 use crate::gpu::Kernel;
@@ -82,6 +84,10 @@ pub struct StepConstants {
     pub unfold: UnfoldConstants,
     /// For `diffuse`.
     pub diffuse: DiffuseConstants,
+    /// For `diffuse_seams`.
+    pub diffuse_seams: DiffuseSeamsConstants,
+    /// For `exchange_seams`.
+    pub exchange_seams: ExchangeSeamsConstants,
     /// For `sort_count`.
     pub sort_count: SortCountConstants,
     /// For `sort_scatter`.
@@ -99,9 +105,14 @@ pub struct StepConstants {
 }
 
 impl StepConstants {
-    /// The optional terms that these settings use.
+    /// The optional terms that these settings use, for a texture that kernels get at by these ways.
     #[must_use]
-    pub fn new(settings: &Settings) -> Self {
+    pub fn new(settings: &Settings, paths: TexelPaths) -> Self {
+        let TexelPaths {
+            in_quads: texels_in_quads,
+            band,
+            outgrows_block,
+        } = paths;
         let sign_rule = settings.distance.sign as u32;
         let objects = settings.objects.iter();
         let kinds: Vec<PhysarumSettings> = objects
@@ -128,6 +139,9 @@ impl StepConstants {
             } else {
                 SENSORS_WALK
             },
+            texels_in_quads,
+            outgrows_block,
+            band,
         };
         Self {
             advance,
@@ -156,6 +170,15 @@ impl StepConstants {
             },
             diffuse: DiffuseConstants {
                 distance: settings.trail.diffusion_distance as i32,
+                outgrows_block,
+            },
+            diffuse_seams: DiffuseSeamsConstants {
+                texels_in_quads,
+                band,
+            },
+            exchange_seams: ExchangeSeamsConstants {
+                texels_in_quads,
+                band,
             },
         }
     }

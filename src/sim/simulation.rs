@@ -15,6 +15,7 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::{Kernels, State};
 use super::step::{self, Changes};
+use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, arranged};
 use super::types::{Physarum, Pose};
 use crate::error::{Error, Result};
@@ -70,7 +71,7 @@ impl Simulation {
     pub fn set_up(device: &DeviceInfo, scene: &Scene, control: &Control<'_>) -> Result<Setup> {
         memory::check(device, scene)?;
         let setup = Setup::with_control(scene, control).map_err(|error| match error {
-            Error::Atlas(error) => memory::atlas_error(device, error),
+            Error::Atlas(error) => memory::atlas_error(device, scene.surface.objects.len(), error),
             error => error,
         })?;
         memory::check_atlas(device, &setup.atlas)?;
@@ -82,7 +83,8 @@ impl Simulation {
     /// # Errors
     /// When the device has no memory left.
     pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
-        let constants = StepConstants::new(&scene.settings);
+        let paths = TexelPaths::of(ctx.info(), setup.atlas.texel_count() as u64);
+        let constants = StepConstants::new(&scene.settings, paths);
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,
             state: State::new(ctx, &scene.settings, &setup)?,
@@ -223,7 +225,8 @@ impl Simulation {
         let rearranges = settings.strategy() != self.settings.strategy()
             || settings.transfer.buffer_size != self.settings.transfer.buffer_size;
         // Whatever may fail comes first, so that a failure leaves all as it was.
-        let constants = StepConstants::new(settings);
+        let paths = TexelPaths::of(self.ctx.info(), self.setup.atlas.texel_count() as u64);
+        let constants = StepConstants::new(settings, paths);
         let kernels = (constants != self.constants)
             .then(|| Kernels::new(&self.ctx, &constants))
             .transpose()?;
@@ -337,7 +340,12 @@ impl Simulation {
 impl Simulation {
     /// Uploads particles, and what is in flight, in the order that the settings' strategy needs.
     fn upload_particles(&mut self, snapshot: &Snapshot, settings: &Settings) -> Result<()> {
-        let state = arranged(snapshot, &self.setup, &self.poses, settings.strategy());
+        let state = arranged(
+            snapshot.clone(),
+            &self.setup,
+            &self.poses,
+            settings.strategy(),
+        );
         self.ctx.upload(&self.state.particles, &state.particles)?;
         self.ctx.upload(&self.state.motions, &state.motions)?;
         self.state.transfers = Transfers::new(&self.ctx, settings, &self.setup, &state.transfers)?;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::kernels::{SortCountParams, SortScanParams, SortScatterParams};
 use super::setup::Setup;
 use super::types::{Motion, Particle};
-use crate::gpu::{Buffer, Context, GpuError, Texels};
+use crate::gpu::{Buffer, Context, Domain, GpuError, Texels};
 use crate::mesh::atlas::Atlas;
 use crate::scene::settings::{Settings, Strategy};
 
@@ -105,11 +105,11 @@ impl SortParams {
 pub struct Sorting {
     /// What particles become.
     pub particles: Buffer<Particle>,
-    /// The same, as `advance` reads it.
+    /// The same, as kernels read and write it.
     pub particles_view: Texels<u32>,
     /// What motions become.
     pub motions: Buffer<Motion>,
-    /// The same, as `advance` reads it.
+    /// The same, as kernels read and write it.
     pub motions_view: Texels<u32>,
     /// One a tile and object: how many particles are there, then how many lie before.
     pub bins: Buffer<u32>,
@@ -120,8 +120,8 @@ pub struct Sorting {
 impl Sorting {
     pub(super) fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
         let count = setup.particles.len();
-        let particles = Buffer::zeroed(ctx, "sorted_particles", count)?;
-        let motions = Buffer::zeroed(ctx, "sorted_motions", count)?;
+        let particles = Buffer::zeroed_in(ctx, "sorted_particles", count, Domain::Texels)?;
+        let motions = Buffer::zeroed_in(ctx, "sorted_motions", count, Domain::Texels)?;
         Ok(Self {
             particles_view: Texels::new(&particles, 4)?,
             particles,

@@ -16,13 +16,15 @@ use super::raster::{Raster, raster_options};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::sorting::Sorting;
+use super::texel_paths::{self, TexelPaths, Unused};
 use super::transfers::{Transfers, arranged};
 use super::types::{
     AtlasMap, DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
-    Seam, SurfaceSample, Vertex,
+    SurfaceSample, Vertex,
 };
 use crate::gpu::{
-    Buffer, Context, DispatchGroups, GpuError, Pipeline, RasterPipeline, TexelScalar, Texels,
+    Buffer, Context, DispatchGroups, Domain, GpuError, Pipeline, RasterPipeline, TexelScalar,
+    Texels,
 };
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
@@ -71,6 +73,8 @@ pub struct Kernels {
     pub sort_scan: Pipeline<SortScan>,
     /// Puts particles in order.
     pub sort_scatter: Pipeline<SortScatter>,
+    /// Is the texture larger than a storage block?
+    pub outgrows_block: bool,
 }
 
 impl Kernels {
@@ -97,11 +101,12 @@ impl Kernels {
             defragment_sequential: Pipeline::new(ctx, &())?,
             respawn: Pipeline::new(ctx, &())?,
             diffuse: Pipeline::new(ctx, &constants.diffuse)?,
-            diffuse_seams: Pipeline::new(ctx, &())?,
-            exchange_seams: Pipeline::new(ctx, &())?,
+            diffuse_seams: Pipeline::new(ctx, &constants.diffuse_seams)?,
+            exchange_seams: Pipeline::new(ctx, &constants.exchange_seams)?,
             sort_count: Pipeline::new(ctx, &constants.sort_count)?,
             sort_scan: Pipeline::new(ctx, &())?,
             sort_scatter: Pipeline::new(ctx, &constants.sort_scatter)?,
+            outgrows_block: constants.advance.outgrows_block,
         })
     }
 }
@@ -110,15 +115,33 @@ impl Kernels {
 pub struct Views<T> {
     /// Four texels at once.
     pub quads: Texels<T>,
-    /// One by one.
+    /// One by one; four at once where [`TexelPaths`] says so.
     pub texels: Texels<T>,
+    /// One by one, to write: the first part.
+    pub low: Texels<T>,
+    /// The second one; the first again where there is but one.
+    pub high: Texels<T>,
 }
 
 impl<T: TexelScalar> Views<T> {
-    pub(super) fn new(buffer: &Buffer<T>) -> Result<Self, GpuError> {
+    /// Those of a buffer with a value a texel.
+    ///
+    /// # Errors
+    /// When it has more texels than the device has ways to.
+    pub fn new(ctx: &Context, buffer: &Buffer<T>) -> Result<Self, GpuError> {
+        let texels = buffer.len() as u64;
+        let paths = TexelPaths::of(ctx.info(), texels);
+        let band = texel_paths::band(ctx.info());
+        let (low, high) = if paths.in_quads {
+            (0..band, band..texels)
+        } else {
+            (0..texels, 0..texels)
+        };
         Ok(Self {
             quads: Texels::new(buffer, 4)?,
-            texels: Texels::new(buffer, 1)?,
+            texels: Texels::new(buffer, if paths.in_quads { 4 } else { 1 })?,
+            low: Texels::of_part(buffer, 1, low)?,
+            high: Texels::of_part(buffer, 1, high)?,
         })
     }
 }
@@ -139,11 +162,11 @@ pub struct PingPong<T> {
 
 impl<T: TexelScalar> PingPong<T> {
     pub(super) fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
-        let front = Buffer::zeroed(ctx, &format!("{name}.front"), len)?;
-        let back = Buffer::zeroed(ctx, &format!("{name}.back"), len)?;
+        let front = Buffer::zeroed_in(ctx, &format!("{name}.front"), len, Domain::Texels)?;
+        let back = Buffer::zeroed_in(ctx, &format!("{name}.back"), len, Domain::Texels)?;
         Ok(Self {
-            front_views: Views::new(&front)?,
-            back_views: Views::new(&back)?,
+            front_views: Views::new(ctx, &front)?,
+            back_views: Views::new(ctx, &back)?,
             front,
             back,
             is_swapped: false,
@@ -197,11 +220,11 @@ pub struct AcrossViews {
 pub struct State {
     /// One a particle: where it is.
     pub particles: Buffer<Particle>,
-    /// The same, as `advance` reads it.
+    /// The same, as kernels read and write it.
     pub particles_view: Texels<u32>,
     /// One a particle: where it is going.
     pub motions: Buffer<Motion>,
-    /// The same, as `advance` reads it.
+    /// The same, as kernels read and write it.
     pub motions_view: Texels<u32>,
     /// Room for both in another order.
     pub sorting: Sorting,
@@ -221,8 +244,8 @@ pub struct State {
     pub exchange_rows: Texels<u32>,
     /// What it exchanges with; two words each.
     pub exchange_entries: Texels<u32>,
-    /// One a gutter texel that is read.
-    pub seams: Buffer<Seam>,
+    /// Seven words a gutter texel that is read.
+    pub seams: Texels<u32>,
     /// One a triangle: its shape.
     pub triangles: Texels<u32>,
     /// Three a triangle: its crossings.
@@ -235,12 +258,18 @@ pub struct State {
     pub atlas_map_views: Texels<f32>,
     /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
     pub clearance: Texels<u32>,
-    /// How many there are, and then the slots of particles whose sensors must walk.
+    /// The slots of particles whose sensors must walk.
     pub walkers: Buffer<u32>,
+    /// The same, as `advance` lists and reads them.
+    pub walkers_view: Texels<u32>,
+    /// One: how many they are.
+    pub walker_count: Buffer<u32>,
     /// The groups of the dispatch for them.
     pub walker_groups: Buffer<DispatchGroups>,
     /// What is bound in their place where nobody is listed: no dispatch may write its own groups.
     pub no_groups: Buffer<DispatchGroups>,
+    /// What is bound in the place of textures that are written another way.
+    pub unused: Unused,
     /// Three vertex indices a triangle.
     pub corners: Buffer<u32>,
     /// Object space.
@@ -305,17 +334,19 @@ pub struct State {
 impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
-        let start = arranged(
-            &Snapshot::start(setup),
-            setup,
-            &setup.poses,
-            settings.strategy(),
-        );
+        let large = Domain::Texels;
+        let start = Snapshot::start(setup);
+        let start = arranged(start, setup, &setup.poses, settings.strategy());
+        let motions = Buffer::from_slice_in(ctx, "motions", &start.motions, large)?;
+        let particles = Buffer::from_slice_in(ctx, "particles", &start.particles, large)?;
+        let transfers = Transfers::new(ctx, settings, setup, &start.transfers)?;
+        // Large ones need not be there twice while the rest is made.
+        drop(start);
         let texels = setup.atlas.density.len();
         let objects = setup.poses.len();
         let field = if objects > 1 { texels } else { 1 };
         let exchange = setup.atlas.exchange.by_length();
-        let density = Buffer::from_slice(ctx, "density", &setup.atlas.density)?;
+        let density = Buffer::from_slice_in(ctx, "density", &setup.atlas.density, large)?;
         let distances: Buffer<f32> = Buffer::zeroed(ctx, "distances", field)?;
         let nearest = Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?;
         let samples = Buffer::from_slice(ctx, "samples", &setup.distance.samples)?;
@@ -333,8 +364,8 @@ impl State {
         let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
         let atlas_maps = Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?;
         let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
-        let motions = Buffer::from_slice(ctx, "motions", &start.motions)?;
-        let particles = Buffer::from_slice(ctx, "particles", &start.particles)?;
+        let clearance = Buffer::from_slice_in(ctx, "clearance", &clearance, large)?;
+        let walkers = Buffer::zeroed_in(ctx, "walkers", setup.particles.len(), large)?;
         Ok(Self {
             particles_view: Texels::new(&particles, 4)?,
             particles,
@@ -350,21 +381,27 @@ impl State {
                 listed: Texels::new(&listed_tiles, 4)?,
                 pairs: Texels::new(&distance_pairs, 4)?,
             },
-            transfers: Transfers::new(ctx, settings, setup, &start.transfers)?,
+            transfers,
             trail: PingPong::new(ctx, "trail", texels)?,
             deposits: PingPong::new(ctx, "deposits", texels)?,
-            density_views: Views::new(&density)?,
+            density_views: Views::new(ctx, &density)?,
             density,
-            blocks: Texels::new(&Buffer::from_slice(ctx, "blocks", &setup.atlas.blocks)?, 1)?,
+            blocks: Texels::new(
+                &Buffer::from_slice_in(ctx, "blocks", &setup.atlas.blocks, large)?,
+                1,
+            )?,
             exchange_rows: Texels::new(
-                &Buffer::from_slice(ctx, "exchange_rows", &exchange.rows)?,
+                &Buffer::from_slice_in(ctx, "exchange_rows", &exchange.rows, large)?,
                 1,
             )?,
             exchange_entries: Texels::new(
-                &Buffer::from_slice(ctx, "exchange_entries", &exchange.entries)?,
+                &Buffer::from_slice_in(ctx, "exchange_entries", &exchange.entries, large)?,
                 2,
             )?,
-            seams: Buffer::from_slice(ctx, "seams", &setup.atlas.seams)?,
+            seams: Texels::new(
+                &Buffer::from_slice_in(ctx, "seams", &setup.atlas.seams, large)?,
+                1,
+            )?,
             triangles: Texels::new(
                 &Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,
                 4,
@@ -376,8 +413,11 @@ impl State {
             strips: Texels::new(&Buffer::from_slice(ctx, "strips", &setup.strips)?, 4)?,
             atlas_map_views: Texels::new(&atlas_maps, 2)?,
             atlas_maps,
-            clearance: Texels::new(&Buffer::from_slice(ctx, "clearance", &clearance)?, 1)?,
-            walkers: Buffer::zeroed(ctx, "walkers", setup.particles.len() + 1)?,
+            clearance: Texels::new(&clearance, 1)?,
+            walkers_view: Texels::new(&walkers, 1)?,
+            walkers,
+            walker_count: Buffer::zeroed(ctx, "walker_count", 1)?,
+            unused: Unused::new(ctx)?,
             walker_groups: Buffer::zeroed(ctx, "walker_groups", 1)?,
             no_groups: Buffer::zeroed(ctx, "no_groups", 1)?,
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,

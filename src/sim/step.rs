@@ -122,13 +122,16 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
 
 /// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk.
 fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
+    let deposits = s.unused.counted(k.outgrows_block, &s.deposits);
     let args = |walker_groups: &'s _| AdvanceArgs {
-        particles: &s.particles,
-        motions: &s.motions,
+        particles: &s.particles_view,
+        motions: &s.motions_view,
         strips: &s.strips,
         trail: &s.trail.front_views.texels,
         previous_deposits: &s.deposits.back_views.texels,
-        deposits: &s.deposits.front,
+        deposits: deposits.block,
+        low_deposits: deposits.low,
+        high_deposits: deposits.high,
         corners: &s.corners,
         vertices: &s.vertices,
         poses: &s.poses,
@@ -142,7 +145,8 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         clearance: &s.clearance,
         particles_before: &s.particles_view,
         motions_before: &s.motions_view,
-        walkers: &s.walkers,
+        walkers: &s.walkers_view,
+        walker_count: &s.walker_count,
         walker_groups,
     };
     if k.walk_sensors.is_some() {
@@ -161,15 +165,19 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         let threads = Threads(turn.advance.particle_count);
         rec.dispatch(&k.advance, threads, args(&s.walker_groups), turn.advance);
     }
-    let advanced: [&dyn AnyBuffer; 8] = [
+    let [unused_floats, unused_words] = s.unused.all();
+    let advanced: [&dyn AnyBuffer; 11] = [
         &s.particles,
         &s.motions,
         &s.deposits.front,
         &s.transfers.flow,
         &s.transfers.particle_indices,
         &s.walkers,
+        &s.walker_count,
         &s.walker_groups,
         &s.no_groups,
+        unused_floats,
+        unused_words,
     ];
     if let Some(walk_sensors) = &k.walk_sensors {
         // Those who were listed follow; they list nobody.
@@ -208,10 +216,10 @@ fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
     };
     // The turn before has walked.
     rec.barrier(Indirect, Copy, &[&s.walker_groups]);
-    rec.barrier(Kernel, Copy, &[&s.walkers, &s.walker_groups]);
-    rec.update(&s.walkers, 0, &[0]);
+    rec.barrier(Kernel, Copy, &[&s.walker_count, &s.walker_groups]);
+    rec.update(&s.walker_count, 0, &[0]);
     rec.update(&s.walker_groups, 0, &[none]);
-    rec.barrier(Copy, Kernel, &[&s.walkers, &s.walker_groups]);
+    rec.barrier(Copy, Kernel, &[&s.walker_count, &s.walker_groups]);
 }
 
 fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
@@ -223,8 +231,8 @@ fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             arriving: &s.transfers.arriving,
             departing: &s.transfers.departing,
             flow: &s.transfers.flow,
-            particles: &s.particles,
-            motions: &s.motions,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
             triangles: &s.triangles,
             corners: &s.corners,
             vertices: &s.vertices,
@@ -273,8 +281,8 @@ fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         TransferOutArgs {
             flow: &s.transfers.flow,
             particle_indices: &s.transfers.particle_indices,
-            particles: &s.particles,
-            motions: &s.motions,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
             nearest: &s.nearest,
             atlas_maps: &s.atlas_maps,
             departing: &s.transfers.departing,
@@ -318,7 +326,7 @@ fn defragment_scan(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         TRANSFERS,
         DefragmentScanArgs {
             departing: &s.transfers.departing,
-            motions: &s.motions,
+            motions: &s.motions_view,
             windows: &s.transfers.windows,
             flow: &s.transfers.flow,
             particle_indices: &s.transfers.particle_indices,
@@ -350,8 +358,8 @@ fn defragment_swap(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             particle_indices: &s.transfers.particle_indices,
             transfer_indices: &s.transfers.transfer_indices,
             departing: &s.transfers.departing,
-            particles: &s.particles,
-            motions: &s.motions,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
         },
         turn.defragment_swap,
     );
@@ -378,8 +386,8 @@ fn defragment_sequential(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn
             flow: &s.transfers.flow,
             windows: &s.transfers.windows,
             departing: &s.transfers.departing,
-            particles: &s.particles,
-            motions: &s.motions,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
         },
         turn.defragment_sequential,
     );
@@ -404,8 +412,8 @@ fn respawn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         RespawnArgs {
             flow: &s.transfers.flow,
             particle_indices: &s.transfers.particle_indices,
-            particles: &s.particles,
-            motions: &s.motions,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
             triangles: &s.triangles,
             area_shares: &s.transfers.area_shares,
             object_triangles: &s.transfers.object_triangles,
@@ -426,6 +434,7 @@ fn respawn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
 }
 
 fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
+    let spread = (s.unused).spread(k.outgrows_block, &s.trail, &s.deposits);
     rec.dispatch(
         &k.diffuse,
         Threads(params.diffuse.lane_count),
@@ -434,13 +443,16 @@ fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             trail: &s.trail.front_views.quads,
             deposits: &s.deposits.front_views.quads,
             density: &s.density_views.quads,
-            next_trail: &s.trail.back.cast(),
-            previous_deposits: &s.deposits.back.cast(),
+            next_trail: &spread.next_trail,
+            next_trail_quads: spread.next_trail_quads,
+            previous_deposits: &spread.previous_deposits,
+            previous_deposits_quads: spread.previous_deposits_quads,
         },
         params.diffuse,
     );
     // diffuse_seams writes some texels over; the next step counts deposits from zero.
     rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.deposits.back]);
+    rec.barrier(Kernel, Kernel, &s.unused.all());
 }
 
 fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -453,7 +465,8 @@ fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams
             trail: &s.trail.front_views.texels,
             deposits: &s.deposits.front_views.texels,
             density: &s.density_views.texels,
-            next_trail: &s.trail.back,
+            low_next_trail: &s.trail.back_views.low,
+            high_next_trail: &s.trail.back_views.high,
         },
         params.diffuse_seams,
     );
@@ -468,7 +481,9 @@ fn exchange_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParam
         Threads(params.exchange_seams.seam_count),
         ExchangeSeamsArgs {
             seams: &s.seams,
-            trail: &s.trail.back,
+            trail: &s.trail.back_views.texels,
+            low_trail: &s.trail.back_views.low,
+            high_trail: &s.trail.back_views.high,
         },
         params.exchange_seams,
     );

@@ -193,12 +193,11 @@ pub fn capacity(settings: &Settings, setup: &Setup, in_flight: usize) -> u32 {
 /// nobody in flight: those land where objects stand now. A state that is in order stays as it is.
 #[must_use]
 pub fn arranged(
-    snapshot: &Snapshot,
+    mut state: Snapshot,
     setup: &Setup,
     poses: &[Pose],
     strategy: Strategy,
 ) -> Snapshot {
-    let mut state = snapshot.clone();
     let objects = setup.poses.len();
     if objects > 1 {
         state.transfers.flux.resize(objects * objects, 0);

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use myxo::gpu::{Context, ContextOptions, Frames, Recorder};
+use myxo::gpu::{Context, ContextOptions, Frames, Limits, Recorder};
 use myxo::mesh::Mesh;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Settings};
@@ -19,8 +19,17 @@ pub struct Gpu {
 /// # Panics
 /// When there is no device and nothing allows that.
 pub fn gpu() -> Option<Gpu> {
+    gpu_within(None)
+}
+
+/// The same, as if its limits were lower.
+///
+/// # Panics
+/// As for [`gpu`].
+pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
     match Context::new(&ContextOptions {
         validation: true,
+        limits,
         ..ContextOptions::default()
     }) {
         Ok(ctx) => Some(Gpu { ctx }),

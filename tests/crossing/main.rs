@@ -91,8 +91,8 @@ impl Case<'_> {
         let uploaded = (
             Buffer::from_slice(ctx, "flow", &[self.flow()]).unwrap(),
             Buffer::from_slice(ctx, "particle_indices", &self.particle_indices()).unwrap(),
-            Buffer::from_slice(ctx, "particles", self.particles).unwrap(),
-            Buffer::from_slice(ctx, "motions", self.motions).unwrap(),
+            texels("particles", bytemuck::cast_slice(self.particles)),
+            texels("motions", bytemuck::cast_slice(self.motions)),
             Buffer::from_slice(ctx, "nearest", self.nearest).unwrap(),
             Buffer::from_slice(ctx, "atlas_maps", &self.setup.atlas.maps).unwrap(),
             Buffer::from_slice(ctx, "corners", &self.setup.corners).unwrap(),

@@ -320,6 +320,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
         let start = deposit(&case, busiest);
         let constants = DiffuseConstants {
             distance: atlas.gutter as i32,
+            ..DiffuseConstants::default()
         };
         let params = DiffuseParams {
             lane_count: 4 * atlas.blocks.len() as u32,

@@ -78,8 +78,8 @@ fn windows_are_kept_as_the_twins_keep_them() {
                                 flow: &flow,
                                 windows: &windows,
                                 departing: &departing,
-                                particles: &particles,
-                                motions: &motions,
+                                particles: &words(&particles),
+                                motions: &words(&motions),
                             };
                             let params = ring.sequential_params(object);
                             rec.dispatch(&one_pass, Threads(1), args, params);
@@ -94,7 +94,7 @@ fn windows_are_kept_as_the_twins_keep_them() {
                         gpu.run(|rec| {
                             let args = DefragmentScanArgs {
                                 departing: &departing,
-                                motions: &motions,
+                                motions: &words(&motions),
                                 windows: &windows,
                                 flow: &flow,
                                 particle_indices: &inside,
@@ -128,8 +128,8 @@ fn windows_are_kept_as_the_twins_keep_them() {
                                 particle_indices: &inside,
                                 transfer_indices: &outside,
                                 departing: &departing,
-                                particles: &particles,
-                                motions: &motions,
+                                particles: &words(&particles),
+                                motions: &words(&motions),
                             };
                             rec.dispatch(&swap, Threads(capacity), args, ring.swap_params());
                         });
@@ -146,6 +146,11 @@ fn windows_are_kept_as_the_twins_keep_them() {
         }
     }
     gpu.finish();
+}
+
+/// Particles or motions, as kernels get at them.
+fn words<T: bytemuck::Pod>(buffer: &Buffer<T>) -> Texels<u32> {
+    Texels::new(buffer, 4).unwrap()
 }
 
 fn direction(words: [u32; 4]) -> Vec3 {
@@ -236,8 +241,8 @@ fn transfer_in_agrees_with_its_twin() {
                 arriving: &buffer(ctx, "arriving", &arriving_buffer),
                 departing: &departing,
                 flow: &flow_buffer,
-                particles: &particles,
-                motions: &motions,
+                particles: &words(&particles),
+                motions: &words(&motions),
                 triangles: &triangles,
                 corners: &corners,
                 vertices: &vertices,

@@ -135,7 +135,9 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
         Threads(params.exchange_seams.seam_count),
         ExchangeSeamsArgs {
             seams: &s.seams,
-            trail: &s.distances,
+            trail: &s.distance_views.distances,
+            low_trail: &s.distance_views.distances,
+            high_trail: &s.distance_views.distances,
         },
         params.exchange_seams,
     );

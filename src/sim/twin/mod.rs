@@ -55,6 +55,7 @@ use super::params::{StepConstants, StepParams};
 use super::raster::RasterLayout;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::texel_paths::TexelPaths;
 use super::transfers::arranged;
 use super::turns::Turn;
 use super::types::{Motion, Particle, Pose};
@@ -93,7 +94,7 @@ impl Simulation {
     pub fn new(setup: Setup, settings: Settings) -> Self {
         let texels = setup.atlas.density.len();
         let start = arranged(
-            &Snapshot::start(&setup),
+            Snapshot::start(&setup),
             &setup,
             &setup.poses,
             settings.strategy(),
@@ -127,7 +128,7 @@ impl Simulation {
 
     /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
     pub fn step(&mut self) -> Vec<f32> {
-        let constants = StepConstants::new(&self.settings);
+        let constants = StepConstants::new(&self.settings, TexelPaths::default());
         let capacity = self.transfers.capacity();
         let mut params = StepParams::new(&self.settings, &self.setup, self.step, capacity);
         self.movement
@@ -365,7 +366,7 @@ impl Simulation {
         let last = snapshot.step.saturating_sub(1);
         let poses = self.movement.poses(objects, &self.setup.tracks, last);
         let strategy = self.settings.strategy();
-        let state = arranged(snapshot, &self.setup, &poses, strategy);
+        let state = arranged(snapshot.clone(), &self.setup, &poses, strategy);
         self.poses.clone_from(&snapshot.last_poses);
         self.transfers = TwinTransfers::new(&self.settings, &self.setup, &state.transfers);
         self.particles = state.particles;

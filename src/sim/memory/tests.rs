@@ -1,0 +1,217 @@
+//! What is too large is refused in the words of the scene file, with what fits.
+
+use super::*;
+use crate::gpu::DeviceKind;
+
+/// A device whose buffers hold `limit` bytes.
+fn device(limit: u64) -> DeviceInfo {
+    DeviceInfo {
+        index: 0,
+        name: "abacus".to_owned(),
+        kind: DeviceKind::Other,
+        driver: String::new(),
+        driver_version: String::new(),
+        api_version: String::new(),
+        cache_key: String::new(),
+        timestamp_period: 1.0,
+        timestamp_valid_bits: 64,
+        max_storage_buffer_range: limit,
+        max_texel_buffer_elements: 1 << 27,
+        max_memory_allocation_size: 1 << 40,
+        max_group_count: 65_535,
+        max_group_invocations: 1024,
+        max_storage_buffers: 16,
+        max_push_constants: 128,
+        max_image_side: 16_384,
+        max_samples: 4,
+        subgroup_size: 8,
+        heaps: Vec::new(),
+        has_dynamic_rendering: true,
+        has_calibrated_timestamps: true,
+        missing: Vec::new(),
+        extensions: Vec::new(),
+        queue_family: 0,
+        physical: Default::default(),
+    }
+}
+
+fn scene(mesh: &str, particles: u32, size: u32) -> Scene {
+    let mut settings = Settings::default();
+    settings.objects[0].mesh = mesh.to_owned();
+    settings.particles.count = particles;
+    settings.atlas.size = size;
+    Scene::from_settings("test".to_owned(), settings, ".".into()).expect("it loads")
+}
+
+fn refusal(device: &DeviceInfo, scene: &Scene) -> String {
+    check(device, scene)
+        .expect_err("it is too large")
+        .to_string()
+}
+
+/// The number behind the last "use at most".
+fn advised(message: &str) -> u32 {
+    let (_, number) = message
+        .rsplit_once("use at most ")
+        .expect("there is advice");
+    number.replace(',', "").parse().expect("it is a number")
+}
+
+#[test]
+fn what_is_advised_is_the_largest_that_fits() {
+    for elements in [1 << 16, 400_000, 1 << 23] {
+        let device = DeviceInfo {
+            max_texel_buffer_elements: elements,
+            ..device(1 << 20)
+        };
+        let message = refusal(&device, &scene("builtin:cube", 1 << 30, 64));
+        let most = advised(&message);
+        assert!(
+            message.contains("particles.count = 1,073,741,824 takes 16.0 GiB in one buffer"),
+            "{message}"
+        );
+        assert_eq!(most, elements);
+        assert!(check(&device, &scene("builtin:cube", most, 64)).is_ok());
+        assert!(check(&device, &scene("builtin:cube", most + 1, 64)).is_err());
+
+        let message = refusal(&device, &scene("builtin:cube", 64, 32_768));
+        let most = advised(&message);
+        assert!(message.contains("atlas.size = 32,768"), "{message}");
+        assert!(check(&device, &scene("builtin:cube", 64, most)).is_ok());
+        assert!(check(&device, &scene("builtin:cube", 64, most + 1)).is_err());
+        // Two views of single texels.
+        assert!(texel_count(most.into()) <= u64::from(2 * elements));
+        assert!(texel_count(u64::from(most) + 1) > u64::from(2 * (elements - 64)));
+    }
+}
+
+#[test]
+fn buffers_are_no_larger_than_the_device_hands_out() {
+    let device = DeviceInfo {
+        max_memory_allocation_size: 1 << 20,
+        ..device(1 << 20)
+    };
+    let message = refusal(&device, &scene("builtin:cube", 70_000, 513));
+    for part in [
+        "particles.count = 70,000 takes 2 MiB in one buffer, and a buffer holds 65,536 (maxMemoryAllocationSize): use at most 65,536",
+        "atlas.size = 513 takes 2 MiB a texture, and a texture holds 262,144 texels (maxMemoryAllocationSize): use at most 512",
+    ] {
+        assert!(message.contains(part), "{part}\nis not in\n{message}");
+    }
+}
+
+#[test]
+fn the_most_objects_that_are_advised_fit() {
+    for limit in [1 << 20, 5_000_000, 128 << 20] {
+        let most = most_objects(&device(limit));
+        assert!(most * (most - 1) * PAIR <= limit && (most + 1) * most * PAIR > limit);
+    }
+    let mut settings = Settings::default();
+    settings.objects[0].mesh = "builtin:cube".to_owned();
+    settings.objects = vec![settings.objects[0].clone(); 130];
+    settings.particles.count = 64;
+    settings.atlas.size = 64;
+    let scene = Scene::from_settings("test".to_owned(), settings, "".into()).expect("it loads");
+    let message = refusal(&device(1 << 20), &scene);
+    assert_eq!(advised(&message), 128, "{message}");
+    assert!(check(&device(2 << 20), &scene).is_ok());
+}
+
+#[test]
+fn everything_that_is_too_large_comes_at_once() {
+    let message = refusal(
+        &device(1 << 20),
+        &scene("builtin:torus?major=200&minor=200", 1 << 28, 32_768),
+    );
+    for part in [
+        "too large for abacus: ",
+        "\n  particles.count = 268,435,456 takes 4.0 GiB in one buffer, and a buffer holds 134,217,728 (maxTexelBufferElements): use at most 134,217,728",
+        "\n  atlas.size = 32,768 takes 4.0 GiB a texture, and a texture holds 268,435,456 texels (maxTexelBufferElements): use at most 16,384",
+        "\n  the meshes have 80,000 triangles",
+    ] {
+        assert!(message.contains(part), "{part}\nis not in\n{message}");
+    }
+}
+
+#[test]
+fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
+    let scene = scene("builtin:torus?major=24&minor=16", 100, 512);
+    let setup = Setup::new(&scene).expect("it has room");
+    let exchange = &setup.atlas.exchange;
+    let tables = [
+        setup.atlas.seams.len() as u64 * SEAM,
+        exchange.rows.len() as u64 * ROW,
+        exchange.entries.len() as u64 * ENTRY,
+    ];
+    // Words, words, and pairs of words.
+    let elements = (tables[0] / 4).max(tables[1] / 4).max(tables[2] / 8);
+    let of = |elements: u64| DeviceInfo {
+        max_texel_buffer_elements: elements as u32,
+        ..device(1 << 20)
+    };
+    assert!(check_atlas(&of(elements), &setup.atlas).is_ok());
+    let error = check_atlas(&of(elements - 1), &setup.atlas).expect_err("it is too large");
+    let message = error.to_string();
+    assert!(
+        message.contains("too large for abacus: atlas.size = 512 with atlas.method = \"charts\"")
+            && message.contains("lower atlas.size"),
+        "{message}"
+    );
+}
+
+#[test]
+fn no_size_is_advised_that_the_device_does_not_hold() {
+    let no_room = |needed| AtlasError::NoRoom {
+        triangles: 100_000,
+        cells: 50_000,
+        cell_size: 4,
+        gutter: 1,
+        size: 64,
+        needed,
+    };
+    let small = device(1 << 20);
+    assert!(
+        atlas_error(&small, 2, no_room(500))
+            .to_string()
+            .contains("raise atlas.size to 500")
+    );
+    let message = atlas_error(&small, 2, no_room(900)).to_string();
+    assert!(
+        message.ends_with("100,000 triangles must have atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
+        "{message}"
+    );
+    for needed in [400, 900, 32_769] {
+        let charts = AtlasError::NoRoomForCharts {
+            charts: 2000,
+            gutter: 1,
+            size: 64,
+            needed,
+        };
+        let own_uvs = AtlasError::OwnUvsTooDense {
+            object: 3,
+            gutter: 1,
+            size: 64,
+            problem: "two islands are too near to each other".to_owned(),
+            needed: needed as u32,
+            tried: false,
+        };
+        for (error, what) in [
+            (charts, "2000 charts"),
+            (own_uvs, "coordinates of object 3"),
+        ] {
+            let message = atlas_error(&small, 2, error).to_string();
+            let is_too_large = message.contains("the largest that it holds is 512: ");
+            assert_eq!(is_too_large, needed > 512, "{message}");
+            assert!(message.contains(what), "{message}");
+            assert_eq!(message.contains("raise"), needed <= 512, "{message}");
+        }
+    }
+}
+
+#[test]
+fn bytes_are_said_as_people_say_them() {
+    assert_eq!(human(128 << 20), "128 MiB");
+    assert_eq!(human((128 << 20) + 1), "129 MiB");
+    assert_eq!(human(3 << 29), "1.5 GiB");
+    assert_eq!(human(u64::MAX), "no limit");
+}

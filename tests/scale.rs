@@ -1,0 +1,246 @@
+//! What outgrows a storage block or a texel buffer takes other ways, and ends in the same bits. Limits are lowered for
+//! that, so that small scenes are large ones.
+
+mod common;
+
+use common::{TRIO, gpu_within, scene, scene_of_several};
+use glam::Vec2;
+use image::RgbaImage;
+use myxo::gpu::{Frames, Limits};
+use myxo::mesh::atlas::Atlas;
+use myxo::render::{Offscreen, Renderer, View, offscreen};
+use myxo::scene::Scene;
+use myxo::scene::settings::{Sensing, Settings, Show, Strategy};
+use myxo::sim::diffusion::Diffusion;
+use myxo::sim::texel_paths::TexelPaths;
+use myxo::sim::{Setup, Simulation, atlas_options, memory};
+
+/// The hash after some steps on a device with such limits, and pictures of the state. The invariants hold.
+fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<RgbaImage>)> {
+    let gpu = gpu_within(limits)?;
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+    for _ in 0..steps {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    let snapshot = simulation.snapshot().unwrap();
+    snapshot.validate(simulation.setup()).expect("all is well");
+    let mut renderer = Renderer::new(&gpu.ctx, simulation.setup(), offscreen::FORMAT).unwrap();
+    let pictures = [Show::Surface, Show::Particles, Show::Atlas].map(|show| {
+        let mut view = View::of(scene, Vec2::new(96.0, 64.0));
+        view.show = show;
+        let canvas = Offscreen::new(&gpu.ctx, [96, 64]).unwrap();
+        gpu.run(|rec| {
+            renderer.draw(rec, simulation.state(), &view, canvas.canvas());
+            canvas.record_readback(rec);
+        });
+        canvas.image()
+    });
+    // What was saved goes on as if nothing had happened.
+    simulation.restore(&snapshot).unwrap();
+    assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
+    drop((renderer, simulation, frames));
+    gpu.finish();
+    Some((snapshot.hash(), pictures.to_vec()))
+}
+
+/// A cube whose particles and texels are more than 64 KiB, and whose seams are short.
+fn cube(size: u32, change: impl FnOnce(&mut Settings)) -> Scene {
+    scene("builtin:cube?divisions=4", |settings| {
+        settings.particles.count = 9001;
+        settings.atlas.size = size;
+        change(settings);
+    })
+}
+
+const BLOCK: u64 = 64 << 10;
+
+/// Which of the pictures shows particles.
+const PARTICLES: usize = 1;
+
+/// Of all bytes.
+fn mean_difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let both = a.as_raw().iter().zip(b.as_raw());
+    let sum: f64 = both.map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+    sum / a.as_raw().len() as f64
+}
+
+#[test]
+fn large_textures_end_in_the_same_bits_as_small_ones() {
+    let changes: [fn(&mut Settings); 4] = [
+        |_| {},
+        |s| {
+            s.physarum.sensing = Sensing::Walk;
+            s.physarum.decrowding_weight = 0.1;
+            s.physarum.sensor_noise = 0.2;
+        },
+        // In two halves of a step.
+        |s| s.trail.diffusion = 0.9,
+        |s| {
+            s.trail.diffusion_distance = 2;
+            s.physarum.favourite_density = 1.0;
+        },
+    ];
+    for (size, change) in [201, 203, 204, 256].into_iter().zip(changes) {
+        let scene = cube(size, change);
+        // Past the sort at the end of the 32nd step.
+        let Some(expected) = run(None, &scene, 34) else {
+            return;
+        };
+        let texels = u64::from(size.next_multiple_of(4) * size);
+        // As few elements as two views can do with, and so many that one view does.
+        for elements in [(texels / 2).next_multiple_of(64), texels] {
+            let limits = Limits {
+                storage_buffer_range: BLOCK,
+                texel_buffer_elements: elements as u32,
+            };
+            let found = run(Some(limits), &scene, 34).unwrap();
+            assert_eq!(found.0, expected.0, "{size}, {limits:?}");
+            for (k, (a, b)) in found.1.iter().zip(&expected.1).enumerate() {
+                // Light adds up in the order in which particles lie in memory, and is rounded each time.
+                let bound = if k == PARTICLES { 0.5 } else { 0.0 };
+                let off = mean_difference(a, b);
+                assert!(off <= bound, "{size}, {limits:?}: picture {k} is {off} off");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ways_are_those_that_limits_ask_for() {
+    let Some(gpu) = gpu_within(Some(Limits {
+        storage_buffer_range: BLOCK,
+        texel_buffer_elements: 20_800,
+    })) else {
+        return;
+    };
+    let of = |texels| TexelPaths::of(gpu.ctx.info(), texels);
+    assert_eq!(of(BLOCK / 4), TexelPaths::default());
+    let beyond_block = TexelPaths {
+        outgrows_block: true,
+        ..TexelPaths::default()
+    };
+    assert_eq!(of(BLOCK / 4 + 1), beyond_block);
+    assert_eq!(of(20_800), beyond_block);
+    let in_quads = TexelPaths {
+        in_quads: true,
+        band: 20_800,
+        outgrows_block: true,
+    };
+    assert_eq!(of(20_801), in_quads);
+    assert_eq!(TexelPaths::most_texels(gpu.ctx.info()), 41_600);
+    // The largest atlas works, and one that is larger is refused with it.
+    let largest = memory::largest_atlas(gpu.ctx.info()) as u32;
+    assert_eq!(largest, 203);
+    let refused = memory::check(gpu.ctx.info(), &cube(largest + 1, |_| {})).unwrap_err();
+    let message = refused.to_string();
+    assert!(
+        message
+            .contains("atlas.size = 204 takes 1 MiB a texture, and a texture holds 41,600 texels"),
+        "{message}"
+    );
+    assert!(message.ends_with("use at most 203"), "{message}");
+    gpu.finish();
+}
+
+#[test]
+fn many_particles_change_objects_as_few_do() {
+    for strategy in [
+        Strategy::None,
+        Strategy::Respawn,
+        Strategy::Scattered,
+        Strategy::Sequential,
+        Strategy::Parallel,
+        Strategy::Direct,
+    ] {
+        let scene = scene_of_several(&TRIO, |settings| {
+            settings.particles.count = 20_000;
+            settings.atlas.size = 96;
+            settings.transfer.strategy = strategy;
+            settings.transfer.buffer_size = 4000;
+        });
+        let Some(expected) = run(None, &scene, 34) else {
+            return;
+        };
+        let limits = Limits {
+            storage_buffer_range: 256 << 10,
+            texel_buffer_elements: 1 << 20,
+        };
+        let found = run(Some(limits), &scene, 34).unwrap();
+        assert_eq!(found.0, expected.0, "{strategy:?}");
+    }
+}
+
+#[test]
+fn distances_between_objects_say_what_texture_fits() {
+    let limits = Limits {
+        storage_buffer_range: 256 << 10,
+        texel_buffer_elements: 1 << 20,
+    };
+    let Some(gpu) = gpu_within(Some(limits)) else {
+        return;
+    };
+    let of_size = |size| scene_of_several(&TRIO, |settings| settings.atlas.size = size);
+    assert_eq!(memory::largest_atlas_of(gpu.ctx.info(), 3), 256);
+    assert!(memory::check(gpu.ctx.info(), &of_size(256)).is_ok());
+    let message = memory::check(gpu.ctx.info(), &of_size(257))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("for distances between objects: use at most 256"),
+        "{message}"
+    );
+    gpu.finish();
+}
+
+/// What `myxo query diffuse` answers.
+#[test]
+fn a_large_trail_spreads_alone_as_a_small_one_does() {
+    let scene = cube(203, |_| {});
+    let atlas = Atlas::build(&scene.surface, &atlas_options(&scene.settings)).unwrap();
+    let trail: Vec<f32> = (0..atlas.texel_count())
+        .map(|texel| {
+            if atlas.density[texel] > 0.0 {
+                (texel % 17) as f32
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let spread = |limits| {
+        let gpu = gpu_within(limits)?;
+        let mut diffusion = Diffusion::new(&gpu.ctx, &atlas, 0.5).unwrap();
+        diffusion.set(&trail).unwrap();
+        diffusion.run(5, |_| true).unwrap();
+        let values = diffusion.values().unwrap();
+        drop(diffusion);
+        gpu.finish();
+        Some(values)
+    };
+    let Some(expected) = spread(None) else { return };
+    assert_ne!(expected, trail);
+    for texel_buffer_elements in [20_736, 1 << 20] {
+        let limits = Limits {
+            storage_buffer_range: BLOCK,
+            texel_buffer_elements,
+        };
+        assert!(spread(Some(limits)).unwrap() == expected, "{limits:?}");
+    }
+}
+
+/// Whoever asks for more than there is learns it before anything takes time.
+#[test]
+fn setups_of_any_size_say_what_they_need() {
+    let small = cube(203, |_| {});
+    let setup = Setup::new(&small).unwrap();
+    let exact = memory::size_in_bytes(&setup, &small.settings);
+    let needed = memory::needed(&small);
+    assert!(needed <= exact && needed * 2 > exact, "{needed} of {exact}");
+    let large = cube(16_384, |s| s.particles.count = 64_000_000);
+    let gib = memory::needed(&large) as f64 / f64::from(1 << 30);
+    // 21 bytes a texel and 68 a particle.
+    assert!((gib - 9.3).abs() < 0.1, "{gib}");
+}
