@@ -81,6 +81,7 @@ impl Session {
         oddities.iter().for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
+        memory::check(ctx.info(), &scene)?;
         tell_memory(&ctx, &scene);
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(&ctx, &scene, control))?;
