@@ -22,6 +22,8 @@ use super::times;
 const FRAMES_IN_FLIGHT: usize = 2;
 /// Scenes that take more device memory than this say so.
 const LARGE: u64 = 1 << 30;
+/// So much longer the device may take for each GiB.
+const SECONDS_A_GIB: Duration = Duration::from_secs(30);
 
 /// A device, a scene on it, and what is done between steps.
 pub struct Session {
@@ -73,11 +75,13 @@ impl Session {
             device: options.device.device.clone(),
             validation: options.device.validate,
             cache_folder: default_cache_folder(),
+            timeout: patience(&scene),
             ..ContextOptions::default()
         })?;
         oddities.iter().for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
+        memory::check(ctx.info(), &scene)?;
         tell_memory(&ctx, &scene);
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(&ctx, &scene, control))?;
@@ -394,6 +398,12 @@ fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R)
         Some(tracing) => tracing.trace.span(name, |_| work()),
         None => work(),
     }
+}
+
+/// How long the device may take for what it is waited for: a step of a large scene takes long.
+fn patience(scene: &Scene) -> Duration {
+    let gib = (memory::needed(scene) >> 30) as u32;
+    ContextOptions::default().timeout + gib * SECONDS_A_GIB
 }
 
 /// Says what a large scene takes on the device, before it is taken; and if that is more than the device says that it has.
