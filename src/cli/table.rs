@@ -2,15 +2,13 @@
 
 use std::fmt::Write as _;
 
-/// Columns two blanks apart, the first flush left, the others flush right, none that is empty; a rule below the header, and one above row
-/// number `ruled`.
-pub fn aligned<const N: usize>(rows: &[[String; N]], ruled: Option<usize>) -> String {
-    let widths: [usize; N] = std::array::from_fn(|i| {
-        rows.iter()
-            .map(|row| row[i].chars().count())
-            .max()
-            .unwrap_or(0)
-    });
+/// Columns two blanks apart, the first flush left, the others flush right, none that is empty; a rule below the header, and
+/// one above row number `ruled`. All rows have as many columns as the first.
+pub fn aligned(rows: &[impl AsRef<[String]>], ruled: Option<usize>) -> String {
+    let rows: Vec<&[String]> = rows.iter().map(AsRef::as_ref).collect();
+    let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max();
+    let count = rows.first().map_or(0, |row| row.len());
+    let widths: Vec<usize> = (0..count).map(|i| width(i).unwrap_or(0)).collect();
     let columns = widths.iter().filter(|width| **width > 0).count();
     let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * columns.saturating_sub(1));
     let mut text = String::new();
@@ -19,11 +17,11 @@ pub fn aligned<const N: usize>(rows: &[[String; N]], ruled: Option<usize>) -> St
             let _ = writeln!(text, "{rule}");
         }
         let mut line = format!("{:<width$}", row[0], width = widths[0]);
-        for (cell, width) in row
+        for (cell, &width) in row
             .iter()
-            .zip(widths)
+            .zip(&widths)
             .skip(1)
-            .filter(|(_, width)| *width > 0)
+            .filter(|(_, width)| **width > 0)
         {
             let _ = write!(line, "  {cell:>width$}");
         }
