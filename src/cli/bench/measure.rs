@@ -34,7 +34,7 @@ const FEWEST_STEPS: u32 = 3;
 /// How long a case may take.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// Steps before those that are measured: one more than particles take to be sorted for the first time.
+    /// Steps before those that are measured.
     pub warmup: u32,
     /// After this time there are no more of them.
     pub warmup_time: Duration,
@@ -47,15 +47,16 @@ pub struct Budget {
 }
 
 impl Budget {
-    pub fn of(is_quick: bool) -> Self {
+    /// With so many steps to warm up.
+    pub fn of(is_quick: bool, warmup: u32) -> Self {
         let seconds =
             |quick: f64, whole: f64| Duration::from_secs_f64(if is_quick { quick } else { whole });
         Self {
-            warmup: 34,
-            warmup_time: seconds(4.0, 150.0),
+            warmup,
+            warmup_time: seconds(12.0, 150.0),
             steps: 64,
-            time: seconds(0.7, 5.0),
-            longest_step: seconds(1.5, 20.0),
+            time: seconds(0.5, 5.0),
+            longest_step: seconds(1.0, 20.0),
         }
     }
 }
@@ -318,7 +319,7 @@ mod tests {
     #[test]
     fn what_would_take_too_long_is_known_from_the_case_before() {
         let mut before = Measured::new(case(10.0));
-        let budget = Budget::of(true);
+        let budget = Budget::of(true, 34);
         let next = |x| case(x);
         assert_eq!(would_take_too_long(&[], &next(1e9), &budget), None);
         before.point = Some(Point {
@@ -329,11 +330,11 @@ mod tests {
             ..Point::default()
         });
         let before = [before];
-        assert_eq!(would_take_too_long(&before, &next(149.0), &budget), None);
+        assert_eq!(would_take_too_long(&before, &next(99.0), &budget), None);
         let why = would_take_too_long(&before, &next(500.0), &budget);
         let why = why.expect("5 s are too long");
         assert!(
-            why.starts_with("a step may take 5 s") && why.ends_with("2 s are measured"),
+            why.starts_with("a step may take 5 s") && why.ends_with("1 s are measured"),
             "{why}"
         );
         let other = Case {

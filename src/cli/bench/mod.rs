@@ -129,7 +129,7 @@ impl Bench {
     fn run_suite(&self, suite: &Suite, extent: &Extent, rig: Option<&Rig>) -> Result<()> {
         let runs = self.runs.unwrap_or(extent.of(RUNS_WHEN_QUICK, RUNS));
         let mut watch = Watch::new();
-        let budget = Budget::of(self.quick);
+        let budget = Budget::of(self.quick, suite.warmup);
         let (points, skipped, ended) = match (&suite.work, rig) {
             (Work::Scenes(cases), Some(rig)) => {
                 let cases = cases(extent)?.into_iter();
@@ -155,6 +155,7 @@ impl Bench {
         let mut results = results(suite, rig, points, skipped, watch.load());
         results.quick = self.quick;
         results.runs = runs;
+        results.warmup = suite.warmup;
         results.method = method(rig.is_some(), runs, &budget);
         self.finish(suite, results)?;
         ended
@@ -213,6 +214,7 @@ fn results(
         copy_bandwidth: rig.and_then(|rig| rig.bandwidth),
         quick: false,
         runs: 0,
+        warmup: 0,
         interrupted: interrupt::requested(),
         method: String::new(),
         points,

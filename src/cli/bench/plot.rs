@@ -360,7 +360,7 @@ fn linear_ticks(high: f64) -> Vec<f64> {
         .unwrap_or(power);
     (0..)
         .map(|i| f64::from(i) * step)
-        .take_while(|tick| *tick <= high)
+        .take_while(|tick| *tick <= high * (1.0 + 1e-9))
         .collect()
 }
 

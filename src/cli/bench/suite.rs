@@ -42,6 +42,8 @@ pub struct Suite {
     pub whole: &'static str,
     /// Parts that have a column of their own in the table.
     pub parts: &'static [&'static str],
+    /// Steps before those that are measured.
+    pub warmup: u32,
     pub work: Work,
     pub plots: fn(&[Point]) -> Vec<Plot>,
 }
@@ -191,6 +193,8 @@ pub struct Results {
     pub quick: bool,
     /// Of each case, each from the beginning.
     pub runs: u32,
+    /// Steps of each run that are not measured; points tell where there were fewer.
+    pub warmup: u32,
     pub interrupted: bool,
     /// How times were taken.
     pub method: String,
@@ -228,6 +232,14 @@ impl Results {
         ));
         head.push(self.method.clone());
         let mut text = head.join("\n") + "\n\n" + &self.table(parts);
+        for point in self.points.iter().filter(|p| p.warmup < self.warmup) {
+            text += &format!(
+                "warmed up by {} steps only, for want of time: {}, {}\n",
+                point.warmup,
+                point.series,
+                grouped(point.x)
+            );
+        }
         for Skipped { case, why } in &self.skipped {
             text += &format!("left out: {case}: {why}\n");
         }
