@@ -124,9 +124,9 @@ fn particles_are_those_of_the_axis() {
         .collect();
     let expected = [
         ("auto", 10_000),
-        ("auto", 100_000),
+        ("auto", 30_000),
         ("walk", 10_000),
-        ("walk", 100_000),
+        ("walk", 30_000),
     ];
     assert_eq!(of, expected);
     assert!(
@@ -159,7 +159,7 @@ fn particles_are_those_of_the_axis() {
         "processor ",
         "commit ",
         "2 runs of each",
-        "100,000",
+        "30,000",
     ] {
         assert!(table.contains(words), "{words}: {table}");
     }

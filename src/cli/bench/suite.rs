@@ -205,9 +205,9 @@ pub struct Results {
 }
 
 impl Results {
-    /// As JSON text, with a line end.
+    /// As JSON text in one line: there are many numbers.
     pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("results are plain numbers and texts") + "\n"
+        serde_json::to_string(self).expect("results are plain numbers and texts") + "\n"
     }
 
     /// For people: what was measured where, the table, and what was left out.
