@@ -171,7 +171,8 @@ impl Bench {
         }
         Sink::create(&self.file(suite.name, "json"))?.write(results.to_json())?;
         console::print(results.text(suite.parts))?;
-        if let Some(warning) = results.host_load.warning() {
+        let warning = results.host_load.warning();
+        if let Some(warning) = warning.filter(|_| !results.points.is_empty()) {
             console::message(&format!("{}: {warning}", suite.name));
         }
         Ok(())
