@@ -36,13 +36,14 @@ mutants: ## break a constant of every shader in turn and list the tests that tur
 	@.ci/setup test
 	.ci/mutants
 
-bench: ## time every kernel on the reference scenes; the figures go to benches/results/
+bench: ## time every kernel on the reference scenes, and how times grow; the figures go to benches/results/ (minutes)
 	@.ci/setup demo
 	cargo build --release
 	@mkdir -p benches/results
 	@for scene in cube torus; do \
 		cargo run --release --quiet -- profile $$scene --steps 200 --report benches/results/$$scene.json || exit 1; \
 	done
+	cargo run --release --quiet -- bench --quick --out benches/results/scaling
 
 # Every mesh that comes with the program.
 MESHES := $(addprefix builtin:,cube torus icosphere plane capsule suzanne trefoil gyroid) assets/hand_animated.glb

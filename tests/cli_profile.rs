@@ -35,7 +35,9 @@ fn kernels_account_for_the_step() {
         .iter()
         .filter_map(|row| row["mean_ms"].as_f64())
         .sum();
+    // What lies between the kernels is less than a tenth; they do not overlap.
     assert!((0.9..=1.0 + 1e-9).contains(&(sum / step)), "{table}");
+    assert_eq!(report["gpu_step"]["mean_ms"].as_f64(), Some(step));
     let shares: f64 = kernels.iter().filter_map(|row| row["share"].as_f64()).sum();
     assert!((shares - sum / step).abs() < 1e-6);
     let wall = report["wall_ms_per_step"].as_f64().expect("it is a number");
@@ -63,8 +65,12 @@ fn kernels_account_for_the_step() {
         2,
         "{table}"
     );
-    // With the list of those whose sensors walk, which begins anew in each step.
-    assert_eq!(lines.len(), 11, "{table}");
+    // With the list of those whose sensors walk, which begins anew in each step, and two lines about copies.
+    assert_eq!(lines.len(), 13, "{table}");
+    assert!(
+        lines.iter().all(|line| line.chars().count() <= 112),
+        "{table}"
+    );
 
     let advance = kernels
         .iter()
@@ -75,6 +81,168 @@ fn kernels_account_for_the_step() {
         .expect("it is measured");
     let median = advance["median_ms"].as_f64().expect("it is measured");
     assert!((per_second * median * 1e-3 - 150_000.0).abs() < 1.0);
+    check_statistics(&report);
+}
+
+/// Every row has its statistics in order, and its bytes by the sizes of what it reads and writes.
+fn check_statistics(report: &Value) {
+    let copies = &report["copy_bandwidth"];
+    let copy = copies["gigabytes_per_second"].as_f64().expect("measured");
+    let size = copies["size_in_bytes"].as_f64().expect("it is a number");
+    let median = copies["median_ms"].as_f64().expect("it is measured");
+    assert!((copy - 2.0 * size / median * 1e-6).abs() < 1e-9 * copy);
+    assert!(
+        size >= f64::from(1 << 20) && copies["runs"] == 9,
+        "{copies}"
+    );
+    let kernels = report["kernels"].as_array().expect("they are listed");
+    for row in kernels.iter().chain([&report["gpu_step"]]) {
+        let of = |key: &str| row[format!("{key}_ms")].as_f64().expect("it is measured");
+        let order = ["min", "median_low", "median", "median_high", "max"];
+        assert!(
+            order.windows(2).all(|pair| of(pair[0]) <= of(pair[1])),
+            "{row}"
+        );
+        assert!((of("min")..=of("max")).contains(&of("mean")), "{row}");
+        assert!((of("median")..=of("max")).contains(&of("p95")), "{row}");
+        let range = of("max") - of("min");
+        assert!(
+            of("std") <= range && (range == 0.0 || of("std") > 0.0),
+            "{row}"
+        );
+        if let Some(rate) = row["gigabytes_per_second"].as_f64() {
+            let bytes = row["bytes_per_step"].as_f64().expect("they are counted");
+            assert!(
+                (rate - bytes / of("median") * 1e-6).abs() < 1e-9 * rate,
+                "{row}"
+            );
+            let part = row["of_copy_bandwidth"].as_f64().expect("it is known");
+            assert!((part - rate / copy).abs() < 1e-9 * part, "{row}");
+        }
+    }
+    let bytes = |name: &str| {
+        let row = kernels.iter().find(|row| row["name"] == name);
+        row.expect("it is there")["bytes_per_step"].as_f64()
+    };
+    // Particles of 32 bytes in and out, three texels read, one count read and written.
+    assert_eq!(bytes("advance"), Some(150_000.0 * (64.0 + 12.0 + 8.0)));
+    assert_eq!(
+        bytes("walk_sensors"),
+        None,
+        "the device alone knows how many"
+    );
+    let texels = bytes("diffuse").expect("it is counted") / 20.0;
+    assert!((100_000.0..512.0 * 512.0).contains(&texels), "{texels}");
+}
+
+#[test]
+fn repetitions_begin_anew_and_count_together() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let [once, thrice] = ["once.json", "thrice.json"].map(|name| folder.file(name));
+    let steps = ["--steps", "6", "--warmup", "2", "--report"];
+    let first = [&["profile"], &TINY[..], &steps, &[path(&once)]].concat();
+    done(&first);
+    let repeat = [path(&thrice), "--repeat", "3"];
+    let output = myxo(&[&["profile"], &TINY[..], &steps, &repeat].concat());
+    let table = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let (one, three) = (report(&once), report(&thrice));
+    assert_eq!(one["state_hash"], three["state_hash"]);
+    assert!(one["repetitions"].is_null());
+    let rounds = three["repetitions"].as_array().expect("they are listed");
+    assert_eq!(rounds.len(), 3);
+    if three["gpu_step"]["median_ms"].is_null() {
+        return;
+    }
+    assert!(table.contains("GPU time of 18 steps"), "{table}");
+    assert!(table.contains("3 repetitions, each from"), "{table}");
+    let number = |value: &Value| value.as_f64().expect("it is a number");
+    for round in rounds {
+        assert_eq!(round["steps"], 6);
+        let step = number(&round["step_ms"]);
+        let low = number(&three["gpu_step"]["median_low_ms"]);
+        let high = number(&three["gpu_step"]["median_high_ms"]);
+        assert!((low..=high).contains(&step), "{low} - {high}: {step}");
+        assert!(number(&round["kernels_ms"]["advance"]) < step);
+    }
+
+    // What is compared with itself does not differ, and the whole says so.
+    let output = myxo(&["profile", "--compare", path(&thrice), path(&thrice)]);
+    let table = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(
+        !table.contains("differs") && !table.contains("one run each"),
+        "{table}"
+    );
+    let gpu = table.lines().find(|line| line.starts_with("gpu "));
+    let gpu = gpu.expect("it is there");
+    assert!(
+        gpu.contains(" 1.000 ") && gpu.ends_with("no difference"),
+        "{table}"
+    );
+}
+
+#[test]
+fn a_comparison_names_what_makes_it_doubtful() {
+    let folder = Folder::new();
+    // Reports as programs before this one wrote them, without spread.
+    let old = |scene: &str, more: &str, ms: f64| {
+        format!(
+            r#"{{"device": "abacus", "driver": "d", "scene": "{scene}", "seed": 7, "steps": 9, "particles": 5,
+            "atlas_size": 64, "triangles": 12, "state_hash": "0", "gpu_ms_per_step": {ms}, "wall_ms_per_step": 9.0,
+            "kernels": [{{"name": "advance", "dispatches_per_step": 1.0, "mean_ms": {ms}, "median_ms": {ms},
+            "p95_ms": 3.0, "share": 0.5}}], "counters": {{"lost": 0, "doubled": 0, "trail_mass": 0.0}},
+            "validation": false, "interrupted": false, {more} "command": "", "version": "", "commit": null,
+            "processor": null, "load_average": null}}"#
+        )
+    };
+    let a = folder.with("a.json", old("cube", "", 2.0));
+    let b = folder.with("b.json", old("torus", "", 5.0));
+    let alone = r#""alone": "advance","#;
+    let c = folder.with("c.json", old("cube", alone, 2.0));
+    let output = myxo(&["profile", "--compare", path(&a), path(&b)]);
+    let table = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    for part in [
+        "scene      differs   cube -> torus",
+        "warning: the two were not measured under the same conditions",
+        "note: one run each",
+    ] {
+        assert!(table.contains(part), "{part}: {table}");
+    }
+    let advance = table.lines().find(|line| line.starts_with("advance "));
+    assert!(
+        advance.is_some_and(|line| line.contains("2.500")),
+        "{table}"
+    );
+
+    let message = failed(&["profile", "--compare", path(&a), path(&c)]);
+    assert!(
+        message.contains("whole steps") && message.contains("`advance` alone"),
+        "{message}"
+    );
+    let untimed = old("cube", "", 2.0).replace(r#""mean_ms": 2"#, r#""mean_ms": null, "x": 2"#);
+    let d = folder.with("d.json", untimed);
+    let message = failed(&["profile", "--compare", path(&a), path(&d)]);
+    assert!(message.contains("second report has no times"), "{message}");
+    let missing = folder.file("missing.json");
+    let message = failed(&["profile", "--compare", path(&a), path(&missing)]);
+    assert!(message.contains("cannot read") && message.contains("missing.json"));
+    let e = folder.with("e.json", "{\"half\": ");
+    let message = failed(&["profile", "--compare", path(&e), path(&a)]);
+    assert!(message.contains("not a report"), "{message}");
+    for wrong in [
+        &["profile"][..],
+        &["profile", "--compare", path(&a)],
+        &["profile", "cube", "--compare", path(&a), path(&b)],
+        &["profile", "cube", "--repeat", "0"],
+    ] {
+        let message = program::refused(2, wrong);
+        assert!(message.contains("--help"), "{message}");
+    }
 }
 
 #[test]
@@ -87,7 +255,14 @@ fn json_is_data_and_nothing_else() {
     let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
     assert_eq!(report["steps"], 3);
     assert_eq!(report["scene"], "cube");
-    assert_eq!(text(&output.stderr), "", "no terminal, no chatter");
+    // No terminal, no chatter; only that others use the machine, where they do.
+    let messages = text(&output.stderr);
+    let load = &report["host_load"];
+    assert_eq!(load["is_busy"] == true, !messages.is_empty(), "{load}");
+    assert!(
+        messages.is_empty() || messages.starts_with("the machine was busy: "),
+        "{messages}"
+    );
 }
 
 /// A slice of a trace, in nanoseconds.

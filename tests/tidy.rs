@@ -87,6 +87,7 @@ fn files_say_what_they_are_for() {
     for (path, text) in files("src", &["rs"])
         .into_iter()
         .chain(files("tests", &["rs"]))
+        .chain(files("benches", &["rs"]))
     {
         assert!(
             text.starts_with("//! "),
@@ -110,6 +111,7 @@ fn files_name_no_place_of_one_machine() {
     for (folder, endings) in [
         ("src", &["rs"][..]),
         ("tests", &["rs"]),
+        ("benches", &["rs"]),
         ("shaders", &["comp", "vert", "frag", "glsl"]),
     ] {
         for (path, text) in files(folder, endings) {
@@ -125,6 +127,7 @@ fn files_fit_in_the_head() {
     let all = [
         ("src", &["rs"][..]),
         ("tests", &["rs"]),
+        ("benches", &["rs"]),
         ("shaders", &["comp", "vert", "frag", "glsl"]),
     ];
     for (path, text) in all

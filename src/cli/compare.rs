@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 use myxo::Result;
 
-use super::report::{KernelTime, Report};
-use super::{Outcome, console};
+use super::report::Report;
+use super::{Outcome, console, ratios};
 
 /// Compare the reports of two runs: states and times
 ///
@@ -56,74 +56,9 @@ fn comparison(a: &Report, b: &Report) -> String {
             );
         }
     }
-    let setup = [
-        ("scene", a.scene.clone(), b.scene.clone()),
-        ("seed", a.seed.to_string(), b.seed.to_string()),
-        ("steps", a.steps.to_string(), b.steps.to_string()),
-        (
-            "particles",
-            a.particles.to_string(),
-            b.particles.to_string(),
-        ),
-        ("atlas", a.atlas_size.to_string(), b.atlas_size.to_string()),
-        ("device", a.device.clone(), b.device.clone()),
-        ("driver", a.driver.clone(), b.driver.clone()),
-        (
-            "commit",
-            a.commit.clone().unwrap_or_default(),
-            b.commit.clone().unwrap_or_default(),
-        ),
-        (
-            "validation",
-            a.validation.to_string(),
-            b.validation.to_string(),
-        ),
-    ];
-    for (what, a, b) in setup.iter().filter(|(_, a, b)| a != b) {
-        let _ = writeln!(text, "{what:<10} differs   {a} -> {b}");
-    }
-    let _ = writeln!(
-        text,
-        "\n{:<20} {:>12} {:>12} {:>8}",
-        "ms per step", "first", "second", "ratio"
-    );
-    times(&mut text, "gpu", a.gpu_ms_per_step, b.gpu_ms_per_step);
-    times(
-        &mut text,
-        "wall",
-        Some(a.wall_ms_per_step),
-        Some(b.wall_ms_per_step),
-    );
-    let find = |report: &Report, name: &str| {
-        report
-            .kernels
-            .iter()
-            .find(|kernel| kernel.name == name)
-            .and_then(|kernel| kernel.mean_ms)
-    };
-    for KernelTime { name, mean_ms, .. } in &a.kernels {
-        times(&mut text, name, *mean_ms, find(b, name));
-    }
-    for KernelTime { name, mean_ms, .. } in &b.kernels {
-        if a.kernels.iter().all(|kernel| kernel.name != *name) {
-            times(&mut text, name, None, *mean_ms);
-        }
-    }
-    text
-}
-
-fn times(text: &mut String, name: &str, a: Option<f64>, b: Option<f64>) {
-    let shown = |ms: Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.3}"));
-    let ratio = match (a, b) {
-        (Some(a), Some(b)) if a > 0.0 => format!("{:.2}", b / a),
-        _ => "-".to_owned(),
-    };
-    let _ = writeln!(
-        text,
-        "{name:<20} {:>12} {:>12} {ratio:>8}",
-        shown(a),
-        shown(b)
-    );
+    text.push_str(&ratios::differences_text(a, b));
+    text.push('\n');
+    text + &ratios::table(a, b)
 }
 
 /// The first step whose hash both have and that differs.
@@ -141,12 +76,15 @@ fn first_difference(a: &Report, b: &Report) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::report::{StateHash, hash_text};
+    use crate::cli::report::{KernelTime, StateHash, Times, hash_text};
 
     fn report(hash: u64, ms: f64) -> Report {
         let kernel = |name: &str, ms| KernelTime {
             name: name.to_owned(),
-            mean_ms: Some(ms),
+            time: Times {
+                mean_ms: Some(ms),
+                ..Times::default()
+            },
             ..KernelTime::default()
         };
         Report {
@@ -178,12 +116,12 @@ mod tests {
                 .to_owned()
         };
         assert!(
-            line("gpu ").ends_with("10.000       15.000     1.50"),
+            line("gpu ").ends_with("10.000       15.000    1.500"),
             "{text}"
         );
         assert!(
-            line("wall ").ends_with(" 1.50")
-                && line("diffuse ").ends_with("2.500        3.750     1.50"),
+            line("wall ").ends_with(" 1.500")
+                && line("diffuse ").ends_with("2.500        3.750    1.500"),
             "{text}"
         );
     }

@@ -3,9 +3,11 @@
 //! Data goes to the standard output or to files that options name; messages and progress go to the standard error.
 
 mod atlas;
+mod bench;
 mod compare;
 mod console;
 mod files;
+mod host;
 mod info;
 mod interrupt;
 mod lab;
@@ -14,11 +16,14 @@ mod outputs;
 mod profile;
 mod progress;
 mod query;
+mod ratios;
 mod render;
 mod report;
 mod scenes;
 mod session;
+mod table;
 mod times;
+mod work;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -42,6 +47,7 @@ Examples:
   myxo                                           open the lab
   myxo render torus --steps 400 --out torus.png  a picture without a window
   myxo profile cube --steps 200                  GPU time of every kernel
+  myxo bench --quick                             how times grow with particles, texture, objects, ...
   myxo atlas suzanne --out atlas.png             how a mesh lies in the texture
   myxo scenes                                    built-in scenes and presets
   myxo info                                      devices, and what is missing
@@ -59,6 +65,7 @@ enum Command {
     Lab(lab::Lab),
     Render(render::Render),
     Profile(profile::Profile),
+    Bench(bench::Bench),
     Atlas(atlas::Atlas),
     Query(query::Query),
     Compare(compare::Compare),
@@ -100,6 +107,7 @@ pub fn main() -> ExitCode {
         Some(Command::Lab(lab)) => lab.run(),
         Some(Command::Render(render)) => render.run(),
         Some(Command::Profile(profile)) => profile.run(),
+        Some(Command::Bench(bench)) => bench.run(),
         Some(Command::Atlas(atlas)) => atlas.run(),
         Some(Command::Query(query)) => query.run(),
         Some(Command::Compare(compare)) => compare.run(),

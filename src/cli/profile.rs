@@ -1,18 +1,27 @@
 //! `myxo profile`: the GPU time of every kernel.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use myxo::gpu::Timings;
+use myxo::scene::Scene;
 use myxo::scene::suggest::nearest;
 use myxo::{Error, Result};
 
 use super::files::{Sink, check_distinct};
+use super::host::Watch;
 use super::options::CommonOptions;
+use super::report::{Repetition, Report, Times};
 use super::session::{Ending, Session};
 use super::times::Run;
-use super::{Outcome, console, interrupt};
+use super::{Outcome, console, interrupt, ratios};
 
 /// Measure the GPU time of every kernel
+///
+/// The report has mean, median, 95th percentile, standard deviation, minimum and maximum over the steps, the interval in
+/// which the median lies with 95 % confidence, throughput, and the bytes that a kernel must read and write, which are compared
+/// with what the device's own copies get through.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -20,16 +29,31 @@ Examples:
   myxo profile torus --steps 500 --json > torus.json
   myxo profile cube --kernel advance            one kernel alone
   myxo profile trio --kernel transfer_out       any that a step of the scene has
-  myxo profile cube --trace cube.trace.json     for ui.perfetto.dev")]
+  myxo profile cube --trace cube.trace.json     for ui.perfetto.dev
+  myxo profile torus --repeat 3 --report a.json
+  myxo profile --compare a.json b.json          was there a change, and is it one?")]
 pub struct Profile {
     /// A built-in name, a .toml file or a model
-    scene: PathBuf,
+    #[arg(required_unless_present = "compare")]
+    scene: Option<PathBuf>,
+    /// Prints the ratios of the second report's times to the first one's, each with the interval in which it lies with 95 %
+    /// confidence, and says what makes them doubtful. With --repeat the spread from run to run counts, too
+    #[arg(
+        long,
+        num_args = 2,
+        value_names = ["A.json", "B.json"],
+        exclusive = true
+    )]
+    compare: Option<Vec<PathBuf>>,
     /// How many steps to measure
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     steps: u32,
     /// Steps before that, which are not measured: the first ones compile kernels, and trails have yet to form
     #[arg(long, value_name = "N", default_value_t = 50)]
     warmup: u32,
+    /// Does the whole measurement so many times, each from the beginning, and puts the steps of all of them together
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeat: u32,
     /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds when it comes for the first
     /// time in the next step (with turns: in the first object's), with no other kernel between; what it changes is
     /// brought back before each run, which is not measured. Every kernel of the scene's step can be named, those that
@@ -42,7 +66,8 @@ pub struct Profile {
     /// Writes the report as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Writes a trace for chrome://tracing or ui.perfetto.dev: what the host and the GPU do when, on one clock
+    /// Writes a trace for chrome://tracing or ui.perfetto.dev: what the host and the GPU do when, on one clock; of the
+    /// last repetition
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     #[command(flatten)]
@@ -52,29 +77,56 @@ pub struct Profile {
 impl Profile {
     /// Checks everything that can be checked before the work, and does it.
     pub fn run(&self) -> Result<Outcome> {
+        if let Some(files) = &self.compare {
+            let [a, b] = [&files[0], &files[1]].map(|file| Report::read(file));
+            console::print(comparison(&a?, &b?)?)?;
+            return Ok(Outcome::Done);
+        }
         let files = self.report.iter().chain(&self.trace);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
-        let scene = self.common.load(&self.scene)?;
+        let scene = self
+            .common
+            .load(self.scene.as_deref().unwrap_or("".as_ref()))?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let trace_sink = self.trace.as_deref().map(Sink::create).transpose()?;
         interrupt::install()?;
+        let mut measured = Measured::new();
+        let (session, ending, completed) = loop {
+            let (session, ending, completed) = self.measure(&scene, &mut measured)?;
+            if !completed || measured.rounds.len() == self.repeat as usize {
+                break (session, ending, completed);
+            }
+            let mut timings = session.frames.timings().clone();
+            timings.prepend(&measured.earlier);
+            measured.earlier = timings;
+        };
+        let sinks = [report_sink, trace_sink];
+        self.tell(session, &ending, !completed, measured, sinks)
+    }
+
+    /// Does the whole measurement once; says whether it was not cut short.
+    fn measure(&self, scene: &Scene, measured: &mut Measured) -> Result<(Session, Ending, bool)> {
         let steps = u64::from(self.warmup) + u64::from(self.steps);
-        let mut session = Session::open(scene, &self.common, steps)?;
-        if self.common.device.validate {
+        let mut session = Session::open(scene.clone(), &self.common, steps)?;
+        let is_first = measured.rounds.is_empty();
+        if self.common.device.validate && is_first {
             console::message("the validation layers are on: these times are not worth comparing");
         }
-
         if let Some(kernel) = &self.kernel {
             check_kernel(kernel, session.kernels())?;
         }
 
         let warm = repeat(self.warmup, || session.step())?;
-        let measured = |session: &mut Session| {
+        if warm {
+            session.measure_bandwidth()?;
+        }
+        let begin = |session: &mut Session, measured: &mut Measured| {
+            measured.watch.begin();
             session.begin_measuring(self.steps as usize, self.trace.is_some())
         };
         let (ending, completed) = match &self.kernel {
             None => {
-                measured(&mut session)?;
+                begin(&mut session, measured)?;
                 let completed = warm && repeat(self.steps, || session.step())?;
                 (session.finish()?, completed)
             }
@@ -83,16 +135,23 @@ impl Profile {
                 let alone = session.run_before(kernel)?;
                 // Once before, to compile it.
                 session.run_alone(&alone)?;
-                measured(&mut session)?;
+                begin(&mut session, measured)?;
                 let mut run = || {
                     session.run_alone(&alone)?;
                     session.progress.step();
                     Ok(())
                 };
-                (ending, warm && repeat(self.steps, &mut run)?)
+                let completed = warm && repeat(self.steps, &mut run)?;
+                session.frames.wait_idle()?;
+                (ending, completed)
             }
         };
-        self.tell(session, &ending, !completed, report_sink, trace_sink)
+        measured.watch.end();
+        let times = session.frames.timings().report("step");
+        if !times.is_empty() || is_first {
+            measured.rounds.push(Repetition::from(&times));
+        }
+        Ok((session, ending, completed))
     }
 
     /// Shows and writes what was measured.
@@ -101,16 +160,26 @@ impl Profile {
         mut session: Session,
         ending: &Ending,
         interrupted: bool,
-        report_sink: Option<Sink>,
-        trace_sink: Option<Sink>,
+        measured: Measured,
+        [report_sink, trace_sink]: [Option<Sink>; 2],
     ) -> Result<Outcome> {
         let (trace, agreement) = session.trace()?;
         session.check_messages()?;
         session.progress.finish();
+        session.frames.timings_mut().prepend(&measured.earlier);
         let mut report = session.report(ending, interrupted);
+        let load = measured.watch.load();
+        report.host_load = Some(load);
+        if measured.rounds.len() > 1 {
+            report.add_repetitions(measured.rounds);
+        }
         if self.kernel.is_some() {
             report.alone.clone_from(&self.kernel);
             report.gpu_ms_per_step = None;
+            report.gpu_step = Times::default();
+        }
+        if let Some(warning) = load.warning() {
+            console::message(&warning);
         }
         if self.json {
             console::print(report.to_json())?;
@@ -120,7 +189,7 @@ impl Profile {
                 report.scene, report.device, report.driver
             ));
             let run = self.kernel.as_ref().map_or(Run::Step, |_| Run::Kernel);
-            console::print(session.table(run))?;
+            console::print(session.table(run) + &repetitions(&report))?;
         }
         if let Some(sink) = report_sink {
             sink.write(report.to_json())?;
@@ -135,6 +204,98 @@ impl Profile {
             Outcome::Done
         })
     }
+}
+
+/// What the repetitions so far have measured.
+struct Measured {
+    watch: Watch,
+    rounds: Vec<Repetition>,
+    /// Of all but the last one.
+    earlier: Timings,
+}
+
+impl Measured {
+    fn new() -> Self {
+        Self {
+            watch: Watch::new(),
+            rounds: Vec::new(),
+            earlier: Timings::default(),
+        }
+    }
+}
+
+/// A line with the median of each repetition, if there are several.
+fn repetitions(report: &Report) -> String {
+    if report.repetitions.is_empty() {
+        return String::new();
+    }
+    let of = |repetition: &Repetition| match &report.alone {
+        None => repetition.step_ms,
+        Some(kernel) => repetition.kernels_ms.get(kernel).copied().unwrap_or(0.0),
+    };
+    let medians = report.repetitions.iter().map(of);
+    let medians: Vec<String> = medians.map(|ms| format!("{ms:.3}")).collect();
+    format!(
+        "{} repetitions, each from the beginning: medians {} ms.\n",
+        medians.len(),
+        medians.join(", ")
+    )
+}
+
+/// The ratios of times, and what makes them doubtful.
+fn comparison(a: &Report, b: &Report) -> Result<String> {
+    let of = |report: &Report| {
+        let alone = report.alone.as_ref();
+        alone.map_or("whole steps".to_owned(), |kernel| {
+            format!("`{kernel}` alone")
+        })
+    };
+    if a.alone != b.alone {
+        return Err(Error::Invalid(format!(
+            "the first report is of {}, the second of {}: measure both in the same way",
+            of(a),
+            of(b)
+        )));
+    }
+    for (which, report) in [("first", a), ("second", b)] {
+        let is_timed = |kernel: &super::report::KernelTime| kernel.time.mean_ms.is_some();
+        if !report.kernels.iter().any(is_timed) {
+            return Err(Error::Invalid(format!(
+                "the {which} report has no times of kernels, which are what is compared: measure it on a device \
+                 with timestamps, for at least a step"
+            )));
+        }
+    }
+    let mut text = ratios::differences_text(a, b);
+    for (which, report) in [("first", a), ("second", b)] {
+        let doubts = [
+            (report.validation).then(|| "the validation layers were on".to_owned()),
+            report.host_load.and_then(|load| load.warning()),
+            report
+                .interrupted
+                .then(|| "the measurement was interrupted".to_owned()),
+        ];
+        for doubt in doubts.into_iter().flatten() {
+            let _ = writeln!(text, "warning: {which}: {doubt}");
+        }
+    }
+    let has_other_work = ratios::differences(a, b)
+        .iter()
+        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
+    if has_other_work {
+        text.push_str(
+            "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
+        );
+    }
+    if a.repetitions.is_empty() || b.repetitions.is_empty() {
+        text.push_str(
+            "note: one run each: intervals leave out what changes from run to run; --repeat takes it in\n",
+        );
+    }
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    Ok(text + &ratios::table(a, b))
 }
 
 /// Does it so many times, unless somebody asks to stop; says whether it was done so often.

@@ -18,6 +18,9 @@ const LINE_EVERY: Duration = Duration::from_secs(20);
 pub struct Progress {
     /// Draws nothing where there is no terminal.
     bar: ProgressBar,
+    what: String,
+    /// What is counted.
+    unit: &'static str,
     begun: Instant,
     last_line: Instant,
 }
@@ -25,22 +28,34 @@ pub struct Progress {
 impl Progress {
     /// Begins `steps` steps of `what`.
     pub fn new(steps: u64, what: &str) -> Self {
+        Self::counting(steps, what, "steps")
+    }
+
+    /// Begins `count` of what is counted in units other than steps.
+    pub fn counting(count: u64, what: &str, unit: &'static str) -> Self {
         let rate = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
             let _ = write!(text, "{:.1}", state.per_sec());
         };
-        let style = ProgressStyle::with_template(
-            "{msg} {wide_bar} {pos}/{len} steps, {rate} steps/s, {eta} left",
-        )
+        let style = ProgressStyle::with_template(&format!(
+            "{{msg}} {{wide_bar}} {{pos}}/{{len}} {unit}, {{rate}} {unit}/s, {{eta}} left"
+        ))
         .expect("the template is well formed")
         .with_key("rate", rate);
         let now = Instant::now();
         Self {
-            bar: ProgressBar::new(steps)
+            bar: ProgressBar::new(count)
                 .with_style(style)
                 .with_message(what.to_owned()),
+            what: what.to_owned(),
+            unit,
             begun: now,
             last_line: now,
         }
+    }
+
+    /// Says what comes next.
+    pub fn doing(&self, what: &str) {
+        self.bar.set_message(format!("{}: {what}", self.what));
     }
 
     /// One more step is done.
@@ -49,7 +64,13 @@ impl Progress {
         if self.bar.is_hidden() && self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();
             let (done, all) = (self.bar.position(), self.bar.length().unwrap_or_default());
-            let line = log_line(&self.bar.message(), done, all, self.begun.elapsed());
+            let line = log_line(
+                &self.bar.message(),
+                self.unit,
+                done,
+                all,
+                self.begun.elapsed(),
+            );
             console::message(&line);
         }
     }
@@ -169,9 +190,10 @@ pub fn atlas_cache() -> Option<PathBuf> {
 }
 
 /// `torus: step 120 of 400, 6.3 steps/s, 44 s left`
-fn log_line(what: &str, done: u64, all: u64, elapsed: Duration) -> String {
+fn log_line(what: &str, unit: &str, done: u64, all: u64, elapsed: Duration) -> String {
     let rate = done as f64 / elapsed.as_secs_f64().max(1e-9);
-    let mut line = format!("{what}: step {done} of {all}, {rate:.1} steps/s");
+    let one = unit.trim_end_matches('s');
+    let mut line = format!("{what}: {one} {done} of {all}, {rate:.1} {unit}/s");
     if done > 0 {
         let _ = write!(
             line,
@@ -189,11 +211,11 @@ mod tests {
     #[test]
     fn a_log_line_tells_steps_speed_and_time_left() {
         assert_eq!(
-            log_line("torus", 120, 400, Duration::from_secs(60)),
+            log_line("torus", "steps", 120, 400, Duration::from_secs(60)),
             "torus: step 120 of 400, 2.0 steps/s, 140 s left"
         );
         assert_eq!(
-            log_line("torus", 0, 400, Duration::from_secs(60)),
+            log_line("torus", "steps", 0, 400, Duration::from_secs(60)),
             "torus: step 0 of 400, 0.0 steps/s"
         );
     }

@@ -1,14 +1,18 @@
 //! The report of a headless run: what ran where, how it ended, and what it cost, as JSON.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
+use myxo::gpu::{CopyBandwidth, Statistics};
 use myxo::scene::parameters::grouped;
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
+
+use super::host::{self, HostLoad};
 
 /// Bytes of a file that are read: far more than a report has, and not all of one that never ends.
 const LARGEST: u64 = 64 << 20;
@@ -40,6 +44,9 @@ pub struct Report {
     /// GPU time of a step, between timestamps at its beginning and end: the mean of those that were measured. `render`
     /// leaves out the first one, which compiles kernels, and keeps the last 4,096.
     pub gpu_ms_per_step: Option<f64>,
+    /// The same with its spread.
+    #[serde(default)]
+    pub gpu_step: Times,
     /// Time of a step as people experience it.
     pub wall_ms_per_step: f64,
     /// Where the GPU time goes.
@@ -47,6 +54,12 @@ pub struct Report {
     /// The kernel that `--kernel` ran alone: then the times of `kernels` are of its runs, and none are of steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alone: Option<String>,
+    /// What the device's own copies get through, which bytes of kernels are compared with.
+    #[serde(default)]
+    pub copy_bandwidth: Option<Bandwidth>,
+    /// Each repetition of the measurement by itself, where `--repeat` asked for several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub repetitions: Vec<Repetition>,
     /// What was counted.
     pub counters: Counters,
     /// Whether Vulkan's validation layers were on; times are not worth comparing then.
@@ -63,6 +76,9 @@ pub struct Report {
     pub processor: Option<String>,
     /// The host's load averages over 1, 5 and 15 minutes at the end of the run.
     pub load_average: Option<[f64; 3]>,
+    /// Who has used the host's processors while times were taken.
+    #[serde(default)]
+    pub host_load: Option<HostLoad>,
 }
 
 /// The state hash after a step.
@@ -74,6 +90,62 @@ pub struct StateHash {
     pub hash: String,
 }
 
+/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. A kernel of
+/// every 32nd step takes nothing in the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    /// Arithmetic mean.
+    pub mean_ms: Option<f64>,
+    /// Half of the steps take less.
+    pub median_ms: Option<f64>,
+    /// 95 % of the steps take less.
+    pub p95_ms: Option<f64>,
+    /// Standard deviation.
+    pub std_ms: Option<f64>,
+    /// The fastest step.
+    pub min_ms: Option<f64>,
+    /// The slowest step.
+    pub max_ms: Option<f64>,
+    /// With `median_high_ms`: where the median lies. By ranks, with 95 % confidence for independent steps; with
+    /// repetitions at least from their lowest to their highest median.
+    pub median_low_ms: Option<f64>,
+    /// The upper end of it.
+    pub median_high_ms: Option<f64>,
+}
+
+impl From<&Statistics> for Times {
+    fn from(of: &Statistics) -> Self {
+        Self {
+            mean_ms: Some(of.mean_ms),
+            median_ms: Some(of.median_ms),
+            p95_ms: Some(of.p95_ms),
+            std_ms: Some(of.std_ms),
+            min_ms: Some(of.min_ms),
+            max_ms: Some(of.max_ms),
+            median_low_ms: Some(of.median_low_ms),
+            median_high_ms: Some(of.median_high_ms),
+        }
+    }
+}
+
+impl Times {
+    /// Widens the interval of the median so that it holds another one.
+    pub fn include(&mut self, median_ms: f64) {
+        self.median_low_ms = self.median_low_ms.map(|low| low.min(median_ms));
+        self.median_high_ms = self.median_high_ms.map(|high| high.max(median_ms));
+    }
+
+    /// Median and the ends of its interval, of what takes any time at all.
+    pub fn interval(&self) -> Option<[f64; 3]> {
+        let median = self.median_ms.filter(|ms| *ms > 0.0)?;
+        Some([
+            median,
+            self.median_low_ms.unwrap_or(median),
+            self.median_high_ms.unwrap_or(median),
+        ])
+    }
+}
+
 /// The times of one kernel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KernelTime {
@@ -81,26 +153,83 @@ pub struct KernelTime {
     pub name: String,
     /// How often it is dispatched in a step.
     pub dispatches_per_step: f64,
-    /// Mean time of a step's dispatches.
-    pub mean_ms: Option<f64>,
-    /// Half of the steps take less.
-    pub median_ms: Option<f64>,
-    /// 95 % of the steps take less.
-    pub p95_ms: Option<f64>,
-    /// Part of the GPU time of the whole step, 0 to 1.
+    /// Of a step's dispatches together.
+    #[serde(flatten)]
+    pub time: Times,
+    /// Part of the GPU time of the whole step, 0 to 1, by means.
     pub share: Option<f64>,
     /// What it gets through.
     #[serde(default)]
     pub throughput: Option<Throughput>,
+    /// The bytes that it must read and write in a step; `super::work` says how they are counted.
+    #[serde(default)]
+    pub bytes_per_step: Option<f64>,
+    /// As many of them in a second, in units of 10^9.
+    #[serde(default)]
+    pub gigabytes_per_second: Option<f64>,
+    /// The same as part of what the device's own copies get through.
+    #[serde(default)]
+    pub of_copy_bandwidth: Option<f64>,
 }
 
-/// How much a kernel gets through, by the median of its times.
+/// How much a kernel gets through, by the median of its times; by the mean where not every step has it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Throughput {
     /// What is counted: `particles`, `texels`.
     pub of: String,
     /// How many of them in a second.
     pub per_second: f64,
+}
+
+/// What the device's own copies get through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bandwidth {
+    /// Bytes read and bytes written in a second, together, in units of 10^9, by the median.
+    pub gigabytes_per_second: f64,
+    /// Bytes of a copy, from one buffer of the device to another.
+    pub size_in_bytes: u64,
+    /// How many were measured.
+    pub runs: usize,
+    /// Time of one.
+    pub median_ms: f64,
+    /// Standard deviation.
+    pub std_ms: f64,
+}
+
+impl From<&CopyBandwidth> for Bandwidth {
+    fn from(of: &CopyBandwidth) -> Self {
+        Self {
+            gigabytes_per_second: of.bytes_per_second() * 1e-9,
+            size_in_bytes: of.size_in_bytes,
+            runs: of.runs,
+            median_ms: of.time.median_ms,
+            std_ms: of.time.std_ms,
+        }
+    }
+}
+
+/// One repetition of a measurement: medians in milliseconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Repetition {
+    /// Steps, or runs of a kernel alone.
+    pub steps: usize,
+    /// Of the whole step.
+    pub step_ms: f64,
+    /// Of each kernel.
+    pub kernels_ms: BTreeMap<String, f64>,
+}
+
+impl From<&myxo::gpu::Report> for Repetition {
+    fn from(of: &myxo::gpu::Report) -> Self {
+        let kernels = of.rows.iter();
+        Self {
+            steps: of.steps,
+            step_ms: of.step.median_ms,
+            kernels_ms: kernels
+                .map(|row| (row.name.clone(), row.time.median_ms))
+                .collect(),
+        }
+    }
 }
 
 /// What was counted at the end of a run.
@@ -195,15 +324,28 @@ impl Counters {
 }
 
 impl Report {
+    /// Adds the repetitions of which the report is the sum, and widens the intervals of medians by them.
+    pub fn add_repetitions(&mut self, repetitions: Vec<Repetition>) {
+        for repetition in &repetitions {
+            self.gpu_step.include(repetition.step_ms);
+            for kernel in &mut self.kernels {
+                if let Some(median_ms) = repetition.kernels_ms.get(&kernel.name) {
+                    kernel.time.include(*median_ms);
+                }
+            }
+        }
+        self.repetitions = repetitions;
+    }
+
     /// A report with what is known about the program and the host, all else empty.
     #[must_use]
     pub fn of_this_host() -> Self {
         Self {
-            command: command(),
+            command: host::command(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             commit: option_env!("MYXO_COMMIT").map(str::to_owned),
-            processor: processor(),
-            load_average: load_average(),
+            processor: host::processor(),
+            load_average: host::load_average(),
             ..Self::default()
         }
     }
@@ -237,45 +379,6 @@ impl Report {
 #[must_use]
 pub fn hash_text(hash: u64) -> String {
     format!("{hash:016x}")
-}
-
-/// The command line, quoted so that a shell takes it back.
-fn command() -> String {
-    let words: Vec<String> = std::env::args_os()
-        .map(|word| {
-            let word = word.to_string_lossy().into_owned();
-            let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+./:,@%".contains(c);
-            if !word.is_empty() && word.chars().all(plain) {
-                word
-            } else {
-                format!("'{}'", word.replace('\'', "'\\''"))
-            }
-        })
-        .collect();
-    words.join(" ")
-}
-
-fn processor() -> Option<String> {
-    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-    let name = |key: &str| {
-        text.lines()
-            .find(|line| line.starts_with(key))?
-            .split_once(':')
-            .map(|(_, name)| name.trim())
-    };
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let model = name("model name").or_else(|| name("Model"))?;
-    Some(format!("{model} ({cores} threads)"))
-}
-
-fn load_average() -> Option<[f64; 3]> {
-    let text = std::fs::read_to_string("/proc/loadavg").ok()?;
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .take(3)
-        .map_while(|word| word.parse().ok())
-        .collect();
-    numbers.try_into().ok()
 }
 
 #[cfg(test)]
@@ -318,6 +421,9 @@ mod tests {
             "commit",
             "processor",
             "load_average",
+            "gpu_step",
+            "copy_bandwidth",
+            "host_load",
         ] {
             assert!(value.get(key).is_some(), "{key}");
         }
@@ -327,7 +433,13 @@ mod tests {
             "mean_ms",
             "median_ms",
             "p95_ms",
+            "std_ms",
+            "min_ms",
+            "max_ms",
             "share",
+            "throughput",
+            "gigabytes_per_second",
+            "of_copy_bandwidth",
         ] {
             assert!(value["kernels"][0].get(key).is_some(), "{key}");
         }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Alone, Calibration, Context, ContextOptions, Frames, Recorder, Trace, default_cache_folder,
+    Alone, Calibration, Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Trace,
+    default_cache_folder,
 };
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
@@ -15,11 +16,13 @@ use myxo::{Error, Result};
 use super::console;
 use super::options::CommonOptions;
 use super::progress::{Progress, SettingUp, atlas_cache};
-use super::report::{Counters, KernelTime, Report, StateHash, hash_text};
+use super::report::{Bandwidth, Counters, KernelTime, Report, StateHash, Times, hash_text};
 use super::times;
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
+/// Copies of which the median is taken.
+const COPIES: usize = 9;
 /// Scenes that take more device memory than this say so.
 const LARGE: u64 = 1 << 30;
 /// So much longer the device may take for each GiB.
@@ -42,6 +45,8 @@ pub struct Session {
     kernels: Vec<(String, u32)>,
     /// Does one of them run alone?
     is_alone: bool,
+    /// What the device's own copies get through, once it was measured.
+    bandwidth: Option<Bandwidth>,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -110,6 +115,7 @@ impl Session {
             frames,
             kernels,
             is_alone: false,
+            bandwidth: None,
             progress: Progress::new(steps, &scene.name),
             first_step: simulation.step(),
             ctx,
@@ -186,6 +192,21 @@ impl Session {
         }
         self.started = Instant::now();
         self.first_step = self.simulation.step();
+        Ok(())
+    }
+
+    /// Measures what the device's own copies get through. Where there is no memory for that, the report goes without.
+    pub fn measure_bandwidth(&mut self) -> Result<()> {
+        self.frames.wait_idle()?;
+        self.bandwidth = match CopyBandwidth::measure(&self.ctx, COPIES) {
+            Ok(measured) => measured.as_ref().map(Bandwidth::from),
+            Err(error @ GpuError::OutOfMemory { .. }) => {
+                let text = format!("the device's own copies are not measured: {error}");
+                self.progress.say(&text);
+                None
+            }
+            Err(error) => return Err(error.into()),
+        };
         Ok(())
     }
 
@@ -284,6 +305,12 @@ impl Session {
             state_hash: hash_text(ending.snapshot.hash()),
             hashes: self.hashes.clone(),
             gpu_ms_per_step: (!times.is_empty()).then_some(times.step.mean_ms),
+            gpu_step: if times.is_empty() {
+                Times::default()
+            } else {
+                Times::from(&times.step)
+            },
+            copy_bandwidth: self.bandwidth,
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),
@@ -297,7 +324,7 @@ impl Session {
     pub fn kernel_times(&self) -> Vec<KernelTime> {
         let times = self.frames.timings().report("step");
         if self.ctx.info().has_timestamps() {
-            return times::rows(&times, self.simulation.setup(), self.advancing());
+            return times::rows(&times, self.rows_of());
         }
         let untimed = |(name, count): &(String, u32)| KernelTime {
             name: name.clone(),
@@ -305,6 +332,14 @@ impl Session {
             ..KernelTime::default()
         };
         self.kernels.iter().map(untimed).collect()
+    }
+
+    fn rows_of(&self) -> times::Of<'_> {
+        times::Of {
+            setup: self.simulation.setup(),
+            advancing: self.advancing(),
+            bandwidth: self.bandwidth,
+        }
     }
 
     /// How many particles advance in what is measured. In one object's turn only the device knows.
@@ -319,7 +354,7 @@ impl Session {
         let times = self.frames.timings().report("step");
         match times::unavailable(&times, self.ctx.info().has_timestamps()) {
             Some(why) => format!("Kernel times are unavailable: {why}.\n"),
-            None => times::table(&times, self.simulation.setup(), self.advancing(), run),
+            None => times::table(&times, self.rows_of(), run),
         }
     }
 

@@ -5,49 +5,51 @@ use std::fmt::Write as _;
 use myxo::gpu;
 use myxo::sim::Setup;
 
-use super::report::{KernelTime, Throughput};
+use super::report::{Bandwidth, KernelTime, Throughput, Times};
+use super::table::{aligned, short};
+use super::work::work_of;
 
-/// What a kernel works on, and how many of them there are in a step in which it is dispatched so often. Each particle
-/// advances once, however many turns objects have; `advancing` of them were measured, if that is known.
-fn work_of(
-    kernel: &str,
-    dispatches: f64,
-    setup: &Setup,
-    advancing: Option<u64>,
-) -> Option<(f64, &'static str)> {
-    let (each, of) = match kernel {
-        "advance" => return Some((advancing? as f64, "particles")),
-        "diffuse" => (u64::from(setup.atlas.owned_count), "texels"),
-        "diffuse_seams" => (setup.atlas.exchange.rows.len() as u64, "seam texels"),
-        "exchange_seams" => (setup.atlas.seams.len() as u64, "gutter texels"),
-        _ => return None,
-    };
-    Some((each as f64 * dispatches, of))
+/// What rows need to know besides times.
+#[derive(Clone, Copy)]
+pub struct Of<'a> {
+    /// Of the scene.
+    pub setup: &'a Setup,
+    /// How many particles advance in what was measured, if that is known.
+    pub advancing: Option<u64>,
+    /// Of the device's own copies, if it was measured.
+    pub bandwidth: Option<Bandwidth>,
 }
 
-/// The rows of the report, of steps in which so many particles advance, if that is known.
-pub fn rows(report: &gpu::Report, setup: &Setup, advancing: Option<u64>) -> Vec<KernelTime> {
-    let throughput = |row: &gpu::Row| {
-        let (count, of) = work_of(&row.name, row.dispatches_per_step, setup, advancing)?;
-        let seconds = row.time.median_ms * 1e-3;
-        (seconds > 0.0).then(|| Throughput {
-            of: of.to_owned(),
-            per_second: count / seconds,
-        })
-    };
-    report
-        .rows
-        .iter()
-        .map(|row| KernelTime {
+/// The rows of the report.
+pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
+    let row = |row: &gpu::Row| {
+        let work = work_of(&row.name, row.dispatches_per_step, of.setup, of.advancing);
+        // Of what not every step has, the median may be nothing.
+        let ms = if row.dispatches_per_step < 1.0 {
+            row.time.mean_ms
+        } else {
+            row.time.median_ms
+        };
+        let seconds = ms * 1e-3;
+        let timed = work.filter(|_| seconds > 0.0);
+        let gigabytes_per_second = timed.map(|work| work.bytes / seconds * 1e-9);
+        KernelTime {
             name: row.name.clone(),
             dispatches_per_step: row.dispatches_per_step,
-            mean_ms: Some(row.time.mean_ms),
-            median_ms: Some(row.time.median_ms),
-            p95_ms: Some(row.time.p95_ms),
+            time: Times::from(&row.time),
             share: Some(row.share),
-            throughput: throughput(row),
-        })
-        .collect()
+            throughput: timed.map(|work| Throughput {
+                of: work.of.to_owned(),
+                per_second: work.count / seconds,
+            }),
+            bytes_per_step: work.map(|work| work.bytes),
+            gigabytes_per_second,
+            of_copy_bandwidth: gigabytes_per_second
+                .zip(of.bandwidth)
+                .map(|(own, copy)| own / copy.gigabytes_per_second),
+        }
+    };
+    report.rows.iter().map(row).collect()
 }
 
 /// Why there are no times, if there are none.
@@ -68,18 +70,21 @@ pub enum Run {
     Kernel,
 }
 
-/// The table: kernel, dispatches a step, mean, median, 95th percentile, share, throughput; the whole step; and how
-/// much of it the kernels account for.
-pub fn table(report: &gpu::Report, setup: &Setup, advancing: Option<u64>, run: Run) -> String {
+/// The table: kernel, dispatches a step, mean, median, 95th percentile, standard deviation, share, bytes, throughput; the
+/// whole step; how much of it the kernels account for; and what bytes are compared with.
+pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     // A kernel alone is no part of anything.
     let share = if run == Run::Kernel { "" } else { "share" };
     let header = [
         "kernel",
         "per step",
         "mean ms",
-        "median ms",
-        "p95 ms",
+        "median",
+        "p95",
+        "std",
         share,
+        "GB/s",
+        "copy",
         "throughput",
     ];
     let step = &report.step;
@@ -87,24 +92,38 @@ pub fn table(report: &gpu::Report, setup: &Setup, advancing: Option<u64>, run: R
     let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
     let milliseconds = |ms: f64| format!("{ms:.decimals$}");
     let mut cells = vec![header.map(str::to_owned)];
-    let rows = rows(report, setup, advancing);
+    let rows = rows(report, of);
     for (row, times) in rows.iter().zip(&report.rows) {
         let throughput = row.throughput.as_ref();
+        let or_blank = |text: Option<String>| text.unwrap_or_default();
         cells.push([
             row.name.clone(),
             short_count(row.dispatches_per_step),
             milliseconds(times.time.mean_ms),
             milliseconds(times.time.median_ms),
             milliseconds(times.time.p95_ms),
+            milliseconds(times.time.std_ms),
             match run {
                 Run::Step => format!("{:.1} %", 100.0 * times.share),
                 Run::Kernel => String::new(),
             },
-            throughput.map_or(String::new(), |throughput| {
-                format!("{}{}/s", short(throughput.per_second), throughput.of)
-            }),
+            or_blank(row.gigabytes_per_second.map(|rate| format!("{rate:.2}"))),
+            or_blank(
+                row.of_copy_bandwidth
+                    .map(|part| format!("{:.0} %", 100.0 * part)),
+            ),
+            or_blank(throughput.map(|rate| format!("{}{}/s", short(rate.per_second), rate.of))),
         ]);
     }
+    let copies = of.bandwidth.map_or(String::new(), |copy| {
+        format!(
+            "GB/s: bytes that must be read and written; copy: as part of what the device's own copies get through, \
+             which is\n{:.1} GB/s (copies of {} MiB, median of {}).\n",
+            copy.gigabytes_per_second,
+            copy.size_in_bytes >> 20,
+            copy.runs
+        )
+    });
     if run == Run::Kernel {
         let mut text = aligned(&cells, None);
         let _ = writeln!(
@@ -112,7 +131,7 @@ pub fn table(report: &gpu::Report, setup: &Setup, advancing: Option<u64>, run: R
             "GPU time of {}, nothing else between them.",
             counted(report.steps, "run")
         );
-        return text;
+        return text + &copies;
     }
     cells.push([
         "whole step".to_owned(),
@@ -120,6 +139,9 @@ pub fn table(report: &gpu::Report, setup: &Setup, advancing: Option<u64>, run: R
         milliseconds(step.mean_ms),
         milliseconds(step.median_ms),
         milliseconds(step.p95_ms),
+        milliseconds(step.std_ms),
+        String::new(),
+        String::new(),
         String::new(),
         format!("{}steps/s", short(1e3 / step.median_ms)),
     ]);
@@ -131,37 +153,11 @@ pub fn table(report: &gpu::Report, setup: &Setup, advancing: Option<u64>, run: R
         counted(report.steps, "step"),
         100.0 * sum / step.mean_ms
     );
-    text
-}
-
-/// Columns two blanks apart, the first flush left, the others flush right, none that is empty; a rule below the header, and one above row
-/// number `ruled`.
-fn aligned<const N: usize>(rows: &[[String; N]], ruled: Option<usize>) -> String {
-    let widths: [usize; N] =
-        std::array::from_fn(|i| rows.iter().map(|row| row[i].len()).max().unwrap_or(0));
-    let columns = widths.iter().filter(|width| **width > 0).count();
-    let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * columns.saturating_sub(1));
-    let mut text = String::new();
-    for (number, row) in rows.iter().enumerate() {
-        if number == 1 || ruled == Some(number) {
-            let _ = writeln!(text, "{rule}");
-        }
-        let mut line = format!("{:<width$}", row[0], width = widths[0]);
-        for (cell, width) in row
-            .iter()
-            .zip(widths)
-            .skip(1)
-            .filter(|(_, width)| *width > 0)
-        {
-            let _ = write!(line, "  {cell:>width$}");
-        }
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
-    text
+    text + &copies
 }
 
 /// `1 step`, `2 steps`.
-fn counted(count: usize, what: &str) -> String {
+pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
@@ -169,22 +165,6 @@ fn counted(count: usize, what: &str) -> String {
 fn short_count(count: f64) -> String {
     let text = format!("{count:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-/// Three digits and a prefix, to be followed by what is counted: `12.3 M `.
-fn short(value: f64) -> String {
-    let (scaled, prefix) = match value {
-        v if v >= 1e9 => (v * 1e-9, "G "),
-        v if v >= 1e6 => (v * 1e-6, "M "),
-        v if v >= 1e3 => (v * 1e-3, "k "),
-        v => (v, ""),
-    };
-    let decimals = match scaled {
-        s if s < 9.995 => 2,
-        s if s < 99.95 => 1,
-        _ => 0,
-    };
-    format!("{scaled:.decimals$} {prefix}")
 }
 
 #[cfg(test)]
@@ -204,35 +184,6 @@ mod tests {
             Some("the device has no timestamps")
         );
         assert_eq!(unavailable(&some, true), None);
-    }
-
-    #[test]
-    fn throughput_is_short() {
-        assert_eq!(short(9_340_000.0), "9.34 M ");
-        assert_eq!(short(123_400.0), "123 k ");
-        assert_eq!(short(99_960.0), "100 k ");
-        assert_eq!(short(2.5e9), "2.50 G ");
-        assert_eq!(short(70.0), "70.0 ");
-    }
-
-    #[test]
-    fn numbers_stand_flush_right_between_two_rules() {
-        let row = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
-        let rows = [
-            row("kernel", "ms"),
-            row("advance", "10.500"),
-            row("sort", ""),
-            row("whole", "12.000"),
-        ];
-        let expected = "\
-kernel       ms
-───────────────
-advance  10.500
-sort
-───────────────
-whole    12.000
-";
-        assert_eq!(aligned(&rows, Some(3)), expected);
     }
 
     #[test]

@@ -14,6 +14,7 @@
 
 mod access;
 mod alone;
+mod bandwidth;
 mod buffer;
 mod buffer_core;
 mod cache;
@@ -44,6 +45,7 @@ mod transfer;
 
 pub use access::Access;
 pub use alone::Alone;
+pub use bandwidth::CopyBandwidth;
 pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
 pub use buffer_core::BufferCore;
 pub use cache::default_cache_folder;

@@ -11,8 +11,17 @@ pub struct Statistics {
     pub median_ms: f64,
     /// 95 of 100 steps took no longer.
     pub p95_ms: f64,
+    /// Standard deviation of the steps, as of a sample; 0 for a single one.
+    pub std_ms: f64,
     /// The fastest step.
     pub min_ms: f64,
+    /// The slowest step.
+    pub max_ms: f64,
+    /// With [`Statistics::median_high_ms`]: where the median of very many steps lies with 95 % confidence, if steps are
+    /// independent of each other. See [`Statistics::of`].
+    pub median_low_ms: f64,
+    /// The upper end of it.
+    pub median_high_ms: f64,
 }
 
 /// One kernel of a report.
@@ -208,6 +217,10 @@ impl<'a> Collector<'a> {
 
 impl Statistics {
     /// Of samples in milliseconds; zeros for none.
+    ///
+    /// The interval of the median is between two samples, by rank, and supposes nothing about how samples are
+    /// distributed: how many of `n` lie below the true median is binomial, about `n / 2 +- 1.96 * sqrt(n) / 2`. Of fewer
+    /// than six it is all of them.
     #[must_use]
     pub fn of(mut samples: Vec<f64>) -> Self {
         if samples.is_empty() {
@@ -215,14 +228,21 @@ impl Statistics {
         }
         samples.sort_by(f64::total_cmp);
         let n = samples.len();
-        let median_ms = (samples[(n - 1) / 2] + samples[n / 2]) / 2.0;
+        let count = n as f64;
+        let mean_ms = samples.iter().sum::<f64>() / count;
+        let squares: f64 = samples.iter().map(|ms| (ms - mean_ms).powi(2)).sum();
         // Nearest rank: the smallest sample that 95 % of all do not exceed.
         let p95 = (n * 95).div_ceil(100) - 1;
+        let below = ((count - 1.96 * count.sqrt()) / 2.0).floor().max(1.0) as usize - 1;
         Self {
-            mean_ms: samples.iter().sum::<f64>() / n as f64,
-            median_ms,
+            mean_ms,
+            median_ms: (samples[(n - 1) / 2] + samples[n / 2]) / 2.0,
             p95_ms: samples[p95],
+            std_ms: (squares / (count - 1.0).max(1.0)).sqrt(),
             min_ms: samples[0],
+            max_ms: samples[n - 1],
+            median_low_ms: samples[below],
+            median_high_ms: samples[n - 1 - below],
         }
     }
 }
@@ -232,15 +252,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn statistics_know_mean_median_and_p95() {
+    fn statistics_know_mean_median_and_spread() {
         let of = Statistics::of((1..=100).rev().map(f64::from).collect());
+        assert!((of.std_ms - (100.0_f64 * 101.0 / 12.0).sqrt()).abs() < 1e-9);
         assert_eq!(
             of,
             Statistics {
                 mean_ms: 50.5,
                 median_ms: 50.5,
                 p95_ms: 95.0,
-                min_ms: 1.0
+                std_ms: of.std_ms,
+                min_ms: 1.0,
+                max_ms: 100.0,
+                // Binomial(100, 1/2) is 40 to 60 in 95 % of all cases.
+                median_low_ms: 40.0,
+                median_high_ms: 61.0,
             }
         );
         assert_eq!(
@@ -249,9 +275,15 @@ mod tests {
                 mean_ms: 3.0,
                 median_ms: 3.0,
                 p95_ms: 3.0,
-                min_ms: 3.0
+                std_ms: 0.0,
+                min_ms: 3.0,
+                max_ms: 3.0,
+                median_low_ms: 3.0,
+                median_high_ms: 3.0,
             }
         );
+        let few = Statistics::of(vec![5.0, 1.0, 2.0, 4.0, 3.0]);
+        assert_eq!((few.median_low_ms, few.median_high_ms), (1.0, 5.0));
         assert_eq!(Statistics::of(Vec::new()), Statistics::default());
     }
 }

@@ -99,6 +99,14 @@ impl Timings {
         }
     }
 
+    /// Puts the frames of an earlier run before these; the window grows to hold all of them.
+    pub fn prepend(&mut self, earlier: &Timings) {
+        for spans in earlier.frames.iter().rev() {
+            self.frames.push_front(spans.clone());
+        }
+        self.window = self.window.max(self.frames.len());
+    }
+
     fn shrink(&mut self) {
         while self.frames.len() > self.window {
             self.frames.pop_front();
@@ -190,6 +198,12 @@ mod tests {
             timings.push(vec![span("frame", SpanKind::Frame, None, 0.0, ms)]);
         }
         assert_eq!(timings.report("frame").step.mean_ms, 2.0);
+        let mut later = Timings::default();
+        later.set_window(1);
+        later.push(vec![span("frame", SpanKind::Frame, None, 0.0, 5.0)]);
+        later.prepend(&timings);
+        let lengths: Vec<f64> = later.frames().map(|spans| spans[0].ms()).collect();
+        assert_eq!(lengths, [1.0, 3.0, 5.0]);
         assert_eq!(timings.last_frame_ms(), Some(3.0));
     }
 }

@@ -1,0 +1,360 @@
+//! Measures scenes on the device, one after the other, each several times from the beginning.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use myxo::gpu::{
+    Context, ContextOptions, CopyBandwidth, DeviceKind, Frames, GpuError, Timings,
+    default_cache_folder,
+};
+use myxo::mesh::atlas::{AtlasError, Control};
+use myxo::scene::Scene;
+use myxo::sim::types::{AtlasMap, HalfEdge, Motion, Particle, Triangle};
+use myxo::sim::{Simulation, memory};
+use myxo::{Error, Result};
+
+use super::suite::{Case, Point};
+use crate::cli::host::Watch;
+use crate::cli::interrupt;
+use crate::cli::options::DeviceOptions;
+use crate::cli::progress::{Progress, atlas_cache};
+use crate::cli::report::{Bandwidth, Times};
+use crate::cli::times;
+
+/// Frames that the host may be ahead of the device.
+const FRAMES_IN_FLIGHT: usize = 2;
+/// Copies of which the median is taken.
+const COPIES: usize = 9;
+/// Cases that take more memory than this say so before they take it.
+const LARGE: u64 = 1 << 30;
+/// So many steps are measured at least, however long they take.
+const FEWEST_STEPS: u32 = 3;
+
+/// How long a case may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Steps before those that are measured.
+    pub warmup: u32,
+    /// After this time there are no more of them.
+    pub warmup_time: Duration,
+    /// The most steps that are measured.
+    pub steps: u32,
+    /// After this time there are no more of them.
+    pub time: Duration,
+    /// A case whose steps would take longer, by the one before it in its series, is left out.
+    pub longest_step: Duration,
+}
+
+impl Budget {
+    /// With so many steps to warm up.
+    pub fn of(is_quick: bool, warmup: u32) -> Self {
+        let seconds =
+            |quick: f64, whole: f64| Duration::from_secs_f64(if is_quick { quick } else { whole });
+        Self {
+            warmup,
+            warmup_time: seconds(12.0, 150.0),
+            steps: 64,
+            time: seconds(0.5, 5.0),
+            longest_step: seconds(1.0, 20.0),
+        }
+    }
+}
+
+/// A case and what is known of it.
+pub struct Measured {
+    pub case: Case,
+    timings: Timings,
+    runs_ms: Vec<f64>,
+    pub point: Option<Point>,
+    /// Why it was left out.
+    pub skipped: Option<String>,
+}
+
+impl Measured {
+    pub fn new(case: Case) -> Self {
+        Self {
+            case,
+            timings: Timings::default(),
+            runs_ms: Vec::new(),
+            point: None,
+            skipped: None,
+        }
+    }
+}
+
+/// An open device, and what it copies.
+pub struct Rig {
+    pub ctx: Arc<Context>,
+    pub bandwidth: Option<Bandwidth>,
+    cache: Option<PathBuf>,
+}
+
+impl Rig {
+    /// Opens the device that was asked for.
+    pub fn open(options: &DeviceOptions) -> Result<Self> {
+        let ctx = Context::new(&ContextOptions {
+            device: options.device.clone(),
+            validation: options.validate,
+            cache_folder: default_cache_folder(),
+            ..ContextOptions::default()
+        })?;
+        if !ctx.info().has_timestamps() {
+            return Err(Error::Invalid(format!(
+                "the device {} has no timestamps, by which suites of scenes are measured: choose another by --device, or \
+                 the suite `mesh`",
+                ctx.info().name
+            )));
+        }
+        let bandwidth = CopyBandwidth::measure(&ctx, COPIES)?;
+        Ok(Self {
+            bandwidth: bandwidth.as_ref().map(Bandwidth::from),
+            cache: atlas_cache(),
+            ctx,
+        })
+    }
+
+    /// Measures all cases once, those that can be.
+    pub fn round(
+        &self,
+        cases: &mut [Measured],
+        budget: &Budget,
+        watch: &mut Watch,
+        progress: &mut Progress,
+    ) -> Result<()> {
+        for number in 0..cases.len() {
+            if interrupt::requested() {
+                return Ok(());
+            }
+            let (before, rest) = cases.split_at_mut(number);
+            let measured = &mut rest[0];
+            progress.doing(&measured.case.name());
+            if measured.point.is_none() && measured.skipped.is_none() {
+                measured.skipped = would_take_too_long(before, &measured.case, budget);
+            }
+            if measured.skipped.is_none() {
+                match self.run(measured, budget, watch, progress) {
+                    Ok(()) | Err(Error::Atlas(AtlasError::Cancelled)) => {}
+                    Err(error) if is_fatal(&error) => return Err(error),
+                    Err(error) => measured.skipped = Some(error.to_string()),
+                }
+            }
+            progress.step();
+        }
+        Ok(())
+    }
+
+    /// Measures a case once.
+    fn run(
+        &self,
+        measured: &mut Measured,
+        budget: &Budget,
+        watch: &mut Watch,
+        progress: &Progress,
+    ) -> Result<()> {
+        let name = measured.case.name();
+        let settings = measured.case.settings.clone();
+        let scene = Scene::from_settings(name, settings, PathBuf::new())?;
+        memory::check(self.ctx.info(), &scene)?;
+        let needed = needed(&scene);
+        let room = room(&self.ctx);
+        if room.is_some_and(|room| needed > room) {
+            return Err(Error::Invalid(format!(
+                "it takes about {}, and {} are free",
+                memory::human(needed),
+                memory::human(room.unwrap_or_default())
+            )));
+        }
+        if needed > LARGE && measured.point.is_none() {
+            progress.say(&format!(
+                "{}: takes about {} of memory",
+                scene.name,
+                memory::human(needed)
+            ));
+        }
+        let control = Control {
+            cancelled: Some(interrupt::flag()),
+            cache: self.cache.as_deref(),
+            ..Control::default()
+        };
+        let mut simulation = Simulation::with_control(&self.ctx, &scene, &control)?;
+        let mut frames = Frames::new(&self.ctx, FRAMES_IN_FLIGHT)?;
+        let mut steps = |most: u32, fewest: u32, time: Duration, frames: &mut Frames| {
+            let begun = Instant::now();
+            let mut done = 0;
+            while done < most && (done < fewest || begun.elapsed() < time) {
+                if interrupt::requested() {
+                    break;
+                }
+                let mut rec = frames.begin()?;
+                rec.scope("step", |rec| simulation.record_step(rec));
+                frames.submit(rec)?;
+                done += 1;
+            }
+            frames.wait_idle()?;
+            Ok::<u32, Error>(done)
+        };
+        let warmup = steps(budget.warmup, FEWEST_STEPS, budget.warmup_time, &mut frames)?;
+        frames.timings_mut().clear();
+        watch.begin();
+        let done = steps(budget.steps, FEWEST_STEPS, budget.time, &mut frames);
+        watch.end();
+        // Interrupted in the warm-up.
+        if done? == 0 {
+            return Ok(());
+        }
+        let own = frames.timings().report("step");
+        measured.runs_ms.push(own.step.median_ms);
+        let mut timings = frames.timings().clone();
+        timings.prepend(&measured.timings);
+        measured.timings = timings;
+        let point = self.point(measured, &simulation, warmup);
+        measured.point = Some(point);
+        Ok(())
+    }
+
+    fn point(&self, measured: &Measured, simulation: &Simulation, warmup: u32) -> Point {
+        let setup = simulation.setup();
+        let report = measured.timings.report("step");
+        let rows = times::rows(
+            &report,
+            times::Of {
+                setup,
+                advancing: Some(setup.particles.len() as u64),
+                bandwidth: self.bandwidth,
+            },
+        );
+        let mut time = Times::from(&report.step);
+        for median in &measured.runs_ms {
+            time.include(*median);
+        }
+        let case = &measured.case;
+        Point {
+            series: case.series.clone(),
+            x: case.x,
+            also: case.also.clone(),
+            particles: setup.particles.len() as u64,
+            atlas_size: setup.atlas.size,
+            triangles: setup.surface.triangles.len() as u64,
+            objects: setup.poses.len(),
+            memory_bytes: memory::size_in_bytes(setup, simulation.settings()),
+            warmup,
+            steps: report.steps,
+            runs_ms: measured.runs_ms.clone(),
+            time,
+            parts: rows,
+        }
+    }
+}
+
+/// After these nothing on the device can be measured any more.
+fn is_fatal(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Gpu(GpuError::DeviceLost { .. } | GpuError::Timeout { .. })
+    )
+}
+
+/// By the last case of its series that was measured.
+fn would_take_too_long(before: &[Measured], case: &Case, budget: &Budget) -> Option<String> {
+    let mut same = before.iter().rev().filter_map(|other| {
+        let is_same = other.case.series == case.series && other.case.also == case.also;
+        let median = other.point.as_ref()?.time.median_ms?;
+        is_same.then_some(median * case.effort / other.case.effort)
+    });
+    let seconds = 1e-3 * same.next()?;
+    let longest = budget.longest_step.as_secs_f64();
+    (seconds > longest).then(|| {
+        format!(
+            "a step may take {seconds:.0} s, by the one before it in its series; no more than {longest:.0} s are measured"
+        )
+    })
+}
+
+/// About how many bytes a scene takes, on the device and, while it is set up, on the host: known before any is taken.
+fn needed(scene: &Scene) -> u64 {
+    let settings = &scene.settings;
+    let size = |bytes: usize| bytes as u64;
+    let particle = size(size_of::<Particle>() + size_of::<Motion>());
+    // Twice on the device, with a place in a list; at their start on the host, and once more on their way.
+    let particles = u64::from(settings.particles.count) * (4 * particle + 4);
+    // On the device trail and deposits twice, density, clearance; on the host what the atlas is made from.
+    let texels = u64::from(settings.atlas.size).pow(2) * (21 + 24);
+    let triangle = size(size_of::<Triangle>() + size_of::<AtlasMap>() + 3 * size_of::<HalfEdge>());
+    let triangles = size(scene.surface.corners.len()) * 4 * triangle;
+    particles + texels + triangles
+}
+
+/// Bytes that are free: of the host's memory for drivers that compute there, else of the device's. `None` where nobody
+/// says.
+fn room(ctx: &Context) -> Option<u64> {
+    let info = ctx.info();
+    if info.kind == DeviceKind::Cpu {
+        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let line = text
+            .lines()
+            .find(|line| line.starts_with("MemAvailable:"))?;
+        let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+        return Some(kibibytes * 1024 / 10 * 9);
+    }
+    let own = info.heaps.iter().filter(|heap| heap.device_local);
+    own.map(|heap| heap.size / 10 * 9).max()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::scene::Settings;
+
+    fn case(x: f64) -> Case {
+        Case {
+            series: "a".to_owned(),
+            x,
+            also: Default::default(),
+            settings: Settings::default(),
+            effort: x,
+        }
+    }
+
+    #[test]
+    fn what_would_take_too_long_is_known_from_the_case_before() {
+        let mut before = Measured::new(case(10.0));
+        let budget = Budget::of(true, 34);
+        let next = |x| case(x);
+        assert_eq!(would_take_too_long(&[], &next(1e9), &budget), None);
+        before.point = Some(Point {
+            time: Times {
+                median_ms: Some(100.0),
+                ..Times::default()
+            },
+            ..Point::default()
+        });
+        let before = [before];
+        assert_eq!(would_take_too_long(&before, &next(99.0), &budget), None);
+        let why = would_take_too_long(&before, &next(500.0), &budget);
+        let why = why.expect("5 s are too long");
+        assert!(
+            why.starts_with("a step may take 5 s") && why.ends_with("1 s are measured"),
+            "{why}"
+        );
+        let other = Case {
+            series: "b".to_owned(),
+            ..next(500.0)
+        };
+        assert_eq!(would_take_too_long(&before, &other, &budget), None);
+    }
+
+    #[test]
+    fn memory_is_known_before_it_is_taken() {
+        let mut settings = Settings::default();
+        let mut of = |particles, size| {
+            settings.particles.count = particles;
+            settings.atlas.size = size;
+            let scene = Scene::from_settings("test".to_owned(), settings.clone(), PathBuf::new());
+            needed(&scene.expect("it loads"))
+        };
+        let small = of(1000, 256);
+        assert!(of(1_001_000, 256) - small == 1_000_000 * 132);
+        assert!(of(1000, 512) > small + 3 * 256 * 256 * 21);
+    }
+}

@@ -1,0 +1,283 @@
+//! `myxo bench`: how times grow with particles, texture, edges, objects, motion, triangles.
+
+mod measure;
+mod meshes;
+mod plot;
+mod suite;
+mod suites;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use myxo::mesh::atlas::AtlasError;
+use myxo::{Error, Result};
+
+use super::files::{Sink, check_writable};
+use super::host::{self, HostLoad, Watch};
+use super::options::DeviceOptions;
+use super::progress::Progress;
+use super::{Outcome, console, interrupt};
+use measure::{Budget, Measured, Rig};
+use suite::{Extent, Point, Results, Skipped, Suite, Work};
+use suites::SUITES;
+
+/// Runs of each case, where the command line says nothing.
+const RUNS: u32 = 3;
+const RUNS_WHEN_QUICK: u32 = 2;
+
+/// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes
+///
+/// Each suite prints a table, and leaves SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or would
+/// take too long, are left out with a line that says why. Ctrl-C ends early, and keeps what was measured.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  myxo bench --quick                            all suites in a few minutes
+  myxo bench particles                          one of them, as far as memory goes
+  myxo bench texture edges --out results
+  myxo bench particles --up-to 1e6 --set atlas.size=512
+  myxo bench --list                             the suites")]
+pub struct Bench {
+    /// What to measure; all suites where none is named
+    #[arg(value_name = "SUITE", value_parser = PossibleValuesParser::new(SUITES.each_ref().map(|suite| suite.name)))]
+    suites: Vec<String>,
+    /// Lists the suites, and measures nothing
+    #[arg(long)]
+    list: bool,
+    /// Measures fewer and smaller cases: a few minutes for all suites on two cores
+    #[arg(long)]
+    quick: bool,
+    /// The folder for tables and plots
+    #[arg(long, value_name = "DIR", default_value = "bench-results")]
+    out: PathBuf,
+    /// Measures each case so many times, each from the beginning: 3, with --quick 2
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: Option<u32>,
+    /// Leaves out cases with more than X on the suite's axis
+    #[arg(long, value_name = "X", value_parser = positive)]
+    up_to: Option<f64>,
+    /// Sets a key of all scenes, but for what a suite varies; `myxo scenes --keys` lists them. May be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    #[command(flatten)]
+    device: DeviceOptions,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: Result<f64, _> = text.replace('_', "").parse();
+    value
+        .ok()
+        .filter(|value| *value > 0.0)
+        .ok_or_else(|| "a positive number is expected, such as 1e6".to_owned())
+}
+
+impl Bench {
+    /// Checks everything that can be checked before the work, and does it.
+    pub fn run(&self) -> Result<Outcome> {
+        let is_asked = |suite: &&Suite| {
+            self.suites.is_empty() || self.suites.iter().any(|name| name == suite.name)
+        };
+        let suites: Vec<&Suite> = SUITES.iter().filter(is_asked).collect();
+        if self.list {
+            console::print(list(&suites))?;
+            return Ok(Outcome::Done);
+        }
+        let extent = Extent {
+            is_quick: self.quick,
+            up_to: self.up_to.unwrap_or(f64::INFINITY),
+            set: self.set.clone(),
+        };
+        for suite in &suites {
+            check_writable(&self.file(suite.name, "json"))?;
+            if let Work::Scenes(cases) = suite.work {
+                cases(&extent)?;
+            }
+        }
+        interrupt::install()?;
+        let has_scenes = suites.iter().any(|s| matches!(s.work, Work::Scenes(_)));
+        let rig = has_scenes.then(|| Rig::open(&self.device)).transpose()?;
+        if self.device.validate {
+            console::message("the validation layers are on: these times are not worth comparing");
+        }
+        for (number, suite) in suites.into_iter().enumerate() {
+            if interrupt::requested() {
+                break;
+            }
+            if number > 0 {
+                console::print("\n")?;
+            }
+            self.run_suite(suite, &extent, rig.as_ref())?;
+        }
+        if let Some(rig) = &rig {
+            let messages = rig.ctx.messages();
+            if !messages.is_empty() {
+                return Err(Error::Invalid(format!(
+                    "Vulkan's validation layers object:\n{}",
+                    messages.join("\n")
+                )));
+            }
+        }
+        Ok(if interrupt::requested() {
+            Outcome::Interrupted
+        } else {
+            Outcome::Done
+        })
+    }
+
+    /// Measures one, prints its table and writes its files; also where it ended early or the device was lost.
+    fn run_suite(&self, suite: &Suite, extent: &Extent, rig: Option<&Rig>) -> Result<()> {
+        let runs = self.runs.unwrap_or(extent.of(RUNS_WHEN_QUICK, RUNS));
+        let mut watch = Watch::new();
+        let budget = Budget::of(self.quick, suite.warmup);
+        let (points, skipped, ended) = match (&suite.work, rig) {
+            (Work::Scenes(cases), Some(rig)) => {
+                let cases = cases(extent)?.into_iter();
+                let cases = cases.filter(|case| case.x <= extent.up_to);
+                let mut cases: Vec<Measured> = cases.map(Measured::new).collect();
+                let count = cases.len() as u64 * u64::from(runs);
+                let mut progress = Progress::counting(count, suite.name, "cases");
+                let rounds =
+                    (0..runs).map(|_| rig.round(&mut cases, &budget, &mut watch, &mut progress));
+                let ended = rounds.collect::<Result<Vec<()>>>().map(drop);
+                progress.finish();
+                let skipped = cases.iter().filter_map(skipped).collect();
+                let points = cases.into_iter().filter_map(|case| case.point);
+                (points.collect(), skipped, ended)
+            }
+            _ => {
+                let (points, ended) = meshes(extent, runs, &mut watch)?;
+                (points, Vec::new(), ended)
+            }
+        };
+        let is_timed_on_device = matches!(suite.work, Work::Scenes(_));
+        let rig = rig.filter(|_| is_timed_on_device);
+        let mut results = results(suite, rig, points, skipped, watch.load());
+        results.quick = self.quick;
+        results.runs = runs;
+        results.warmup = suite.warmup;
+        results.method = method(rig.is_some(), runs, &budget);
+        self.finish(suite, results)?;
+        ended
+    }
+
+    fn finish(&self, suite: &Suite, mut results: Results) -> Result<()> {
+        let plots = (suite.plots)(&results.points);
+        for plot in plots.into_iter().filter(|plot| !plot.is_empty()) {
+            for (ending, content) in [("svg", plot.svg()?.into_bytes()), ("png", plot.png()?)] {
+                Sink::create(&self.file(&plot.name, ending))?.write(content)?;
+                results.plots.push(format!("{}.{ending}", plot.name));
+            }
+        }
+        Sink::create(&self.file(suite.name, "json"))?.write(results.to_json())?;
+        console::print(results.text(suite.parts))?;
+        let warning = results.host_load.warning();
+        if let Some(warning) = warning.filter(|_| !results.points.is_empty()) {
+            console::message(&format!("{}: {warning}", suite.name));
+        }
+        Ok(())
+    }
+
+    fn file(&self, name: &str, ending: &str) -> PathBuf {
+        Path::new(&self.out).join(format!("{name}.{ending}"))
+    }
+}
+
+fn skipped(measured: &Measured) -> Option<Skipped> {
+    Some(Skipped {
+        case: measured.case.name(),
+        why: measured.skipped.clone()?,
+    })
+}
+
+/// What is known of a suite's results but how they were measured.
+fn results(
+    suite: &Suite,
+    rig: Option<&Rig>,
+    points: Vec<Point>,
+    skipped: Vec<Skipped>,
+    host_load: HostLoad,
+) -> Results {
+    let info = rig.map(|rig| rig.ctx.info());
+    Results {
+        suite: suite.name,
+        about: suite.about,
+        axis: suite.axis,
+        whole: suite.whole,
+        command: host::command(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        commit: option_env!("MYXO_COMMIT").map(str::to_owned),
+        device: info.map(|info| info.name.clone()),
+        driver: info.map(|info| format!("{} {}", info.driver, info.driver_version)),
+        processor: host::processor(),
+        load_average: host::load_average(),
+        host_load,
+        copy_bandwidth: rig.and_then(|rig| rig.bandwidth),
+        quick: false,
+        runs: 0,
+        warmup: 0,
+        interrupted: interrupt::requested(),
+        method: String::new(),
+        points,
+        skipped,
+        plots: Vec::new(),
+    }
+}
+
+fn method(is_on_device: bool, runs: u32, budget: &Budget) -> String {
+    let runs = match runs {
+        1 => "one run of each case".to_owned(),
+        _ => format!("{runs} runs of each case, in turn with the others"),
+    };
+    if !is_on_device {
+        return format!("{runs}, by the host's clock; intervals are from the least to the most");
+    }
+    format!(
+        "{runs}, each from the beginning: {} steps to warm up ({:.0} s at most), then {} ({:.1} s at most) by the device's \
+         timestamps\nmedians of all runs' steps; intervals by ranks, and at least from the lowest to the highest median of a run",
+        budget.warmup,
+        budget.warmup_time.as_secs_f64(),
+        budget.steps,
+        budget.time.as_secs_f64()
+    )
+}
+
+/// The suite on the host. What was measured before Ctrl-C is kept.
+fn meshes(extent: &Extent, runs: u32, watch: &mut Watch) -> Result<(Vec<Point>, Result<()>)> {
+    let folder = tempfile::tempdir().map_err(|source| Error::Io {
+        action: "create a folder in",
+        path: std::env::temp_dir(),
+        source,
+    })?;
+    let mut models = meshes::models(extent)?;
+    let count = models.len() as u64 * u64::from(runs);
+    let mut progress = Progress::counting(count, "mesh", "cases");
+    let mut ended = Ok(());
+    'all: for _ in 0..runs {
+        for model in &mut models {
+            if interrupt::requested() {
+                break 'all;
+            }
+            progress.doing(&format!("{} triangles", model.len()));
+            watch.begin();
+            let run = model.run(folder.path());
+            watch.end();
+            match run {
+                Ok(()) => progress.step(),
+                Err(Error::Atlas(AtlasError::Cancelled)) => break 'all,
+                Err(error) => {
+                    ended = Err(error);
+                    break 'all;
+                }
+            }
+        }
+    }
+    progress.finish();
+    let points = models.iter().filter_map(meshes::Model::point).collect();
+    Ok((points, ended))
+}
+
+fn list(suites: &[&Suite]) -> String {
+    let line = |suite: &&Suite| format!("{:<10} {}\n", suite.name, suite.about);
+    suites.iter().map(line).collect()
+}

@@ -1,0 +1,356 @@
+//! What suites are made of: cases to be measured, points that were, and the results as JSON and as a table.
+
+use std::collections::BTreeMap;
+
+use myxo::Result;
+use myxo::scene::Settings;
+use myxo::scene::parameters::grouped;
+use myxo::sim::memory::human;
+use serde::Serialize;
+
+use super::plot::{Dot, Line, Plot};
+use crate::cli::host::HostLoad;
+use crate::cli::report::{Bandwidth, KernelTime, Times};
+use crate::cli::table::aligned;
+
+/// How much is measured.
+#[derive(Clone, Debug)]
+pub struct Extent {
+    /// A few minutes for all suites together.
+    pub is_quick: bool,
+    /// Cases further out on the suite's axis are left out.
+    pub up_to: f64,
+    /// `KEY=VALUE`, over what suites set, under what they vary.
+    pub set: Vec<String>,
+}
+
+impl Extent {
+    /// The shorter or the longer one of two.
+    pub fn of<T>(&self, quick: T, whole: T) -> T {
+        if self.is_quick { quick } else { whole }
+    }
+}
+
+/// A family of measurements along one axis.
+pub struct Suite {
+    pub name: &'static str,
+    /// What it answers, as a sentence.
+    pub about: &'static str,
+    /// What the axis counts.
+    pub axis: &'static str,
+    /// What a point's whole time is of.
+    pub whole: &'static str,
+    /// Parts that have a column of their own in the table.
+    pub parts: &'static [&'static str],
+    /// Steps before those that are measured.
+    pub warmup: u32,
+    pub work: Work,
+    pub plots: fn(&[Point]) -> Vec<Plot>,
+}
+
+/// How its cases are measured.
+pub enum Work {
+    /// Steps of scenes, on the device.
+    Scenes(fn(&Extent) -> Result<Vec<Case>>),
+    /// Geometry, on the host.
+    Meshes,
+}
+
+/// A scene that is to be measured.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Cases of one series are joined by a line.
+    pub series: String,
+    /// Where it stands on the axis.
+    pub x: f64,
+    /// What else it differs by, for the table and for plots.
+    pub also: BTreeMap<&'static str, f64>,
+    pub settings: Settings,
+    /// How much a step has to do, by the count that its time grows with at most. What would take too long is known from
+    /// the case before it in its series.
+    pub effort: f64,
+}
+
+impl Case {
+    /// As people call it: `auto, 10,000`.
+    pub fn name(&self) -> String {
+        let also = self.also.iter();
+        let also: String = also
+            .map(|(what, value)| format!(", {what} {}", grouped(*value)))
+            .collect();
+        format!("{}, {}{also}", self.series, grouped(self.x))
+    }
+}
+
+/// A case that was measured.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Point {
+    pub series: String,
+    pub x: f64,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub also: BTreeMap<&'static str, f64>,
+    pub particles: u64,
+    /// Texels along a side.
+    pub atlas_size: u32,
+    pub triangles: u64,
+    pub objects: usize,
+    /// Of the device.
+    pub memory_bytes: u64,
+    /// Steps that were not measured, before those that were, in each run.
+    pub warmup: u32,
+    /// Of all runs together.
+    pub steps: usize,
+    /// The median of each run; each begins anew.
+    pub runs_ms: Vec<f64>,
+    /// Of the whole.
+    pub time: Times,
+    /// Where it goes.
+    pub parts: Vec<KernelTime>,
+}
+
+impl Point {
+    /// As a point of a plot, the whole.
+    pub fn whole(&self) -> Dot {
+        self.dot([&self.time])
+    }
+
+    /// As a point of a plot, some parts together.
+    pub fn parts(&self, names: &[&str]) -> Dot {
+        let parts = self.parts.iter();
+        self.dot(
+            parts
+                .filter(|part| names.contains(&part.name.as_str()))
+                .map(|part| &part.time),
+        )
+    }
+
+    /// Medians add up, and so do the ends of their intervals, which is more than they would together.
+    fn dot<'a>(&self, times: impl IntoIterator<Item = &'a Times>) -> Dot {
+        let mut dot = Dot {
+            x: self.x,
+            y: 0.0,
+            low: 0.0,
+            high: 0.0,
+        };
+        for [median, low, high] in times.into_iter().filter_map(Times::interval) {
+            dot.y += median;
+            dot.low += low;
+            dot.high += high;
+        }
+        dot
+    }
+}
+
+/// The lines of a plot: one for each series that `choose` lets in, of what `value` makes of its points.
+pub fn lines(
+    points: &[Point],
+    choose: impl Fn(&Point) -> bool,
+    name: impl Fn(&Point) -> String,
+    value: impl Fn(&Point) -> Dot,
+) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    for point in points.iter().filter(|point| choose(point)) {
+        let name = name(point);
+        let dot = value(point);
+        match lines.iter_mut().find(|line| line.name == name) {
+            Some(line) => line.points.push(dot),
+            None => lines.push(Line {
+                name,
+                points: vec![dot],
+            }),
+        }
+    }
+    for line in &mut lines {
+        line.points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    }
+    lines
+}
+
+/// A case that was not measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Skipped {
+    pub case: String,
+    pub why: String,
+}
+
+/// All that a suite has found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Results {
+    pub suite: &'static str,
+    pub about: &'static str,
+    pub axis: &'static str,
+    pub whole: &'static str,
+    pub command: String,
+    pub version: String,
+    pub commit: Option<String>,
+    /// `null` for what runs on the host.
+    pub device: Option<String>,
+    pub driver: Option<String>,
+    pub processor: Option<String>,
+    pub load_average: Option<[f64; 3]>,
+    pub host_load: HostLoad,
+    pub copy_bandwidth: Option<Bandwidth>,
+    pub quick: bool,
+    /// Of each case, each from the beginning.
+    pub runs: u32,
+    /// Steps of each run that are not measured; points tell where there were fewer.
+    pub warmup: u32,
+    pub interrupted: bool,
+    /// How times were taken.
+    pub method: String,
+    pub points: Vec<Point>,
+    pub skipped: Vec<Skipped>,
+    /// Files beside this one.
+    pub plots: Vec<String>,
+}
+
+impl Results {
+    /// As JSON text in one line: there are many numbers.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("results are plain numbers and texts") + "\n"
+    }
+
+    /// For people: what was measured where, the table, and what was left out.
+    pub fn text(&self, parts: &[&str]) -> String {
+        let mut head = vec![format!("{}: {}", self.suite, self.about)];
+        if let (Some(device), Some(driver)) = (&self.device, &self.driver) {
+            head.push(format!("device {device}, driver {driver}"));
+        }
+        let unknown = || "unknown".to_owned();
+        let load = self.load_average.map_or_else(unknown, |[one, five, _]| {
+            format!("{one:.2} and {five:.2} (1 and 5 minutes)")
+        });
+        head.push(format!(
+            "processor {}, load {load}",
+            self.processor.clone().unwrap_or_else(unknown)
+        ));
+        head.push(format!(
+            "version {}, commit {}, command {}",
+            self.version,
+            self.commit.clone().unwrap_or_else(unknown),
+            self.command
+        ));
+        head.push(self.method.clone());
+        let mut text = head.join("\n") + "\n\n" + &self.table(parts);
+        for point in self.points.iter().filter(|p| p.warmup < self.warmup) {
+            text += &format!(
+                "warmed up by {} steps only, for want of time: {}, {}\n",
+                point.warmup,
+                point.series,
+                grouped(point.x)
+            );
+        }
+        for Skipped { case, why } in &self.skipped {
+            text += &format!("left out: {case}: {why}\n");
+        }
+        text
+    }
+
+    fn table(&self, parts: &[&str]) -> String {
+        let also: Vec<&str> = match self.points.first() {
+            Some(point) => point.also.keys().copied().collect(),
+            None => return "Nothing was measured.\n".to_owned(),
+        };
+        let on_device = self.device.is_some();
+        let owned = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
+        let mut header: Vec<String> = owned(&["series", self.axis]);
+        header.extend(owned(&also));
+        header.extend(owned(&[
+            "median ms",
+            "95 % interval",
+            "p95",
+            "runs",
+            "steps",
+        ]));
+        header.extend(owned(parts));
+        header.extend(owned(if on_device { &["memory"] } else { &[] }));
+        let mut rows: Vec<Vec<String>> = vec![header];
+        for point in &self.points {
+            let ms = |ms: Option<f64>| ms.map_or("-".to_owned(), milliseconds);
+            let time = &point.time;
+            let interval = format!("{} - {}", ms(time.median_low_ms), ms(time.median_high_ms));
+            let mut row = vec![point.series.clone(), grouped(point.x)];
+            row.extend(also.iter().map(|what| grouped(point.also[what])));
+            row.extend([
+                ms(time.median_ms),
+                interval,
+                ms(time.p95_ms),
+                point.runs_ms.len().to_string(),
+                point.steps.to_string(),
+            ]);
+            row.extend(parts.iter().map(|part| match point.parts(&[part]).y {
+                0.0 => "-".to_owned(),
+                median => milliseconds(median),
+            }));
+            if on_device {
+                row.push(human(point.memory_bytes));
+            }
+            rows.push(row);
+        }
+        aligned(&rows, None)
+    }
+}
+
+/// Three digits or so.
+fn milliseconds(ms: f64) -> String {
+    let decimals = match ms {
+        _ if ms >= 99.95 => 0,
+        _ if ms >= 9.995 => 1,
+        _ if ms >= 0.0995 => 2,
+        _ => 4,
+    };
+    format!("{ms:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(series: &str, x: f64, median: f64) -> Point {
+        let time = Times {
+            median_ms: Some(median),
+            median_low_ms: Some(0.5 * median),
+            median_high_ms: Some(2.0 * median),
+            ..Times::default()
+        };
+        let part = |name: &str| KernelTime {
+            name: name.to_owned(),
+            time,
+            ..KernelTime::default()
+        };
+        Point {
+            series: series.to_owned(),
+            x,
+            time,
+            parts: vec![part("advance"), part("diffuse")],
+            ..Point::default()
+        }
+    }
+
+    #[test]
+    fn lines_are_those_of_series_in_the_order_of_the_axis() {
+        let points = [
+            point("a", 2.0, 4.0),
+            point("b", 1.0, 3.0),
+            point("a", 1.0, 1.0),
+        ];
+        let all = lines(
+            &points,
+            |_| true,
+            |point| point.series.clone(),
+            Point::whole,
+        );
+        assert_eq!(all.len(), 2);
+        let heights: Vec<f64> = all[0].points.iter().map(|dot| dot.y).collect();
+        assert_eq!((all[0].name.as_str(), heights), ("a", vec![1.0, 4.0]));
+        let both = points[0].parts(&["advance", "diffuse", "sort"]);
+        assert_eq!((both.y, both.low, both.high), (8.0, 4.0, 16.0));
+        assert_eq!(points[0].parts(&["sort"]).y, 0.0);
+    }
+
+    #[test]
+    fn times_have_as_many_digits_as_they_are_worth() {
+        let texts = [0.0123, 0.5, 9.99, 10.0, 123.4].map(milliseconds);
+        assert_eq!(texts, ["0.0123", "0.50", "9.99", "10.0", "123"]);
+    }
+}

@@ -1,0 +1,186 @@
+//! Two reports side by side: what they were made of, and the ratios of their times with how sure they are. `myxo compare`
+//! and `myxo profile --compare` print these.
+
+use std::fmt::Write as _;
+
+use super::report::{KernelTime, Report, Times};
+
+/// A ratio of medians, and where it lies with the confidence that the medians' own intervals have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Ratio {
+    /// Of `b` to `a`. Logarithms of medians differ as far as the medians' intervals allow, either side by itself: the two
+    /// errors are independent, so their squares add up.
+    pub fn of(a: &Times, b: &Times) -> Option<Self> {
+        let ([a, a_low, a_high], [b, b_low, b_high]) = (a.interval()?, b.interval()?);
+        let below = (b / b_low).ln().hypot((a_high / a).ln());
+        let above = (b_high / b).ln().hypot((a / a_low).ln());
+        let value = b / a;
+        Some(Self {
+            value,
+            low: value * (-below).exp(),
+            high: value * above.exp(),
+        })
+    }
+
+    /// May they be equal?
+    pub fn holds_one(&self) -> bool {
+        (self.low..=self.high).contains(&1.0)
+    }
+}
+
+impl std::fmt::Display for Ratio {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { value, low, high } = self;
+        write!(f, "{value:>8.3}  {:>15}", format!("{low:.3} - {high:.3}"))?;
+        if self.holds_one() {
+            write!(f, "  no difference")?;
+        }
+        Ok(())
+    }
+}
+
+/// What two runs were made of that differs: the name, and what each has.
+pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)> {
+    let setup = |of: &Report| {
+        [
+            ("scene", of.scene.clone()),
+            ("seed", of.seed.to_string()),
+            ("steps", of.steps.to_string()),
+            ("particles", of.particles.to_string()),
+            ("atlas", of.atlas_size.to_string()),
+            ("triangles", of.triangles.to_string()),
+            ("device", of.device.clone()),
+            ("driver", of.driver.clone()),
+            ("processor", of.processor.clone().unwrap_or_default()),
+            ("commit", of.commit.clone().unwrap_or_default()),
+            ("validation", of.validation.to_string()),
+        ]
+    };
+    let pairs = setup(a).into_iter().zip(setup(b));
+    pairs
+        .filter(|((_, a), (_, b))| a != b)
+        .map(|((what, a), (_, b))| (what, a, b))
+        .collect()
+}
+
+/// The differences as lines.
+pub fn differences_text(a: &Report, b: &Report) -> String {
+    let mut text = String::new();
+    for (what, a, b) in differences(a, b) {
+        let _ = writeln!(text, "{what:<10} differs   {a} -> {b}");
+    }
+    text
+}
+
+/// The times of both: medians and their ratio where both have them, else means.
+pub fn table(a: &Report, b: &Report) -> String {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{:<20} {:>12} {:>12} {:>8}  {:>15}",
+        "ms per step", "first", "second", "ratio", "95 % interval"
+    );
+    let of_step = |of: &Report| Times {
+        mean_ms: of.gpu_ms_per_step,
+        ..of.gpu_step
+    };
+    let wall = |of: &Report| Times {
+        mean_ms: Some(of.wall_ms_per_step),
+        ..Times::default()
+    };
+    let none = Times::default();
+    row(&mut text, "gpu", &of_step(a), &of_step(b));
+    row(&mut text, "wall", &wall(a), &wall(b));
+    let find = |report: &Report, name: &str| {
+        let kernel = report.kernels.iter().find(|kernel| kernel.name == name);
+        kernel.map_or(none, |kernel| kernel.time)
+    };
+    for KernelTime { name, time, .. } in &a.kernels {
+        row(&mut text, name, time, &find(b, name));
+    }
+    for KernelTime { name, time, .. } in &b.kernels {
+        if a.kernels.iter().all(|kernel| kernel.name != *name) {
+            row(&mut text, name, &none, time);
+        }
+    }
+    text
+}
+
+fn row(text: &mut String, name: &str, a: &Times, b: &Times) {
+    let shown = |ms: Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.3}"));
+    let ratio = Ratio::of(a, b);
+    let (first, second) = match ratio {
+        Some(_) => (a.median_ms, b.median_ms),
+        None => (a.mean_ms.or(a.median_ms), b.mean_ms.or(b.median_ms)),
+    };
+    let ratio = match (ratio, first, second) {
+        (Some(ratio), ..) => ratio.to_string(),
+        (None, Some(a), Some(b)) if a > 0.0 => format!("{:>8.3}", b / a),
+        _ => format!("{:>8}", "-"),
+    };
+    let _ = writeln!(
+        text,
+        "{name:<20} {:>12} {:>12} {ratio}",
+        shown(first),
+        shown(second)
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(median: f64, low: f64, high: f64) -> Times {
+        Times {
+            median_ms: Some(median),
+            median_low_ms: Some(low),
+            median_high_ms: Some(high),
+            ..Times::default()
+        }
+    }
+
+    #[test]
+    fn intervals_of_ratios_follow_from_those_of_medians() {
+        let exact = times(10.0, 10.0, 10.0);
+        // Only one of them is unsure: the ratio is as unsure as that one.
+        let ratio = Ratio::of(&exact, &times(20.0, 19.0, 22.0)).expect("both are known");
+        assert!((ratio.value - 2.0).abs() < 1e-12);
+        assert!((ratio.low - 1.9).abs() < 1e-12 && (ratio.high - 2.2).abs() < 1e-12);
+        let ratio = Ratio::of(&times(10.0, 8.0, 12.5), &exact).expect("both are known");
+        assert!((ratio.low - 0.8).abs() < 1e-12 && (ratio.high - 1.25).abs() < 1e-12);
+        assert!(ratio.holds_one() && ratio.to_string().ends_with("0.800 - 1.250  no difference"));
+        // Both: by 10 % each, root of two as much together.
+        let unsure = times(10.0, 10.0 / 1.1, 11.0);
+        let ratio = Ratio::of(&unsure, &unsure).expect("both are known");
+        assert!((ratio.high.ln() - 1.1_f64.ln() * 2.0_f64.sqrt()).abs() < 1e-12);
+        assert!((ratio.low * ratio.high - 1.0).abs() < 1e-12);
+        assert_eq!(Ratio::of(&exact, &Times::default()), None);
+        assert_eq!(
+            Ratio::of(&times(0.0, 0.0, 1.0), &exact),
+            None,
+            "a rare kernel"
+        );
+    }
+
+    #[test]
+    fn what_differs_is_named_once() {
+        let a = Report {
+            particles: 5,
+            device: "abacus".to_owned(),
+            ..Report::default()
+        };
+        let b = Report {
+            device: "slide rule".to_owned(),
+            ..a.clone()
+        };
+        let expected = ("device", "abacus".to_owned(), "slide rule".to_owned());
+        assert_eq!(differences(&a, &b), [expected]);
+        assert!(differences(&a, &a).is_empty());
+    }
+}

@@ -1,0 +1,82 @@
+//! What kernels work on: how many particles or texels there are in a step, and how many bytes they must read and write.
+//!
+//! Bytes are those that no layout of the same buffers could do without, each counted once a particle or texel, whatever
+//! caches keep: a particle's record and its motion are read and written, one texel of trail is read for each of the three
+//! sensors, one count is read and written for the deposit. Tables of triangles and half-edges, which many particles share,
+//! are not counted, nor texels that only bilinear reads touch. So the rate says how much of the memory's speed is put to
+//! use, and not what the memory is kept busy with.
+
+use myxo::sim::Setup;
+use myxo::sim::types::{ExchangeEntry, ExchangeRow, Motion, Particle, Seam};
+
+/// A texel of trail, a count, a density.
+const TEXEL: u64 = size_of::<f32>() as u64;
+const RECORD: u64 = (size_of::<Particle>() + size_of::<Motion>()) as u64;
+const SENSORS: u64 = 3;
+
+/// What a kernel gets through in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Work {
+    /// How many there are.
+    pub count: f64,
+    /// What is counted.
+    pub of: &'static str,
+    /// Bytes read and written.
+    pub bytes: f64,
+}
+
+/// The work of a kernel in a step in which it is dispatched so often. Each particle advances once, however many turns
+/// objects have; `advancing` of them were measured, if that is known. `None` where only the device knows.
+pub fn work_of(
+    kernel: &str,
+    dispatches: f64,
+    setup: &Setup,
+    advancing: Option<u64>,
+) -> Option<Work> {
+    let atlas = &setup.atlas;
+    let particles = setup.particles.len() as u64;
+    let rows = atlas.exchange.rows.len() as u64;
+    let entries = atlas.exchange.entries.len() as u64;
+    let gutters = atlas.seams.len() as u64;
+    let texels = u64::from(atlas.owned_count);
+    let (count, of, bytes) = match kernel {
+        "advance" => {
+            let count = advancing?;
+            let each = 2 * RECORD + SENSORS * TEXEL + 2 * TEXEL;
+            // Not a multiple of its turns: in each of them others advance.
+            return Some(Work {
+                count: count as f64,
+                of: "particles",
+                bytes: (count * each) as f64,
+            });
+        }
+        // Trail, deposits and density are read; the next trail is written, and the deposits are cleared.
+        "diffuse" => (texels, "texels", texels * 5 * TEXEL),
+        // The same of the texel itself, but for the clearing, and trail and deposits of each that it exchanges with.
+        "diffuse_seams" => (
+            rows,
+            "seam texels",
+            rows * (size_of::<ExchangeRow>() as u64 + 4 * TEXEL)
+                + entries * (size_of::<ExchangeEntry>() as u64 + 2 * TEXEL),
+        ),
+        // One of the up to four texels that it takes its value from.
+        "exchange_seams" => (
+            gutters,
+            "gutter texels",
+            gutters * (size_of::<Seam>() as u64 + 2 * TEXEL),
+        ),
+        // A particle is read, and its tile's count is read and written.
+        "sort_count" => (
+            particles,
+            "particles",
+            particles * (size_of::<Particle>() as u64 + 2 * TEXEL),
+        ),
+        "sort_scatter" => (particles, "particles", particles * (2 * RECORD + 2 * TEXEL)),
+        _ => return None,
+    };
+    Some(Work {
+        count: count as f64 * dispatches,
+        of,
+        bytes: bytes as f64 * dispatches,
+    })
+}

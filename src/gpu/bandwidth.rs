@@ -1,0 +1,77 @@
+//! What the device's memory gets through, measured: a large copy from one buffer to another. Times of kernels are told
+//! as fractions of it.
+
+use std::sync::Arc;
+
+use super::access::Access;
+use super::buffer::{Buffer, Domain};
+use super::context::Context;
+use super::error::GpuResult;
+use super::frame::Frames;
+use super::info::DeviceKind;
+use super::report::Statistics;
+
+/// Copied at once: far more than caches of processors hold.
+const BYTES: u64 = 64 << 20;
+/// The same for graphics cards, which are quick enough for more.
+const BYTES_OF_CARDS: u64 = 256 << 20;
+/// Copies before those that count: the first ones get their memory from the system.
+const WARMUP: usize = 2;
+
+/// How fast the device copies from buffer to buffer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CopyBandwidth {
+    /// Of one copy: so many are read, and as many written.
+    pub size_in_bytes: u64,
+    /// Copies that were measured.
+    pub runs: usize,
+    /// The time of one.
+    pub time: Statistics,
+}
+
+impl CopyBandwidth {
+    /// Copies between two buffers of the device so many times. `None` where it has no timestamps.
+    ///
+    /// # Errors
+    /// When the device has no memory left, or is lost.
+    pub fn measure(ctx: &Arc<Context>, runs: usize) -> GpuResult<Option<Self>> {
+        let info = ctx.info();
+        if !info.has_timestamps() {
+            return Ok(None);
+        }
+        let wanted = match info.kind {
+            DeviceKind::Discrete | DeviceKind::Integrated | DeviceKind::Virtual => BYTES_OF_CARDS,
+            DeviceKind::Cpu | DeviceKind::Other => BYTES,
+        };
+        let most = info
+            .max_storage_buffer_range
+            .min(info.max_memory_allocation_size);
+        let words = (wanted.min(most) / 4) as usize;
+        let buffer = |name| Buffer::<u32>::new(ctx, name, words, Domain::Device);
+        let (source, target) = (buffer("bandwidth.source")?, buffer("bandwidth.target")?);
+        // Memory that nobody has written yet may all be one page of zeros, which is quick to read.
+        ctx.fill(&source, 0x5eed_5eed)?;
+        let mut frames = Frames::new(ctx, 1)?;
+        for _ in 0..WARMUP + runs {
+            let mut rec = frames.begin()?;
+            rec.barrier(Access::Copy, Access::Copy, &[&source, &target]);
+            rec.scope("copy", |rec| rec.copy(&source, &target));
+            frames.submit(rec)?;
+        }
+        frames.wait_idle()?;
+        let copies = frames.timings().frames().skip(WARMUP);
+        let times = copies.filter_map(|spans| spans.iter().find(|span| span.name == "copy"));
+        let times: Vec<f64> = times.map(super::timer::Span::ms).collect();
+        Ok(Some(Self {
+            size_in_bytes: source.size_in_bytes(),
+            runs: times.len(),
+            time: Statistics::of(times),
+        }))
+    }
+
+    /// Bytes read and bytes written in a second, together, by the median.
+    #[must_use]
+    pub fn bytes_per_second(&self) -> f64 {
+        2.0 * self.size_in_bytes as f64 / (self.time.median_ms * 1e-3)
+    }
+}

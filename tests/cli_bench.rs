@@ -1,0 +1,368 @@
+//! `myxo bench`: suites that end in a moment, their tables, files and plots, and what it refuses.
+
+mod program;
+
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+
+use program::{Folder, failed, myxo, no_device, path, program, refused, report, text};
+use serde_json::Value;
+
+/// Scenes that take a moment each.
+const SMALL: [&str; 6] = [
+    "--quick",
+    "--runs=2",
+    "--set=particles.count=500",
+    "--set=atlas.size=64",
+    "--set=trail.decay=0.9",
+    "--validate",
+];
+
+/// Runs a suite up to some place on its axis; gives its results and its table.
+fn bench(suite: &str, folder: &Folder, options: &[&str]) -> (Value, String) {
+    let out = folder.file("results");
+    let arguments = ["bench", suite, "--out", path(&out)];
+    let output = myxo(&[&arguments, options].concat());
+    let messages = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    let results = report(&out.join(format!("{suite}.json")));
+    assert_eq!(results["suite"], suite);
+    for plot in results["plots"].as_array().expect("they are listed") {
+        check_plot(&out.join(plot.as_str().expect("it is a name")));
+    }
+    (results, text(&output.stdout))
+}
+
+/// It is a whole picture with more on it than white paper.
+fn check_plot(file: &Path) {
+    let bytes = std::fs::read(file).expect("it was written");
+    if file.extension().is_some_and(|ending| ending == "svg") {
+        let text = text(&bytes);
+        assert!(text.starts_with("<svg ") && text.trim_end().ends_with("</svg>"));
+        assert!(
+            text.contains("<polyline") && text.contains("<text"),
+            "{text}"
+        );
+        return;
+    }
+    let picture = image::load_from_memory(&bytes)
+        .expect("it is a PNG")
+        .to_rgb8();
+    let drawn = picture.pixels().filter(|pixel| pixel.0 != [255; 3]).count();
+    assert!(drawn > 2000, "{drawn} pixels");
+    assert!(bytes.len() < 150_000, "{} bytes", bytes.len());
+}
+
+/// Every point has its keys, and axes ascend along series.
+fn check_points(results: &Value) -> Vec<Value> {
+    for key in [
+        "about",
+        "axis",
+        "command",
+        "version",
+        "commit",
+        "processor",
+        "load_average",
+        "host_load",
+        "quick",
+        "runs",
+        "interrupted",
+        "method",
+        "skipped",
+    ] {
+        assert!(results.get(key).is_some(), "{key}");
+    }
+    let points = results["points"].as_array().expect("they are listed");
+    let number = |value: &Value| value.as_f64().expect("it is a number");
+    for point in points {
+        let time = &point["time"];
+        let order = [
+            "min_ms",
+            "median_low_ms",
+            "median_ms",
+            "median_high_ms",
+            "max_ms",
+        ];
+        let values = order.map(|key| number(&time[key]));
+        assert!(values.is_sorted() && values[0] > 0.0, "{time}");
+        assert!(number(&time["std_ms"]) >= 0.0);
+        let runs = point["runs_ms"].as_array().expect("they are listed");
+        assert_eq!(runs.len() as f64, number(&results["runs"]), "{point}");
+        for run in runs {
+            assert!((values[1]..=values[3]).contains(&number(run)), "{point}");
+        }
+        let parts = point["parts"].as_array().expect("they are listed");
+        assert!(!parts.is_empty(), "{point}");
+        assert!(number(&point["triangles"]) > 0.0 && number(&point["steps"]) >= 2.0);
+    }
+    for pair in points.windows(2) {
+        let is_same = pair[0]["series"] == pair[1]["series"] && pair[0]["also"] == pair[1]["also"];
+        assert!(
+            !is_same || number(&pair[0]["x"]) < number(&pair[1]["x"]),
+            "{pair:?}"
+        );
+    }
+    points.clone()
+}
+
+#[test]
+fn particles_are_those_of_the_axis() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let options = [&SMALL[..], &["--up-to", "3e4"]].concat();
+    let (results, table) = bench("particles", &folder, &options);
+    let points = check_points(&results);
+    let of: Vec<(&str, u64)> = points
+        .iter()
+        .map(|point| {
+            let series = point["series"].as_str().expect("it has one");
+            (series, point["particles"].as_u64().expect("it is a number"))
+        })
+        .collect();
+    let expected = [
+        ("auto", 10_000),
+        ("auto", 30_000),
+        ("walk", 10_000),
+        ("walk", 30_000),
+    ];
+    assert_eq!(of, expected);
+    assert!(
+        points.iter().all(|point| point["atlas_size"] == 64),
+        "as set"
+    );
+    assert_eq!(
+        results["plots"],
+        serde_json::json!([
+            "particles.svg",
+            "particles.png",
+            "particles_each.svg",
+            "particles_each.png"
+        ])
+    );
+    let steps = points[0]["time"]["median_ms"].as_f64();
+    let parts = points[0]["parts"].as_array().expect("they are listed");
+    let sum: f64 = parts
+        .iter()
+        .filter_map(|part| part["mean_ms"].as_f64())
+        .sum();
+    let mean = points[0]["time"]["mean_ms"].as_f64();
+    assert!(
+        mean.is_some_and(|mean| sum <= mean && sum > 0.5 * mean),
+        "{sum}, {steps:?}"
+    );
+    assert!(results["copy_bandwidth"]["gigabytes_per_second"].as_f64() > Some(0.0));
+    for words in [
+        "device ",
+        "processor ",
+        "commit ",
+        "2 runs of each",
+        "30,000",
+    ] {
+        assert!(table.contains(words), "{words}: {table}");
+    }
+    let names: Vec<String> = std::fs::read_dir(folder.file("results"))
+        .expect("it is there")
+        .map(|entry| {
+            entry
+                .expect("it can be listed")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    assert_eq!(names.len(), 5, "nothing else is left there: {names:?}");
+}
+
+#[test]
+fn every_suite_of_scenes_ends_with_points_and_plots() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    for (suite, up_to, expected) in [
+        ("texture", "512", 2),
+        ("edges", "3", 8),
+        ("objects", "4", 8),
+        ("transfer", "2", 18),
+        ("distance", "2000", 6),
+    ] {
+        let options = [&SMALL[..], &["--runs=1", "--up-to", up_to]].concat();
+        let options: Vec<&str> = options.into_iter().filter(|o| *o != "--runs=2").collect();
+        let (results, table) = bench(suite, &folder, &options);
+        let points = check_points(&results);
+        assert_eq!(points.len(), expected, "{table}");
+        assert!(
+            results["plots"]
+                .as_array()
+                .is_some_and(|plots| plots.len() >= 2),
+            "{table}"
+        );
+        let is_set = points.iter().all(|point| point["particles"] == 500);
+        assert!(is_set, "{suite}: --set reaches every scene");
+        if suite == "transfer" {
+            // Where they move, distances are taken; where they stand still, only once.
+            for point in &points {
+                let parts = point["parts"].as_array().expect("they are listed");
+                let has = parts.iter().any(|part| part["name"] == "distance");
+                assert_eq!(has, point["also"]["cycles/s"] != 0.0, "{point}");
+            }
+        }
+    }
+}
+
+#[test]
+fn meshes_need_no_device() {
+    let folder = Folder::new();
+    let options = ["--quick", "--up-to", "1500"];
+    let (results, table) = bench("mesh", &folder, &options);
+    let points = check_points(&results);
+    let triangles: Vec<u64> = points
+        .iter()
+        .filter_map(|point| point["triangles"].as_u64())
+        .collect();
+    assert_eq!(triangles, [320, 1280]);
+    assert!(results["device"].is_null());
+    let names: Vec<&Value> = points[0]["parts"]
+        .as_array()
+        .expect("they are listed")
+        .iter()
+        .map(|part| &part["name"])
+        .collect();
+    assert_eq!(names, ["load", "half-edges", "atlas"]);
+    assert!(table.contains("by the host's clock"), "{table}");
+}
+
+/// Nothing is left out without a word.
+#[test]
+fn what_does_not_fit_is_told() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    // 140 GB, which few devices have.
+    let set = ["--quick", "--runs=1", "--set=particles.count=1_073_741_824"];
+    let options = [&set[..], &["--up-to", "512"]].concat();
+    let (results, table) = bench("texture", &folder, &options);
+    let skipped = results["skipped"].as_array().expect("they are listed");
+    assert_eq!(skipped.len() + check_points(&results).len(), 2, "{table}");
+    assert!(!skipped.is_empty(), "{table}");
+    for case in skipped {
+        let [name, why] = ["case", "why"].map(|key| case[key].as_str().expect("it is told"));
+        assert!(why.len() > 20, "{why}");
+        assert!(
+            table.contains(&format!("left out: {name}: {why}")),
+            "{table}"
+        );
+    }
+}
+
+#[test]
+fn suites_are_listed_and_others_refused() {
+    let output = myxo(&["bench", "--list"]);
+    let list = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0));
+    let names: Vec<&str> = list
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    let expected = [
+        "particles",
+        "texture",
+        "edges",
+        "objects",
+        "transfer",
+        "distance",
+        "mesh",
+    ];
+    assert_eq!(names, expected);
+    let message = refused(2, &["bench", "partikles"]);
+    assert!(message.contains("'particles'"), "{message}");
+    for wrong in ["0", "-5", "many", "nan"] {
+        let message = refused(2, &["bench", "mesh", &format!("--up-to={wrong}")]);
+        assert!(message.contains("a positive number"), "{message}");
+    }
+}
+
+#[test]
+fn wrong_places_and_settings_are_told_before_the_work() {
+    let folder = Folder::new();
+    let file = folder.with("file", "not a folder");
+    let message = failed(&[
+        "bench",
+        "mesh",
+        "--quick",
+        "--out",
+        path(&file.join("results")),
+    ]);
+    assert!(
+        message.contains("cannot write") && message.contains("mesh.json"),
+        "{message}"
+    );
+    let out = folder.file("results");
+    let set = [
+        "bench",
+        "texture",
+        "--out",
+        path(&out),
+        "--set",
+        "particles.cuont=5",
+    ];
+    let message = failed(&set);
+    assert!(message.contains("particles.count"), "{message}");
+    if no_device() {
+        return;
+    }
+    let device = [
+        "bench",
+        "texture",
+        "--out",
+        path(&out),
+        "--device",
+        "abacus",
+    ];
+    let message = failed(&device);
+    assert!(message.contains("abacus"), "{message}");
+}
+
+/// Ctrl-C: the exit code says so, and what was measured is there.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_suite_keeps_what_it_has() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("results");
+    let mut child = program()
+        .args(["bench", "edges", "mesh", "--out", path(&out)])
+        .args([
+            "--set=particles.count=500",
+            "--set=atlas.size=64",
+            "--runs=1000",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(Duration::from_secs(5));
+    let kill = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.is_ok_and(|status| status.success()));
+    let status = child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130));
+    let results = report(&out.join("edges.json"));
+    assert_eq!(results["interrupted"], true);
+    assert!(
+        results["points"]
+            .as_array()
+            .is_some_and(|points| !points.is_empty())
+    );
+    assert!(
+        !out.join("mesh.json").exists(),
+        "what comes after is not begun"
+    );
+}
