@@ -10,7 +10,6 @@ use myxo::gpu::{
 };
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
-use myxo::sim::types::{AtlasMap, HalfEdge, Motion, Particle, Triangle};
 use myxo::sim::{Simulation, memory};
 use myxo::{Error, Result};
 
@@ -156,7 +155,7 @@ impl Rig {
         let settings = measured.case.settings.clone();
         let scene = Scene::from_settings(name, settings, PathBuf::new())?;
         memory::check(self.ctx.info(), &scene)?;
-        let needed = needed(&scene);
+        let needed = needed(&scene, self.ctx.info().kind);
         let room = room(&self.ctx);
         if room.is_some_and(|room| needed > room) {
             return Err(Error::Invalid(format!(
@@ -271,18 +270,11 @@ fn would_take_too_long(before: &[Measured], case: &Case, budget: &Budget) -> Opt
     })
 }
 
-/// About how many bytes a scene takes, on the device and, while it is set up, on the host: known before any is taken.
-fn needed(scene: &Scene) -> u64 {
-    let settings = &scene.settings;
-    let size = |bytes: usize| bytes as u64;
-    let particle = size(size_of::<Particle>() + size_of::<Motion>());
-    // Twice on the device, with a place in a list; at their start on the host, and once more on their way.
-    let particles = u64::from(settings.particles.count) * (4 * particle + 4);
-    // On the device trail and deposits twice, density, clearance; on the host what the atlas is made from.
-    let texels = u64::from(settings.atlas.size).pow(2) * (21 + 24);
-    let triangle = size(size_of::<Triangle>() + size_of::<AtlasMap>() + 3 * size_of::<HalfEdge>());
-    let triangles = size(scene.surface.corners.len()) * 4 * triangle;
-    particles + texels + triangles
+/// About how many bytes a scene takes: on the device and, where that computes in the host's memory, as much again while it
+/// is set up and read back.
+fn needed(scene: &Scene, kind: DeviceKind) -> u64 {
+    let times = if kind == DeviceKind::Cpu { 2 } else { 1 };
+    times * memory::needed(scene)
 }
 
 /// Bytes that are free: of the host's memory for drivers that compute there, else of the device's. `None` where nobody
@@ -351,7 +343,7 @@ mod tests {
             settings.particles.count = particles;
             settings.atlas.size = size;
             let scene = Scene::from_settings("test".to_owned(), settings.clone(), PathBuf::new());
-            needed(&scene.expect("it loads"))
+            needed(&scene.expect("it loads"), DeviceKind::Cpu)
         };
         let small = of(1000, 256);
         assert!(of(1_001_000, 256) - small == 1_000_000 * 132);
