@@ -81,7 +81,7 @@
 //! - **uv**: the barycentric weights of corners B and C; `P = A + u (B - A) + v (C - A)`.
 //! - **tangent frame**: of a triangle, `p` along `B - A` and `h` perpendicular to it; lengths in it are world lengths.
 //! - **heading**: the unit vector of a particle in its triangle's tangent frame.
-//! - **walk**: the straightest path; over an edge the heading turns by the stored rotation, and nothing else changes.
+//! - **walk**: the straightest path; the triangles that it crosses are laid out flat, edge by edge, as seen from its start.
 //! - **edge-crossing attempts**: how many edges one walk may cross; what is left is **pending** and walked first in
 //!   the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
@@ -106,7 +106,7 @@
 //! ([`sim::Snapshot::validate`]).
 //!
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
-//! (`tests/kernels.rs`), and a test that turns red when a constant of it is wrong (`make mutants`).
+//! (`tests/kernels.rs`, `tests/trail_kernels.rs`), and a test that turns red when a constant of it is wrong (`make mutants`).
 //!
 //! **Invariant:** what outgrows a storage block or a texel buffer of the device takes other ways ([`sim::texel_paths`]) to
 //! the same bits.

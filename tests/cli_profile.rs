@@ -79,8 +79,13 @@ fn kernels_account_for_the_step() {
     let per_second = advance["throughput"]["per_second"]
         .as_f64()
         .expect("it is measured");
-    let median = advance["median_ms"].as_f64().expect("it is measured");
-    assert!((per_second * median * 1e-3 - 150_000.0).abs() < 1.0);
+    // Those whose sensors walk advance in the second of the two.
+    let both: f64 = kernels
+        .iter()
+        .filter(|row| ["advance", "walk_sensors"].map(|name| row["name"] == name) != [false; 2])
+        .map(|row| row["median_ms"].as_f64().expect("it is measured"))
+        .sum();
+    assert!((per_second * both * 1e-3 - 150_000.0).abs() < 1.0);
     check_statistics(&report);
 }
 
@@ -110,7 +115,10 @@ fn check_statistics(report: &Value) {
             of("std") <= range && (range == 0.0 || of("std") > 0.0),
             "{row}"
         );
-        if let Some(rate) = row["gigabytes_per_second"].as_f64() {
+        if let Some(rate) = row["gigabytes_per_second"]
+            .as_f64()
+            .filter(|_| row["name"] != "advance")
+        {
             let bytes = row["bytes_per_step"].as_f64().expect("they are counted");
             assert!(
                 (rate - bytes / of("median") * 1e-6).abs() < 1e-9 * rate,
@@ -180,7 +188,7 @@ fn repetitions_begin_anew_and_count_together() {
     let gpu = table.lines().find(|line| line.starts_with("gpu "));
     let gpu = gpu.expect("it is there");
     assert!(
-        gpu.contains(" 1.000 ") && gpu.ends_with("no difference"),
+        gpu.contains(" 1.000 ") && gpu.ends_with("may be equal"),
         "{table}"
     );
 }

@@ -91,11 +91,14 @@ impl Profile {
         let trace_sink = self.trace.as_deref().map(Sink::create).transpose()?;
         interrupt::install()?;
         let mut measured = Measured::new();
+        let mut done = 0;
         let (session, ending, completed) = loop {
-            let (session, ending, completed) = self.measure(&scene, &mut measured)?;
-            if !completed || measured.rounds.len() == self.repeat as usize {
+            let (mut session, ending, completed) = self.measure(&scene, &mut measured)?;
+            done += 1;
+            if !completed || done == self.repeat {
                 break (session, ending, completed);
             }
+            session.check_messages()?;
             let mut timings = session.frames.timings().clone();
             timings.prepend(&measured.earlier);
             measured.earlier = timings;

@@ -39,7 +39,7 @@ impl std::fmt::Display for Ratio {
         let Self { value, low, high } = self;
         write!(f, "{value:>8.3}  {:>15}", format!("{low:.3} - {high:.3}"))?;
         if self.holds_one() {
-            write!(f, "  no difference")?;
+            write!(f, "  may be equal")?;
         }
         Ok(())
     }
@@ -154,7 +154,7 @@ mod tests {
         assert!((ratio.low - 1.9).abs() < 1e-12 && (ratio.high - 2.2).abs() < 1e-12);
         let ratio = Ratio::of(&times(10.0, 8.0, 12.5), &exact).expect("both are known");
         assert!((ratio.low - 0.8).abs() < 1e-12 && (ratio.high - 1.25).abs() < 1e-12);
-        assert!(ratio.holds_one() && ratio.to_string().ends_with("0.800 - 1.250  no difference"));
+        assert!(ratio.holds_one() && ratio.to_string().ends_with("0.800 - 1.250  may be equal"));
         // Both: by 10 % each, root of two as much together.
         let unsure = times(10.0, 10.0 / 1.1, 11.0);
         let ratio = Ratio::of(&unsure, &unsure).expect("both are known");

@@ -135,14 +135,10 @@ impl Times {
         self.median_high_ms = self.median_high_ms.map(|high| high.max(median_ms));
     }
 
-    /// Median and the ends of its interval, of what takes any time at all.
+    /// Median and the ends of its interval, of what takes any time at all; `None` where no interval is known.
     pub fn interval(&self) -> Option<[f64; 3]> {
         let median = self.median_ms.filter(|ms| *ms > 0.0)?;
-        Some([
-            median,
-            self.median_low_ms.unwrap_or(median),
-            self.median_high_ms.unwrap_or(median),
-        ])
+        Some([median, self.median_low_ms?, self.median_high_ms?])
     }
 }
 

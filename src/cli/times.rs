@@ -25,11 +25,16 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
     let row = |row: &gpu::Row| {
         let work = work_of(&row.name, row.dispatches_per_step, of.setup, of.advancing);
         // Of what not every step has, the median may be nothing.
-        let ms = if row.dispatches_per_step < 1.0 {
+        let mut ms = if row.dispatches_per_step < 1.0 {
             row.time.mean_ms
         } else {
             row.time.median_ms
         };
+        if row.name == "advance" {
+            // Both together advance all particles: those that the one lists are left to the other.
+            let walking = report.rows.iter().find(|row| row.name == "walk_sensors");
+            ms += walking.map_or(0.0, |row| row.time.median_ms);
+        }
         let seconds = ms * 1e-3;
         let timed = work.filter(|_| seconds > 0.0);
         let gigabytes_per_second = timed.map(|work| work.bytes / seconds * 1e-9);

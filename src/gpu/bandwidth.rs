@@ -30,7 +30,8 @@ pub struct CopyBandwidth {
 }
 
 impl CopyBandwidth {
-    /// Copies between two buffers of the device so many times. `None` where it has no timestamps.
+    /// Copies between two buffers of the device so many times. `None` where it has no timestamps, or ones too
+    /// coarse to tell.
     ///
     /// # Errors
     /// When the device has no memory left, or is lost.
@@ -62,11 +63,12 @@ impl CopyBandwidth {
         let copies = frames.timings().frames().skip(WARMUP);
         let times = copies.filter_map(|spans| spans.iter().find(|span| span.name == "copy"));
         let times: Vec<f64> = times.map(super::timer::Span::ms).collect();
-        Ok(Some(Self {
+        let measured = Self {
             size_in_bytes: source.size_in_bytes(),
             runs: times.len(),
             time: Statistics::of(times),
-        }))
+        };
+        Ok((measured.time.median_ms > 0.0).then_some(measured))
     }
 
     /// Bytes read and bytes written in a second, together, by the median.

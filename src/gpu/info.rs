@@ -80,6 +80,10 @@ pub struct DeviceInfo {
     pub max_group_invocations: u32,
     /// Storage buffers that one stage sees.
     pub max_storage_buffers: u32,
+    /// Texel buffers that one stage writes to.
+    pub max_storage_images: u32,
+    /// Bindings that a kernel may have.
+    pub max_push_descriptors: u32,
     /// Bytes of push constants.
     pub max_push_constants: u32,
     /// Side of a two-dimensional image.
@@ -219,9 +223,9 @@ impl DeviceInfo {
             max_memory_allocation_size: maintenance.max_memory_allocation_size,
             max_group_count: limits.max_compute_work_group_count[0],
             max_group_invocations: limits.max_compute_work_group_invocations,
-            max_storage_buffers: limits
-                .max_per_stage_descriptor_storage_buffers
-                .min(push.max_push_descriptors),
+            max_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
+            max_storage_images: limits.max_per_stage_descriptor_storage_images,
+            max_push_descriptors: push.max_push_descriptors,
             max_push_constants: limits.max_push_constants_size,
             max_image_side: limits.max_image_dimension2_d,
             max_samples: highest_samples(

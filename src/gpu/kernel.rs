@@ -257,12 +257,36 @@ impl PipelineCore {
         stages: vk::ShaderStageFlags,
     ) -> GpuResult<Self> {
         let info = ctx.info();
-        let storage = I::BINDINGS.len() + usize::from(I::DEBUG_BINDING.is_some());
-        if storage > info.max_storage_buffers as usize {
-            return Err(unsupported::<I>(
-                ctx,
-                format!("{storage} bindings (it has {})", info.max_storage_buffers),
-            ));
+        let count = |is: fn(BindingKind) -> bool| {
+            I::BINDINGS
+                .iter()
+                .filter(|binding| is(binding.kind))
+                .count()
+        };
+        let debug_blocks = usize::from(I::DEBUG_BINDING.is_some());
+        for (needed, what, most) in [
+            (
+                count(|kind| kind == BindingKind::Storage) + debug_blocks,
+                "storage buffers",
+                info.max_storage_buffers,
+            ),
+            (
+                count(|kind| matches!(kind, BindingKind::StorageTexels { .. })),
+                "texel buffers to write to",
+                info.max_storage_images,
+            ),
+            (
+                count(|_| true) + debug_blocks,
+                "bindings",
+                info.max_push_descriptors,
+            ),
+        ] {
+            if needed > most as usize {
+                return Err(unsupported::<I>(
+                    ctx,
+                    format!("{needed} {what} (it has {most})"),
+                ));
+            }
         }
         let device = &ctx.device.raw;
         let debug = I::DEBUG_BINDING.map(|number| (number, BindingKind::Storage));

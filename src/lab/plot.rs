@@ -12,7 +12,7 @@ pub const SHOWN: usize = 6;
 /// Height, points.
 const HEIGHT: f32 = 110.0;
 
-/// From the longest kernel on; the last is for all others. Apart in lightness too, so that they are told apart without hues.
+/// From the longest kernel on; the last is for all others.
 const COLORS: [Color32; SHOWN + 1] = [
     Color32::from_rgb(0xe8, 0xb4, 0x1c),
     Color32::from_rgb(0x3f, 0x8f, 0xc4),
@@ -31,13 +31,13 @@ pub fn color_of(rank: usize) -> Color32 {
 /// What steps took lately, kernel upon kernel, the longest at the bottom. Nothing where nothing was measured.
 pub fn kernel_plot(ui: &mut Ui, facts: &Facts) {
     let len = facts.history.len();
-    if len < 2 {
+    if len < 2 || facts.kernels.is_empty() {
         return;
     }
     let ranked: Vec<&str> = facts.kernels.iter().map(|k| k.name.as_str()).collect();
     let rank = |name: &str| {
         let place = ranked.iter().position(|other| *other == name);
-        place.map_or(SHOWN, |place| place.min(SHOWN))
+        place.unwrap_or(SHOWN).min(ranked.len()).min(SHOWN)
     };
     let plot = Plot::new("kernel times")
         .height(HEIGHT)

@@ -151,9 +151,9 @@ fn side_of(texels: u64) -> u64 {
 #[must_use]
 pub fn most_triangles(device: &DeviceInfo) -> u64 {
     let bytes = largest_buffer(device).0;
-    // What lies behind edges is the largest table, read as texels of 16 bytes.
+    // The largest table that is a storage block, and the largest that is read as texels of 16 bytes.
     let texels = u64::from(device.max_texel_buffer_elements);
-    (bytes / STRIP).min(texels * 16 / STRIP)
+    (bytes / MAP).min(texels * 16 / STRIP)
 }
 
 /// How many objects there may be so that one buffer of the device holds all pairs of them.
@@ -206,9 +206,9 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     let most = most_triangles(device);
     if triangles > most {
         problems.push(format!(
-            "the meshes have {} triangles, which take {}, and {holds}: use at most {}",
+            "the meshes have {} triangles, whose maps take {}, and {holds}: use at most {}",
             number(triangles),
-            human(triangles * STRIP),
+            human(triangles * MAP),
             number(most)
         ));
     }
@@ -358,6 +358,7 @@ const ROW: u64 = size_of::<ExchangeRow>() as u64;
 const ENTRY: u64 = size_of::<ExchangeEntry>() as u64;
 const PAIR: u64 = size_of::<ObjectPair>() as u64;
 const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
+const MAP: u64 = size_of::<AtlasMap>() as u64;
 const STRIP: u64 = size_of::<StripTriangle>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 

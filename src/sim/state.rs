@@ -407,10 +407,13 @@ impl State {
                 4,
             )?,
             halfedges: Texels::new(
-                &Buffer::from_slice(ctx, "halfedges", &setup.surface.halfedges)?,
+                &Buffer::from_slice_in(ctx, "halfedges", &setup.surface.halfedges, large)?,
                 4,
             )?,
-            strips: Texels::new(&Buffer::from_slice(ctx, "strips", &setup.strips)?, 4)?,
+            strips: Texels::new(
+                &Buffer::from_slice_in(ctx, "strips", &setup.strips, large)?,
+                4,
+            )?,
             atlas_map_views: Texels::new(&atlas_maps, 2)?,
             atlas_maps,
             clearance: Texels::new(&clearance, 1)?,

@@ -25,6 +25,8 @@ use crate::cli::times;
 const FRAMES_IN_FLIGHT: usize = 2;
 /// Copies of which the median is taken.
 const COPIES: usize = 9;
+/// A step of a case may take this long before the device counts as lost.
+const PATIENCE: Duration = Duration::from_secs(900);
 /// Cases that take more memory than this say so before they take it.
 const LARGE: u64 = 1 << 30;
 /// So many steps are measured at least, however long they take.
@@ -96,6 +98,8 @@ impl Rig {
             device: options.device.clone(),
             validation: options.validate,
             cache_folder: default_cache_folder(),
+            // Scenes are as large as memory allows.
+            timeout: PATIENCE,
             ..ContextOptions::default()
         })?;
         if !ctx.info().has_timestamps() {
@@ -346,7 +350,7 @@ mod tests {
             needed(&scene.expect("it loads"), DeviceKind::Cpu)
         };
         let small = of(1000, 256);
-        assert!(of(1_001_000, 256) - small == 1_000_000 * 132);
+        assert!(of(1_001_000, 256) - small == 1_000_000 * 136);
         assert!(of(1000, 512) > small + 3 * 256 * 256 * 21);
     }
 }

@@ -21,6 +21,8 @@ fn device(limit: u64) -> DeviceInfo {
         max_group_count: 65_535,
         max_group_invocations: 1024,
         max_storage_buffers: 16,
+        max_storage_images: 8,
+        max_push_descriptors: 32,
         max_push_constants: 128,
         max_image_side: 16_384,
         max_samples: 4,
