@@ -93,7 +93,7 @@ impl Profile {
         let mut measured = Measured::new();
         let mut done = 0;
         let (session, ending, completed) = loop {
-            let (mut session, ending, completed) = self.measure(&scene, &mut measured)?;
+            let (session, ending, completed) = self.measure(&scene, &mut measured)?;
             done += 1;
             if !completed || done == self.repeat {
                 break (session, ending, completed);
