@@ -206,7 +206,7 @@ fn both_ways_of_sensing_grow_the_same_networks() {
             .iter()
             .map(|x| (x - mean(&values)).powi(2))
             .sum::<f64>()
-            / 9.0;
+            / (SEEDS - 1) as f64;
         (of(&other) - mean(&values)).abs() > 4.0 * variance.sqrt()
     };
     let tells = far_off(&|n| n.length)

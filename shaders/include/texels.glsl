@@ -15,11 +15,11 @@ uint texel_of(usamplerBuffer view, uint texel) {
     return texelFetch(view, int(texel)).x;
 }
 
-// Macros, because what is written to has a format, which parameters cannot have.
+// Macros, because what is written to has a format, which parameters cannot have. Each is a whole block.
 #define store_texel(low, high, texel, value) \
-    if ((texel) < BAND) { imageStore(low, int(texel), value); } else { imageStore(high, int((texel) - BAND), value); }
+    { if ((texel) < BAND) { imageStore(low, int(texel), value); } else { imageStore(high, int((texel) - BAND), value); } }
 
 #define add_to_texel(low, high, texel, value) \
-    if ((texel) < BAND) { imageAtomicAdd(low, int(texel), value); } else { imageAtomicAdd(high, int((texel) - BAND), value); }
+    { if ((texel) < BAND) { imageAtomicAdd(low, int(texel), value); } else { imageAtomicAdd(high, int((texel) - BAND), value); } }
 
 #endif

@@ -2,7 +2,7 @@
 //!
 //! Bytes are those that no layout of the same buffers could do without, each counted once a particle or texel, whatever
 //! caches keep: a particle's record and its motion are read and written, one texel of trail is read for each of the three
-//! sensors, one count is read and written for the deposit. Tables of triangles and half-edges, which many particles share,
+//! sensors, one count is read and written for the deposit. Tables of triangles, which many particles share,
 //! are not counted, nor texels that only bilinear reads touch. So the rate says how much of the memory's speed is put to
 //! use, and not what the memory is kept busy with.
 
