@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long mutants bench atlases clean
+.PHONY: help demo test long mutants bench atlases gallery clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -53,6 +53,11 @@ atlases: ## lay every mesh out and write the table to benches/results/atlases.md
 	cargo build --release
 	cargo run --release --quiet -- atlas --fresh --method charts $(MESHES) > atlases.part
 	mv atlases.part benches/results/atlases.md
+
+gallery: ## draw the small pictures of the lab's gallery, and all presets on one sheet (minutes)
+	@.ci/setup demo
+	cargo run --release --example gallery -- assets/thumbnails
+	mv assets/thumbnails/presets.png assets/pictures/presets.png
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean

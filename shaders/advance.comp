@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   strips, trail (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
+// Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // In two forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
@@ -42,6 +42,8 @@ layout(constant_id = 12) const bool TEXELS_IN_QUADS = false;
 // Deposits that a storage block does not hold are counted in texel buffers, which CPU drivers are slower with.
 layout(constant_id = 13) const bool OUTGROWS_BLOCK = false;
 layout(constant_id = 14) const uint BAND = 0xffffffffu;  // texels of the first of two
+// Somebody has painted what attracts, repels or may not be entered.
+layout(constant_id = 15) const bool PAINTED = false;
 
 const uint SENSORS_WALK = 0u;
 // Sensors go straight ahead in the atlas, and who cannot do that is listed.
@@ -91,6 +93,7 @@ layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
+// For each texel the place across, and its clearance.
 layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
 // Four texels a word: how many texels far straight lines stay on the surface around.
@@ -101,6 +104,8 @@ layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walke
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
 layout(r32ui, set = 0, binding = 24) uniform uimageBuffer low_deposits;
 layout(r32ui, set = 0, binding = 25) uniform uimageBuffer high_deposits;
+// Trail units that sensors read more; far below zero where nobody may go.
+layout(set = 0, binding = 26) uniform samplerBuffer bias;
 
 #include "strip.glsl"
 #include "trail.glsl"
@@ -137,6 +142,9 @@ void take_physarum(uint triangle) {
     own_distance_weight = OF_OBJECT(distance_weight);
 }
 
+// A bias below this is that of a no-go area; gutters may mix it with others.
+const float NO_GO = -5.0e8;
+
 // What rounding may make of a distance.
 const float ROUNDING = 1.0e-6;
 
@@ -155,11 +163,26 @@ vec2 walked_position(StripWalk w) {
     return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
 }
 
-// What a sensor reads at a place. From one that is itself covered, no other object is seen.
-float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
+// The painted bias, bilinear as the trail is.
+float bias_at(vec2 position) {
+    precise vec2 corner = position - 0.5;
+    vec2 low = floor(corner);
+    precise vec2 f = corner - low;
+    uint texel = uint(low.y) * params.pitch + uint(low.x);
+    float b00 = texel_of(bias, texel);
+    float b01 = texel_of(bias, texel + params.pitch);
+    precise float top = b00 + f.x * (texel_of(bias, texel + 1u) - b00);
+    precise float bottom = b01 + f.x * (texel_of(bias, texel + params.pitch + 1u) - b01);
+    precise float value = top + f.y * (bottom - top);
+    return value;
+}
+
+// What a sensor reads at a place, where `beyond` is the place across. From one that is itself covered, no other object is
+// seen.
+float sensed_at(vec2 position, uint beyond, uint triangle, vec2 uv, bool from_open) {
     if (ACROSS) {
         uint texel = texel_at(position, params.pitch);
-        uint beyond = from_open ? texelFetch(across, int(texel)).x : NONE;
+        beyond = from_open ? beyond : NONE;
         position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
         if (GRAVITY && beyond != NONE) {
             triangle = texelFetch(across_triangles, int(texel)).x;
@@ -179,6 +202,9 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
     if (DISTANCE) {
         value += own_distance_weight * distance_at(position, params.pitch);
     }
+    if (PAINTED) {
+        value += bias_at(position);
+    }
     return value;
 }
 
@@ -187,7 +213,9 @@ float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
     w.heading = heading;
     w.remaining = own_sensor_offset;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
-    return sensed_at(walked_position(w), w.triangle, vec2(w.u, w.v), from_open);
+    vec2 position = walked_position(w);
+    uint beyond = ACROSS ? texelFetch(across, int(texel_at(position, params.pitch))).x : NONE;
+    return sensed_at(position, beyond, w.triangle, vec2(w.u, w.v), from_open);
 }
 
 // The way of a sensor in the atlas, texels.
@@ -204,15 +232,22 @@ mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
     return mat2(p, h);
 }
 
-float clearance_at(vec2 position) {
+// The place across and the clearance. One look tells both where both are asked for.
+uvec2 told_at(vec2 position) {
     uint texel = texel_at(position, params.pitch);
-    return float((texelFetch(clearance, int(texel >> 2u)).x >> (8u * (texel & 3u))) & 255u);
+    if (ACROSS) return texelFetch(across, int(texel)).xy;
+    return uvec2(NONE, (texelFetch(clearance, int(texel >> 2u)).x >> (8u * (texel & 3u))) & 255u);
+}
+
+// The same of the end of a way that begins in the atlas.
+uvec2 told_of_end(vec2 from, vec2 way) {
+    precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
+    return told_at(to);
 }
 
 // Do the discs round both ends of a way, in which nothing but the surface around lies, cover the way?
-bool is_clear_to(vec2 from, vec2 way, float clear) {
-    precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
-    float both = clear + clearance_at(to);
+bool is_clear(vec2 way, uint clear, uint clear_at_end) {
+    float both = float(clear + clear_at_end);
     return dot(way, way) <= both * both;
 }
 
@@ -285,6 +320,9 @@ void main() {
     vec2 left_way = vec2(0.0);
     vec2 middle_way = vec2(0.0);
     vec2 right_way = vec2(0.0);
+    uvec2 left_told = uvec2(NONE, 0u);
+    uvec2 middle_told = uvec2(NONE, 0u);
+    uvec2 right_told = uvec2(NONE, 0u);
     if (SENSING == SENSORS_STRAIGHT) {
         AtlasMap map = atlas_map_of(particle.triangle);
         straight = atlas_position(map, particle.u, particle.v);
@@ -292,10 +330,13 @@ void main() {
         left_way = straight_way(texels_from_frame, left_of(heading));
         middle_way = straight_way(texels_from_frame, heading);
         right_way = straight_way(texels_from_frame, right_of(heading));
-        float clear = clearance_at(straight);
-        bool is_clear = is_clear_to(straight, left_way, clear) && is_clear_to(straight, middle_way, clear)
-            && is_clear_to(straight, right_way, clear);
-        if (motion.pending > 0.0 || !is_clear) {
+        uint clear = told_at(straight).y;
+        left_told = told_of_end(straight, left_way);
+        middle_told = told_of_end(straight, middle_way);
+        right_told = told_of_end(straight, right_way);
+        bool all_clear = is_clear(left_way, clear, left_told.y) && is_clear(middle_way, clear, middle_told.y)
+            && is_clear(right_way, clear, right_told.y);
+        if (motion.pending > 0.0 || !all_clear) {
             list_walker(i);
             return;
         }
@@ -313,9 +354,9 @@ void main() {
     vec3 value;
     if (SENSING == SENSORS_STRAIGHT) {
         // Where there is gravity, sensors walk: only then a triangle is asked for.
-        value.x = sensed_at(straight + left_way, NONE, vec2(0.0), from_open);
-        value.y = sensed_at(straight + middle_way, NONE, vec2(0.0), from_open);
-        value.z = sensed_at(straight + right_way, NONE, vec2(0.0), from_open);
+        value.x = sensed_at(straight + left_way, left_told.x, NONE, vec2(0.0), from_open);
+        value.y = sensed_at(straight + middle_way, middle_told.x, NONE, vec2(0.0), from_open);
+        value.z = sensed_at(straight + right_way, right_told.x, NONE, vec2(0.0), from_open);
     } else {
         value.x = sensed_by_walking(w, left_of(heading), from_open);
         value.y = sensed_by_walking(w, heading, from_open);
@@ -335,6 +376,18 @@ void main() {
     w.remaining = own_speed;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
     pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
+    if (PAINTED) {
+        // Who is outside of a no-go area stays outside, and turns round. Who is in it may leave.
+        vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
+        bool was_allowed = texel_of(bias, texel_at(previous, params.pitch)) >= NO_GO;
+        if (was_allowed && texel_of(bias, texel_at(walked_position(w), params.pitch)) < NO_GO) {
+            w.triangle = particle.triangle;
+            w.u = particle.u;
+            w.v = particle.v;
+            w.heading = -vec2(motion.heading_p, motion.heading_h);
+            pending = 0.0;
+        }
+    }
 
     imageStore(particles, int(i), words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);

@@ -1,5 +1,5 @@
 // diffuse_seams: as diffuse, for texels that exchange across a seam, or whose neighbours are limited.
-// Reads   rows, entries, trail, deposits (those on gutter texels too), density.
+// Reads   rows, entries, trail, deposits (those on gutter texels too).
 // Writes  next_trail for the texels of the rows.
 // One invocation a row. What is read comes by texel buffers, which CPU drivers are quicker with.
 // Overflow: cannot happen; nothing is appended.
@@ -24,21 +24,16 @@ layout(push_constant) uniform Params {
     float tiny;         // below this a value is zero
 } params;
 
-// Five words a row: the texel, its first entry, the number of pairs, how many deposits and the mask, the conductance.
+// Two texels a row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
 layout(set = 0, binding = 0) uniform usamplerBuffer rows;
-// Two words an entry: a texel, and its conductance or share.
+// Two entries a texel: a texel and its conductance or share, twice.
 layout(set = 0, binding = 1) uniform usamplerBuffer entries;
 layout(set = 0, binding = 2) uniform samplerBuffer trail;
 layout(set = 0, binding = 3) uniform usamplerBuffer deposits;
-layout(set = 0, binding = 4) uniform samplerBuffer density;
-layout(r32f, set = 0, binding = 5) uniform writeonly imageBuffer low_next_trail;
-layout(r32f, set = 0, binding = 6) uniform writeonly imageBuffer high_next_trail;
+layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer low_next_trail;
+layout(r32f, set = 0, binding = 5) uniform writeonly imageBuffer high_next_trail;
 
 #include "texels.glsl"
-
-uint word(uint row, uint k) {
-    return texelFetch(rows, int(5u * row + k)).x;
-}
 
 float trail_at(uint texel) {
     return texel_of(trail, texel);
@@ -58,11 +53,13 @@ float more_at(uint mask, uint bit, uint neighbour, uint texel, float here) {
 void main() {
     uint i = invocation_index();
     if (i >= params.row_count) return;
-    uint texel = word(i, 0u);
+    uvec4 row = texelFetch(rows, int(2u * i));
+    uvec4 more = texelFetch(rows, int(2u * i + 1u));
+    uint texel = row.x;
     float here = trail_at(texel);
     uint above = texel - params.reach_down;
     uint below = texel + params.reach_down;
-    uint mask = word(i, 3u);
+    uint mask = more.x;
     precise float inside = more_at(mask, 0u, above - params.reach_across, texel, here);
     inside += more_at(mask, 1u, above, texel, here);
     inside += more_at(mask, 2u, above + params.reach_across, texel, here);
@@ -71,22 +68,22 @@ void main() {
     inside += more_at(mask, 5u, below - params.reach_across, texel, here);
     inside += more_at(mask, 6u, below, texel, here);
     inside += more_at(mask, 7u, below + params.reach_across, texel, here);
-    uint next = word(i, 1u);
-    uint end = next + word(i, 2u);
+    uint next = row.y;
     precise float across = 0.0;
-    for (; next < end; next++) {
-        uvec2 pair = texelFetch(entries, int(next)).xy;
-        across += uintBitsToFloat(pair.y) * (trail_at(pair.x) - here);
+    for (; next < row.z; next++) {
+        uvec4 two = texelFetch(entries, int(next));
+        across += uintBitsToFloat(two.y) * (trail_at(two.x) - here);
+        across += uintBitsToFloat(two.w) * (trail_at(two.z) - here);
     }
-    end += mask >> 8u;
     // Counts and shares are small multiples of a power of two, so the order does not matter here.
     precise float counted = deposits_at(texel);
-    for (; next < end; next++) {
-        uvec2 part = texelFetch(entries, int(next)).xy;
-        counted += uintBitsToFloat(part.y) * deposits_at(part.x);
+    for (; next < row.w; next++) {
+        uvec4 two = texelFetch(entries, int(next));
+        counted += uintBitsToFloat(two.y) * deposits_at(two.x);
+        counted += uintBitsToFloat(two.w) * deposits_at(two.z);
     }
-    float own = texel_of(density, texel);
-    precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(word(i, 4u)) * inside + across);
+    float own = uintBitsToFloat(more.z);
+    precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(more.y) * inside + across);
     precise float value = (spread + (params.deposit * counted) * own) * params.decay;
     store_texel(low_next_trail, high_next_trail, texel, vec4(value >= params.tiny ? value : 0.0))
 }

@@ -1,8 +1,8 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
-// Reads   pairs, samples, listed, groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed.
+// Reads   pairs, samples, listed, listed_groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
+// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; where SEES_ACROSS, those that are covered are listed in covered (appended) and groups, and across holds nothing for all others.
 // One invocation a sample of a listed tile.
-// Overflow: cannot happen; nothing is appended, and no tree is deeper than a search has room for.
+// Overflow: cannot happen; covered has room for all samples, and no tree is deeper than a search has room for.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -12,12 +12,15 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint SIGN_RULE = 0u;
+// Sensors see other objects at places that those cover.
+layout(constant_id = 1) const bool SEES_ACROSS = false;
 
 layout(push_constant) uniform Params {
     uint tile_count;           // of all jobs; no more are listed
     uint first_vertex_normal;  // behind those of the half-edges
     uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
+    float threshold;           // world length of signed distance below which a place is covered
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer listed;
@@ -33,11 +36,16 @@ layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 layout(set = 0, binding = 10) uniform usamplerBuffer hints;
 
 layout(set = 0, binding = 11) uniform usamplerBuffer candidates;
-layout(std430, set = 0, binding = 12) readonly buffer Groups { DispatchGroups groups[]; };
+layout(std430, set = 0, binding = 12) readonly buffer ListedGroups { DispatchGroups listed_groups[]; };
+// Which invocations have found covered places.
+layout(std430, set = 0, binding = 13) writeonly buffer Covered { uint covered[]; };
+layout(r32ui, set = 0, binding = 14) uniform writeonly uimageBuffer across_words;
+layout(std430, set = 0, binding = 15) buffer Groups { DispatchGroups groups[]; };
 
 #include "candidate.glsl"
 #include "pairs.glsl"
 #include "listed.glsl"
+#include "groups.glsl"
 
 // A face and the nearest point on it.
 struct Found {
@@ -70,26 +78,35 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
     return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
 }
 
+// Passes over pairs from `p` on whose side the tile's hints tell; the next one that must be looked at.
+uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
+    bool is_told = true;
+    while (is_told && p < tile.pair_count) {
+        uint hint = p < params.hint_count ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
+        bool is_least = hint == TILE_INSIDE && -params.reach < least;
+        least = is_least ? -params.reach : least;
+        triangle = is_least ? NONE : triangle;
+        is_told = hint == TILE_OUTSIDE || hint == TILE_INSIDE;
+        p += is_told ? 1u : 0u;
+    }
+    return p;
+}
+
 void main() {
     uint i = invocation_index();
-    if (i / TILE_SAMPLES >= params.tile_count || i / TILE_SAMPLES >= groups[1].x) return;
+    if (i / TILE_SAMPLES >= params.tile_count || i / TILE_SAMPLES >= listed_groups[1].x) return;
     ListedTile tile = listed_tile(i / TILE_SAMPLES);
     if (i % TILE_SAMPLES >= tile.sample_count) return;
     SurfaceSample here = sample_at(tile.first_sample + i % TILE_SAMPLES);
 
     float least = params.reach;
     uint triangle = NONE;
-    uint first_hint = tile.tile * params.hint_count;
     uint first_candidate = tile.tile * TILE_CANDIDATES;
-    for (uint p = 0u; p < tile.pair_count; p++) {
-        uint hint = p < params.hint_count ? texelFetch(hints, int(first_hint + p)).x : TILE_UNKNOWN;
-        if (hint == TILE_OUTSIDE) continue;
-        if (hint == TILE_INSIDE) {
-            bool is_least = -params.reach < least;
-            least = is_least ? -params.reach : least;
-            triangle = is_least ? NONE : triangle;
-            continue;
-        }
+    // Devices that run both sides of every branch go through all of this loop in each round, so only pairs that are looked
+    // at have one.
+    uint p = next_to_look_at(tile, 0u, least, triangle);
+    while (p < tile.pair_count) {
+        uint hint = p < params.hint_count ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
         ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.
@@ -102,13 +119,21 @@ void main() {
             found = nearest_in_tree(pair, place, hint, bound);
         }
         float distance = sqrt(found.point.z);
-        if (found.slot == NONE || distance >= bound) continue;
-        float candidate = candidate_distance(pair, found.slot, place, found.point, params.reach, params.first_vertex_normal);
-        if (candidate < least) {
-            least = candidate;
-            triangle = distance < params.reach ? found.triangle : NONE;
+        if (found.slot != NONE && distance < bound) {
+            float candidate = candidate_distance(pair, found.slot, place, found.point, params.reach, params.first_vertex_normal);
+            bool is_least = candidate < least;
+            least = is_least ? candidate : least;
+            triangle = is_least ? (distance < params.reach ? found.triangle : NONE) : triangle;
         }
+        p = next_to_look_at(tile, p + 1u, least, triangle);
     }
     distances[here.texel] = least;
     nearest[here.texel] = triangle;
+    if (SEES_ACROSS) {
+        if (triangle != NONE && least < params.threshold) {
+            covered[appended(gl_WorkGroupSize.x)] = i;
+        } else {
+            imageStore(across_words, int(2u * here.texel), uvec4(NONE));
+        }
+    }
 }

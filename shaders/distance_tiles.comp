@@ -37,7 +37,6 @@ layout(set = 0, binding = 8) uniform usamplerBuffer dipoles;
 layout(std430, set = 0, binding = 9) writeonly buffer Candidates { uint candidates[]; };
 layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
-// First those of the kernels that look at the texels of listed tiles; then how many tiles that are.
 layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; };
 // One a pair: how far places of the one object have moved in the other's space since the last update, at the most.
 layout(std430, set = 0, binding = 13) readonly buffer Moves { float moves[]; };
@@ -46,14 +45,12 @@ layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };
 
 #include "sign.glsl"
 #include "distance.glsl"
+#include "groups.glsl"
 #include "jobs.glsl"
 #include "pairs.glsl"
 
 // What rounding may make of distances that are compared over many updates, in slacks.
 const float MARGIN_SLACK = 8.0;
-
-// Groups of an indirect dispatch along its first axis, at the most.
-const uint GROUPS_A_ROW = 65535u;
 
 // A ball of places, and the face that is nearest to its middle.
 struct Ball {
@@ -134,12 +131,33 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     return end;
 }
 
-void list(ListedTile tile) {
-    uint place = atomicAdd(groups[1].x, 1u);
-    listed[place] = tile;
-    uint group = place / (gl_WorkGroupSize.x / TILE_SAMPLES);
-    atomicMax(groups[0].x, min(group + 1u, GROUPS_A_ROW));
-    atomicMax(groups[0].y, group / GROUPS_A_ROW + 1u);
+// Inside of any is inside.
+uint state_with(uint state, uint hint) {
+    return hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
+}
+
+// By some rules sides may change where there is no surface.
+bool decides(bool is_closed) {
+    return SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
+}
+
+// Passes over pairs from `p` on that have not moved as much as they would have to; the next one that must be searched.
+uint next_to_search(uint p, uint end, uint first_pair, uint first_margin, uint first_hint, inout uint state) {
+    bool stays = true;
+    while (stays && p < end) {
+        float margin = margins[first_margin + p];
+        precise float left = abs(margin) - moves[first_pair + p];
+        bool is_closed = texelFetch(pairs, int(4u * (first_pair + p) + 3u)).w == 1u;
+        stays = left > 0.0 && decides(is_closed);
+        if (stays) {
+            uint hint = margin < 0.0 ? TILE_INSIDE : TILE_OUTSIDE;
+            margins[first_margin + p] = margin < 0.0 ? -left : left;
+            hints[first_hint + p] = hint;
+            state = state_with(state, hint);
+            p++;
+        }
+    }
+    return p;
 }
 
 void main() {
@@ -152,36 +170,33 @@ void main() {
     precise float near = params.reach + tile.radius;
     // What all its texels are, while that is known.
     uint state = job.pair_count <= params.hint_count ? TILE_OUTSIDE : TILE_UNKNOWN;
+    uint pairs_end = min(job.pair_count, params.hint_count);
+    uint first_margin = (job.first_tile + in_job) * params.hint_count;
+    uint first_hint = i * params.hint_count;
     uint end = 0u;
 
-    for (uint p = 0u; p < min(job.pair_count, params.hint_count); p++) {
+    // Devices that run both sides of every branch go through a whole search in each round of this loop, so only pairs that
+    // are searched have one.
+    uint p = next_to_search(0u, pairs_end, job.first_pair, first_margin, first_hint, state);
+    while (p < pairs_end) {
         ObjectPair pair = pair_at(job.first_pair + p);
         vec3 place = place_in_other(pair, tile.center);
         bool is_closed = pair.is_closed == 1u;
-        // By the other rules sides may change where there is no surface.
-        bool decides = SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
+        bool is_decided = decides(is_closed);
         bool may_be_inside = is_closed && is_in_box(pair.first_node, place);
-        uint kept = (job.first_tile + in_job) * params.hint_count + p;
-        float margin = margins[kept];
-        precise float left = abs(margin) - moves[job.first_pair + p];
-        bool stays = decides && left > 0.0;
         // Beyond what is asked for, so that it need not be asked again soon.
-        float limit = may_be_inside ? UNLIMITED : decides ? near + params.reach : near;
-        uint slot = NONE;
-        if (!stays) slot = nearest_on(pair.first_node, place, limit);
-        uint hint = decides ? TILE_OUTSIDE : TILE_UNKNOWN;
+        float limit = may_be_inside ? UNLIMITED : is_decided ? near + params.reach : near;
+        uint slot = nearest_on(pair.first_node, place, limit);
+        uint hint = is_decided ? TILE_OUTSIDE : TILE_UNKNOWN;
         float slack = slack_of_tree(pair.first_node);
-        if (stays) {
-            hint = margin < 0.0 ? TILE_INSIDE : TILE_OUTSIDE;
-            margin = margin < 0.0 ? -left : left;
-        } else if (slot == NONE) {
-            margin = decides ? max(params.reach - MARGIN_SLACK * slack, 0.0) : 0.0;
+        float margin = 0.0;
+        if (slot == NONE) {
+            margin = is_decided ? max(params.reach - MARGIN_SLACK * slack, 0.0) : 0.0;
         } else {
             vec4 point = nearest_on_face(slot, place);
             float distance = sqrt(point.z);
             precise float beyond = near + slack;
-            bool searches = distance <= beyond || !decides;
-            margin = 0.0;
+            bool searches = distance <= beyond || !is_decided;
             if (searches) {
                 Ball ball = ball_of(pair.first_node, slot, point, place, tile);
                 uint first = end;
@@ -195,15 +210,15 @@ void main() {
                 margin = inside ? -margin : margin;
             }
         }
-        margins[kept] = margin;
-        hints[i * params.hint_count + p] = hint;
-        // Inside of any is inside.
-        state = hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
+        margins[first_margin + p] = margin;
+        hints[first_hint + p] = hint;
+        state = state_with(state, hint);
+        p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, state);
     }
     if (state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;
         uint count = min(job.sample_count - first, TILE_SAMPLES);
-        list(ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, 0u, 0u, 0u));
+        listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, 0u, 0u, 0u);
     }
     tile_states[job.first_tile + in_job] = state;
 }

@@ -1,5 +1,5 @@
 // particles: a point of light for each particle, on the surface.
-// Reads   particles, corners, vertices, poses, colors.
+// Reads   particles, corners, vertices, poses, colors; motions where hues tell headings.
 // Writes  the point's place, size and light.
 // One invocation per drawn particle: every stride-th.
 // Overflow: cannot happen; the draw has no more points than there are particles.
@@ -14,10 +14,24 @@ layout(set = 0, binding = 2) readonly buffer Vertices { Vertex vertices[]; };
 layout(set = 0, binding = 3) readonly buffer Poses { Pose poses[]; };
 layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 
+layout(set = 0, binding = 5) uniform usamplerBuffer motions;
+
 #include "colormap.glsl"
 #include "particles.glsl"
+#include "frame.glsl"
 
 layout(location = 0) flat out vec3 light;
+
+// Where a heading goes on the surface, in turns from red, which is to the right for who stands before the surface, against
+// the clock: a quarter is upwards. On a floor or a ceiling, upwards is away from the front.
+float turn_of(Frame frame, vec2 heading, Pose pose) {
+    vec3 normal = turn_to_world(pose, frame.normal);
+    vec3 direction = turn_to_world(pose, heading.x * frame.p + heading.y * frame.h);
+    vec3 sky = abs(normal.y) > 0.999 ? vec3(0.0, 0.0, -1.0) : vec3(0.0, 1.0, 0.0);
+    vec3 up = normalize(sky - dot(sky, normal) * normal);
+    vec3 right = cross(up, normal);
+    return fract(atan(dot(direction, up), dot(direction, right)) / 6.28318531);
+}
 
 void main() {
     Particle particle = particle_of(texelFetch(particles, gl_VertexIndex * int(params.stride)));
@@ -32,7 +46,12 @@ void main() {
     position += params.lift * normalize(params.eye - position);
     // Particles differ a little, so that a crowd has grain.
     float shade = 0.72 + 0.28 * float((particle.id * 2654435769u) >> 24) / 255.0;
-    light = color_of(0.92 * shade) * params.strength;
+    if (params.hued != 0u) {
+        vec2 heading = uintBitsToFloat(texelFetch(motions, gl_VertexIndex * int(params.stride)).xy);
+        light = hue_light(turn_of(frame_of(particle.triangle), heading, poses[a.object])) * shade;
+    } else {
+        light = color_of(0.92 * shade) * params.strength;
+    }
     gl_Position = params.clip_from_world * vec4(position, 1.0);
     gl_PointSize = params.diameter;
 }

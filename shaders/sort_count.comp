@@ -1,5 +1,5 @@
 // sort_count: counts the particles in each tile of the atlas.
-// Reads   particles, motions, triangles, atlas_maps.
+// Reads   particles, motions, strips.
 // Writes  bins, by atomic adds: they are zero before.
 // One invocation a particle. Those in flight keep their slots and do not count.
 // Overflow: cannot happen; there is a bin for every tile of every object.
@@ -24,9 +24,8 @@ layout(push_constant) uniform Params {
 
 layout(set = 0, binding = 0) uniform usamplerBuffer particles;
 layout(set = 0, binding = 1) uniform usamplerBuffer motions;
-layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 3) uniform samplerBuffer atlas_maps;
-layout(std430, set = 0, binding = 4) buffer Bins { uint bins[]; };
+layout(set = 0, binding = 2) uniform usamplerBuffer strips;
+layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
 
 #include "sort.glsl"
 

@@ -1,5 +1,5 @@
 // sort_scatter: puts particles in the order of their bins. Within a bin they come in any order, which nothing depends on.
-// Reads   particles, motions, triangles, atlas_maps, windows, flow.
+// Reads   particles, motions, strips, windows, flow.
 // Writes  sorted_particles and sorted_motions; bins, by atomic adds.
 // One invocation a particle.
 // With windows the bins lie one behind the other in the ring, behind those in flight, which keep their slots: they are the
@@ -25,13 +25,12 @@ layout(push_constant) uniform Params {
 
 layout(set = 0, binding = 0) uniform usamplerBuffer particles;
 layout(set = 0, binding = 1) uniform usamplerBuffer motions;
-layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 3) uniform samplerBuffer atlas_maps;
-layout(std430, set = 0, binding = 4) buffer Bins { uint bins[]; };
-layout(rgba32ui, set = 0, binding = 5) uniform writeonly uimageBuffer sorted_particles;
-layout(rgba32ui, set = 0, binding = 6) uniform writeonly uimageBuffer sorted_motions;
-layout(std430, set = 0, binding = 7) readonly buffer Windows { Window windows[]; };
-layout(std430, set = 0, binding = 8) readonly buffer FlowBlock { Flow flow[]; };
+layout(set = 0, binding = 2) uniform usamplerBuffer strips;
+layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
+layout(rgba32ui, set = 0, binding = 4) uniform writeonly uimageBuffer sorted_particles;
+layout(rgba32ui, set = 0, binding = 5) uniform writeonly uimageBuffer sorted_motions;
+layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[]; };
+layout(std430, set = 0, binding = 7) readonly buffer FlowBlock { Flow flow[]; };
 
 #include "sort.glsl"
 

@@ -1,5 +1,6 @@
-// surface: lights a triangle and lays the trail on it.
-// Reads   trail (four texels by hand: a texel buffer has no sampler), colors, exposure.
+// surface: lights a triangle and lays the trail on it, flat or as a relief.
+// Reads   trail (four texels by hand: a texel buffer has no sampler), colors, exposure, distances; for the relief the
+//         triangle's corners and pose.
 // Writes  the pixel, in linear light; the image's format encodes sRGB.
 // One invocation per pixel and triangle; edges are multisampled.
 // Overflow: cannot happen; texel coordinates are clamped to the atlas.
@@ -8,9 +9,13 @@
 #include "shading.glsl"
 #include "surface.glsl"
 
+layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 1) readonly buffer Vertices { Vertex vertices[]; };
+layout(set = 0, binding = 4) readonly buffer Poses { Pose poses[]; };
 layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
+layout(set = 0, binding = 10) uniform samplerBuffer distances;
 
 // What one view of single texels does not hold is read four texels at once.
 layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
@@ -23,35 +28,27 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) centroid in vec2 uv;
 layout(location = 3) flat in vec2 atlas_origin;
 layout(location = 4) flat in vec4 atlas_axes;
-layout(location = 5) flat in uint chart;
+layout(location = 5) flat in uint triangle;
+layout(location = 6) in float open_share;
+layout(location = 7) flat in uint chart;
+
+#include "taps.glsl"
+#include "frame.glsl"
 
 layout(location = 0) out vec4 color;
 
-float trail_of(int texel) {
-    return texel_of(trail, uint(texel));
+vec4 trails_of(uvec4 texels) {
+    return vec4(texel_of(trail, texels.x), texel_of(trail, texels.y), texel_of(trail, texels.z), texel_of(trail, texels.w));
 }
 
-// The trail between its four nearest texels. Inside a triangle these are its own or gutter texels, which are filled.
 float trail_at(vec2 texel) {
-    vec2 q = texel - 0.5;
-    vec2 corner = floor(q);
-    vec2 weight = q - corner;
-    ivec2 last = ivec2(int(params.size) - 1);
-    ivec2 low = clamp(ivec2(corner), ivec2(0), last);
-    ivec2 high = min(low + 1, last);
-    int row_low = low.y * int(params.pitch);
-    int row_high = high.y * int(params.pitch);
-    float below = mix(trail_of(row_low + low.x), trail_of(row_low + high.x), weight.x);
-    float above = mix(trail_of(row_high + low.x), trail_of(row_high + high.x), weight.x);
-    return mix(below, above, weight.y);
+    Taps taps = taps_at(texel);
+    return between(trails_of(taps.texels), taps.weight);
 }
 
-// A texel position for uv that may lie a little outside of the triangle: taps stay inside, because beyond the gutter
-// begins another triangle.
-vec2 texel_at(vec2 inside) {
-    inside = max(inside, vec2(0.0));
-    inside /= max(inside.x + inside.y, 1.0);
-    return atlas_origin + inside.x * atlas_axes.xy + inside.y * atlas_axes.zw;
+vec2 trail_growth_at(vec2 texel) {
+    Taps taps = taps_at(texel);
+    return growth(trails_of(taps.texels), taps.weight);
 }
 
 // The chart's colour; light where the pixel lies on a seam. Edge k of the triangle is one if bit 24 + k is set.
@@ -68,15 +65,54 @@ vec3 chart_light() {
     return mix(light, vec3(0.9), line);
 }
 
+// The normal as if the trail stood up from the surface. The mean of four places half a texel off, or of the four that the
+// pixel covers, because between texels the trail grows evenly and would show facets.
+// The bent normal is that of Blinn, "Simulation of Wrinkled Surfaces" (1978).
+vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
+    float area = atlas_axes.x * atlas_axes.w - atlas_axes.y * atlas_axes.z;
+    if (area == 0.0) return n;
+    if (!is_far) {
+        uv_x = vec2(atlas_axes.w, -atlas_axes.y) * (1.3 / area);
+        uv_y = vec2(-atlas_axes.z, atlas_axes.x) * (1.3 / area);
+    }
+    vec2 grows = 0.25 * (trail_growth_at(texel_at(uv + 0.125 * uv_x + 0.375 * uv_y))
+        + trail_growth_at(texel_at(uv - 0.125 * uv_x - 0.375 * uv_y))
+        + trail_growth_at(texel_at(uv + 0.375 * uv_x - 0.125 * uv_y))
+        + trail_growth_at(texel_at(uv - 0.375 * uv_x + 0.125 * uv_y)));
+    float slope = params.relief * tone_slope(value, brightest[0]);
+    float along_b = slope * dot(grows, atlas_axes.xy);
+    float along_c = slope * dot(grows, atlas_axes.zw);
+
+    Pose pose = poses[vertices[corners[3u * triangle]].object];
+    vec3 a = corner_position(triangle, 0u);
+    vec3 to_b = turn_to_world(pose, corner_position(triangle, 1u) - a);
+    vec3 to_c = turn_to_world(pose, corner_position(triangle, 2u) - a);
+    vec3 face = cross(to_b, to_c);
+    vec3 steepest = (along_b * cross(to_c, face) + along_c * cross(face, to_b)) / dot(face, face);
+    float steepness = length(steepest);
+    // Walls of a vein are steep, and no cliffs.
+    return normalize(n - steepest / max(1.0, steepness / 1.6));
+}
+
+// The share of the sky that is left beside the nearest other object.
+float open_beside_others() {
+    if (params.reach == 0.0) return 1.0;
+    Taps taps = taps_at(texel_at(uv));
+    vec4 there = vec4(
+        texelFetch(distances, int(taps.texels.x)).x, texelFetch(distances, int(taps.texels.y)).x,
+        texelFetch(distances, int(taps.texels.z)).x, texelFetch(distances, int(taps.texels.w)).x);
+    return open_at(between(there, taps.weight), params.reach);
+}
+
 void main() {
     // Where a pixel covers several texels it takes four taps on a rotated grid, so that fine trails do not sparkle.
     vec2 uv_x = dFdx(uv);
     vec2 uv_y = dFdy(uv);
     vec2 texels_x = uv_x.x * atlas_axes.xy + uv_x.y * atlas_axes.zw;
     vec2 texels_y = uv_y.x * atlas_axes.xy + uv_y.y * atlas_axes.zw;
-    float footprint = max(dot(texels_x, texels_x), dot(texels_y, texels_y));
+    bool is_far = max(dot(texels_x, texels_x), dot(texels_y, texels_y)) > 1.5;
     float value;
-    if (footprint > 1.5) {
+    if (is_far) {
         value = 0.25 * (trail_at(texel_at(uv + 0.125 * uv_x + 0.375 * uv_y))
             + trail_at(texel_at(uv - 0.125 * uv_x - 0.375 * uv_y))
             + trail_at(texel_at(uv + 0.375 * uv_x - 0.125 * uv_y))
@@ -85,14 +121,17 @@ void main() {
         value = trail_at(texel_at(uv));
     }
 
-    vec3 n = normalize(gl_FrontFacing ? normal : -normal);
+    vec3 n = normalize(normal);
+    if (params.relief > 0.0) n = bent(n, value, uv_x, uv_y, is_far);
+    n = gl_FrontFacing ? n : -n;
     vec3 to_eye = normalize(params.eye - position);
     float brightness = params.trail_share * tone(value, brightest[0]);
     vec3 trail_color = color_of(brightness);
-    vec3 bare = mix(BARE, chart_light(), params.chart_share);
+    vec3 bare = mix(params.relief > 0.0 ? CLAY : BARE, chart_light(), params.chart_share);
     vec3 matte = bare * (1.0 - brightness) + trail_color;
-    vec3 light = matte * diffuse_light(n, params.key_direction)
-        + specular_light(n, to_eye, params.key_direction)
+    float open = 1.0 - params.occlusion * (1.0 - open_share * open_beside_others());
+    vec3 light = params.lamp * (matte * diffuse_light(n, params.key_direction, open)
+            + open * specular_light(n, to_eye, params.key_direction))
         + params.glow * trail_color;
     color = vec4(dithered(light, gl_FragCoord.xy), 1.0);
 }

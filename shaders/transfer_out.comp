@@ -1,6 +1,6 @@
 // transfer_out: particles that were selected leave in world space, towards where their last step goes on on the object
 // that they have gone into.
-// Reads   particle_indices, particles, motions, nearest, atlas_maps, triangles, halfedges, corners, vertices, poses,
+// Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
 //         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles.
 // Writes  departing, behind the transfers that were copied on; flow and flux, by atomic adds.
 // One invocation an entry of the lists; the first were copied on and return at once.
@@ -37,7 +37,7 @@ layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint part
 layout(set = 0, binding = 2) uniform usamplerBuffer particles;
 layout(set = 0, binding = 3) uniform usamplerBuffer motions;
 layout(std430, set = 0, binding = 4) readonly buffer Nearest { uint nearest[]; };
-layout(std430, set = 0, binding = 5) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer strips;
 layout(std430, set = 0, binding = 6) writeonly buffer Departing { Transfer departing[]; };
 // From each object (rows) to each.
 layout(std430, set = 0, binding = 7) buffer Flux { uint flux[]; };
@@ -57,6 +57,7 @@ layout(std430, set = 0, binding = 19) readonly buffer PosesBefore { Pose poses_b
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
 #include "atlas.glsl"
+#include "strip_table.glsl"
 
 // What the texel with the largest weight of the four around says, of those that know a triangle. Gutter texels know
 // none, and a point near a seam may lie in one.
@@ -141,7 +142,7 @@ void main() {
     Particle particle = particle_of(texelFetch(particles, int(slot)));
     Motion motion = motion_of(texelFetch(motions, int(slot)));
     uint source = texelFetch(triangles, int(particle.triangle)).w;
-    uint near = nearest_triangle(atlas_position(atlas_maps[particle.triangle], particle.u, particle.v));
+    uint near = nearest_triangle(atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v));
     uint triangle = near == NONE ? particle.triangle : near;
     uint target = texelFetch(triangles, int(triangle)).w;
     Flight flight = flight_of(particle, motion);

@@ -1,7 +1,7 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
-// Reads   jobs, pairs, samples, listed, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, atlas_maps.
-// Writes  across and across_triangles: owned texels of the objects that have a job; where LISTED those of listed tiles.
-// One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a sample of a listed tile.
+// Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
+// Writes  the places of across, and across_triangles: owned texels of the objects that have a job; where LISTED covered texels of listed tiles.
+// One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
 
@@ -13,7 +13,7 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BORDER_REFLECTS = true;
-// Only tiles of texels that were looked at may have changed, where distances are taken tile by tile.
+// Where distances are taken tile by tile, covered texels have been listed, and nothing is left for others to do.
 layout(constant_id = 1) const bool LISTED = false;
 
 layout(push_constant) uniform Params {
@@ -35,11 +35,13 @@ layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
 layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 10) readonly buffer AtlasMaps { AtlasMap atlas_maps[]; };
-layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
+layout(set = 0, binding = 10) uniform usamplerBuffer strips;
+// Two words a texel, of which the first is the place.
+layout(r32ui, set = 0, binding = 11) uniform writeonly uimageBuffer across_words;
 layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
 layout(set = 0, binding = 13) uniform usamplerBuffer listed;
 layout(std430, set = 0, binding = 14) readonly buffer Groups { DispatchGroups groups[]; };
+layout(set = 0, binding = 15) uniform usamplerBuffer covered;
 
 const bool WALK_CARRIES = false;
 #include "jobs.glsl"
@@ -49,6 +51,7 @@ const bool WALK_CARRIES = false;
 #include "walk.glsl"
 #include "frame.glsl"
 #include "across.glsl"
+#include "strip_table.glsl"
 
 // Planes that meet at a smaller sine than this meet far away, or nowhere.
 const float LEAST_SINE = 0.02;
@@ -80,7 +83,7 @@ uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint trian
     Walker w = walker_at(triangle, weights.x, weights.y, heading, distance);
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);
-    return uvec2(packed_position(atlas_position(atlas_maps[w.triangle], uv.x, uv.y), params.pitch), w.triangle);
+    return uvec2(packed_position(atlas_position(atlas_map_of(w.triangle), uv.x, uv.y), params.pitch), w.triangle);
 }
 
 void main() {
@@ -89,12 +92,12 @@ void main() {
     uint pair_count;
     uint sample_index;
     if (LISTED) {
-        if (i / TILE_SAMPLES >= groups[1].x) return;
-        ListedTile tile = listed_tile(i / TILE_SAMPLES);
-        if (i % TILE_SAMPLES >= tile.sample_count) return;
+        if (i >= groups[1].x) return;
+        uint which = texelFetch(covered, int(i)).x;
+        ListedTile tile = listed_tile(which / TILE_SAMPLES);
         first_pair = tile.first_pair;
         pair_count = tile.pair_count;
-        sample_index = tile.first_sample + i % TILE_SAMPLES;
+        sample_index = tile.first_sample + which % TILE_SAMPLES;
     } else {
         if (i >= params.thread_count) return;
         DistanceJob job = jobs[job_of(i, params.job_count)];
@@ -117,6 +120,6 @@ void main() {
         }
         place = place_across(pair, here.position, owners[sample_index], triangle);
     }
-    across[here.texel] = place.x;
+    imageStore(across_words, int(2u * here.texel), uvec4(place.x));
     across_triangles[here.texel] = place.y;
 }

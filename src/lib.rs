@@ -31,6 +31,7 @@
 //!
 //! ```text
 //! bin        arguments, window, panel, reports           src/main.rs, src/cli/, src/lab/
+//! export     models, data and scene files of a state     src/export/
 //! render     draws what sim owns; swapchain, interface   src/render/
 //! sim        particles, trail, step                      src/sim/   (+ twin/: the CPU twins)
 //! scene      objects = mesh + pose; scene files          src/scene/
@@ -73,6 +74,7 @@
 //! A kernel is its `.comp` file in `shaders/`: the build compiles and reflects it and writes the typed handle
 //! ([`sim::kernels`]), so binding numbers, group sizes and element types stand in one place. To add a kernel is to
 //! write the shader, its twin in [`sim::twin`], and its lines in the step script.
+//! What could have been built instead lies in `shaders/choices/` and [`sim::choices`]; only `myxo bench choices` runs it.
 //!
 //! # Words
 //!
@@ -85,6 +87,9 @@
 //! - **edge-crossing attempts**: how many edges one walk may cross; what is left is **pending** and walked first in
 //!   the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
+//! - **dab**: one touch of a brush, between steps: a ball in world space, and what of the surface lies in it
+//!   ([`sim::Simulation::paint`]). **Bias**: what was painted for sensors to read more or less than the trail, or that nobody
+//!   may go there.
 //! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
 //!   seam.
 //! - **object**: a mesh with a pose; its particles, its texels. **Signed distance**: to the nearest other object,
@@ -126,5 +131,7 @@ pub mod scene;
 pub mod sim;
 
 pub mod render;
+
+pub mod export;
 
 pub use error::{Error, Result};

@@ -11,6 +11,8 @@ pub enum Purpose {
     SensorNoise = 1,
     /// The place and heading of a particle that begins anew.
     Respawn = 2,
+    /// Who comes to a dab of a brush, and where to.
+    Paint = 3,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

@@ -34,7 +34,8 @@ struct Everything {
     deposits: [Vec<u32>; 2],
     distances: Vec<f32>,
     nearest: Vec<u32>,
-    across: Vec<u32>,
+    across: Vec<[u32; 2]>,
+    covered: Vec<u32>,
 }
 
 fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
@@ -59,6 +60,7 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
         distances: ctx.download(&s.distances).unwrap(),
         nearest: ctx.download(&s.nearest).unwrap(),
         across: ctx.download(&s.across).unwrap(),
+        covered: sorted(ctx.download(&s.covered).unwrap()),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod common;
 
+use myxo::mesh::atlas::{PackedEntries, PackedRow};
 use myxo::scene::Scene;
 use myxo::scene::settings::DistanceMethod;
 use myxo::sim::raster::RasterLayout;
@@ -24,7 +25,6 @@ fn the_sum_is_that_of_the_buffers() {
         + s.deposits.front.size_in_bytes()
         + s.deposits.back.size_in_bytes()
         + s.density.size_in_bytes()
-        + s.atlas_maps.size_in_bytes()
         + s.corners.size_in_bytes()
         + s.vertices.size_in_bytes()
         + s.walkers.size_in_bytes()
@@ -41,8 +41,8 @@ fn the_sum_is_that_of_the_buffers() {
         + size_of_val(&setup.atlas.blocks[..])
         + size_of_val(&setup.atlas.seams[..])
         + size_of_val(&setup.clearance[..])
-        + size_of_val(&setup.atlas.exchange.rows[..])
-        + size_of_val(&setup.atlas.exchange.entries[..]);
+        + setup.atlas.exchange.rows.len() * size_of::<PackedRow>()
+        + setup.atlas.exchange.packed_entries() * size_of::<PackedEntries>();
     assert_eq!(
         memory::size_in_bytes(setup, &scene.settings),
         buffers + tables as u64

@@ -239,6 +239,7 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
         distances: &[],
         across: &[],
         across_triangles: &[],
+        bias: &[],
     };
     let mean = snapshot.trail.iter().map(|&v| f64::from(v)).sum::<f64>()
         / f64::from(setup.atlas.owned_count);

@@ -5,10 +5,12 @@ mod common;
 use std::f32::consts::TAU;
 
 use common::{gpu, scene};
+use myxo::gpu::Kernel as _;
 use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Sensing, Settings};
+use myxo::sim::kernels::Advance;
 use myxo::sim::twin::trail::atlas_position;
 use myxo::sim::twin::walk::walk;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
@@ -44,6 +46,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
         distances: &[],
         across: &[],
         across_triangles: &[],
+        bias: &[],
     };
     let (mut errors, mut straight) = (Vec::new(), 0);
     for (i, particle) in setup.particles.iter().enumerate() {
@@ -130,7 +133,8 @@ fn sensors_walk_where_seams_are_near() {
         slots.dedup();
         assert_eq!(slots.len(), count as usize, "nobody is listed twice");
         let groups = gpu.ctx.download(&simulation.state().walker_groups).unwrap()[0];
-        assert!(groups.y * groups.x * 64 >= count, "{groups:?} for {count}");
+        let invocations = groups.y * groups.x * Advance::GROUP_SIZE;
+        assert!(invocations >= count, "{groups:?} for {count}");
         f64::from(count) / 2000.0
     };
     let near = share(|s| s.physarum.sensor_offset = 0.01);

@@ -90,22 +90,18 @@ impl Case {
         let count = Pipeline::<SortCount>::new(ctx, &SortCountConstants { windows }).unwrap();
         let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
         let scatter = Pipeline::<SortScatter>::new(ctx, &SortScatterConstants { windows }).unwrap();
-        let surface = &self.setup.surface;
         let texels = |name: &str, words: &[u32]| {
             Texels::new(&Buffer::from_slice(ctx, name, words).unwrap(), 4).unwrap()
         };
         let particles = texels("particles", bytemuck::cast_slice(&self.particles));
         let motions = texels("motions", bytemuck::cast_slice(&self.motions));
-        let triangles = texels("triangles", bytemuck::cast_slice(&surface.triangles));
-        let maps = Buffer::from_slice(ctx, "atlas_maps", &self.setup.atlas.maps).unwrap();
-        let atlas_maps = Texels::new(&maps, 2).unwrap();
+        let strips = texels("strips", bytemuck::cast_slice(&self.setup.strips));
         let bins = Buffer::<u32>::zeroed(ctx, "bins", self.params.scan.bin_count as usize).unwrap();
         gpu.run(|rec| {
             let args = SortCountArgs {
                 particles: &particles,
                 motions: &motions,
-                triangles: &triangles,
-                atlas_maps: &atlas_maps,
+                strips: &strips,
                 bins: &bins,
             };
             let threads = Threads(self.params.count.particle_count);
@@ -132,8 +128,7 @@ impl Case {
             let args = SortScatterArgs {
                 particles: &particles,
                 motions: &motions,
-                triangles: &triangles,
-                atlas_maps: &atlas_maps,
+                strips: &strips,
                 bins: &bins,
                 sorted_particles: &Texels::new(&sorted_particles, 4).unwrap(),
                 sorted_motions: &Texels::new(&sorted_motions, 4).unwrap(),
@@ -153,34 +148,24 @@ impl Case {
     }
 
     fn by_twins(&self) -> (Vec<u32>, Vec<u32>, Vec<Particle>, Vec<Motion>) {
-        let (triangles, maps) = (&self.setup.surface.triangles, &self.setup.atlas.maps);
+        let strips = &self.setup.strips;
         let params = &self.params.count;
         let windows = self.windows.as_deref();
         let mut bins = vec![0; self.params.scan.bin_count as usize];
         let both = (&self.particles[..], &self.motions[..]);
-        sort_count(
-            windows.is_some(),
-            params,
-            triangles,
-            maps,
-            both.0,
-            both.1,
-            &mut bins,
-        );
+        sort_count(windows.is_some(), params, strips, both.0, both.1, &mut bins);
         let counted = bins.clone();
         sort_scan(&mut bins);
         let scanned = bins.clone();
         let (mut particles, mut motions) = (self.particles.clone(), self.motions.clone());
         let sorted = (&mut particles[..], &mut motions[..]);
-        sort_scatter(
-            windows, params, triangles, maps, &self.flow, &mut bins, both, sorted,
-        );
+        sort_scatter(windows, params, strips, &self.flow, &mut bins, both, sorted);
         (counted, scanned, particles, motions)
     }
 
     /// Particles and motions by bin, those of a bin by id; those in flight by slot.
     fn in_order(&self, particles: &[Particle], motions: &[Motion]) -> Vec<(u32, u32, [u32; 4])> {
-        let (triangles, maps) = (&self.setup.surface.triangles, &self.setup.atlas.maps);
+        let strips = &self.setup.strips;
         let windows = self.windows.as_deref();
         let start = windows.map_or(0, |windows| windows[0].start);
         let count = particles.len() as u32;
@@ -192,13 +177,7 @@ impl Case {
                 assert!(i < self.flow.leaving, "those in flight stay first");
                 i
             } else {
-                bin_of(
-                    windows.is_some(),
-                    &self.params.count,
-                    triangles,
-                    maps,
-                    &particle,
-                )
+                bin_of(windows.is_some(), &self.params.count, strips, &particle)
             };
             (
                 u32::from(!in_flight),
@@ -271,17 +250,9 @@ fn steps_sort_every_so_often() {
                 .map_or(0, |window| window.start);
             let slots = (0..2000).map(|i| Window::slot(start, i, 2000) as usize);
             let settled = slots.filter(|&slot| !state.motions[slot].in_flight());
-            let (triangles, maps) = (&setup.surface.triangles, &setup.atlas.maps);
+            let strips = &setup.strips;
             let bins: Vec<u32> = settled
-                .map(|slot| {
-                    bin_of(
-                        windows,
-                        &params.count,
-                        triangles,
-                        maps,
-                        &state.particles[slot],
-                    )
-                })
+                .map(|slot| bin_of(windows, &params.count, strips, &state.particles[slot]))
                 .collect();
             // Neighbours in memory that lie in ascending bins.
             let ascending = bins.windows(2).filter(|pair| pair[0] <= pair[1]).count();

@@ -38,6 +38,7 @@ const LAYERS: &[&[&str]] = &[
     &["scene"],
     &["sim"],
     &["render"],
+    &["export"],
 ];
 
 fn rank(layer: &str) -> Option<usize> {

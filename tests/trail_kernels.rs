@@ -5,7 +5,7 @@ mod common;
 use common::{awkward_sizes, gpu};
 use glam::{UVec4, Vec4};
 use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
-use myxo::mesh::atlas::{BLOCK_QUADS, BLOCK_ROWS};
+use myxo::mesh::atlas::{BLOCK_QUADS, BLOCK_ROWS, Exchange};
 use myxo::rng::{Purpose, random, unit};
 use myxo::sim::kernels::{
     Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
@@ -263,11 +263,11 @@ fn diffuse_seams_agrees_with_its_twin() {
             &density,
             &mut expected,
         );
-        let rows = buffer(&gpu.ctx, "rows", &rows);
-        let entries = buffer(&gpu.ctx, "entries", &entries);
+        let packed = Exchange { rows, entries }.packed(&density);
+        let rows = buffer(&gpu.ctx, "rows", &packed.rows);
+        let entries = buffer(&gpu.ctx, "entries", &packed.entries);
         let trail = buffer(&gpu.ctx, "trail", &trail);
         let deposits = buffer(&gpu.ctx, "deposits", &deposits);
-        let density = buffer(&gpu.ctx, "density", &density);
         for in_quads in [false, true] {
             let constants = DiffuseSeamsConstants {
                 texels_in_quads: in_quads,
@@ -282,11 +282,10 @@ fn diffuse_seams_agrees_with_its_twin() {
                     &pipeline,
                     Threads(params.row_count),
                     DiffuseSeamsArgs {
-                        rows: &Texels::new(&rows, 1).unwrap(),
-                        entries: &Texels::new(&entries, 2).unwrap(),
+                        rows: &Texels::new(&rows, 4).unwrap(),
+                        entries: &Texels::new(&entries, 4).unwrap(),
                         trail: &Texels::new(&trail, components).unwrap(),
                         deposits: &Texels::new(&deposits, components).unwrap(),
-                        density: &Texels::new(&density, components).unwrap(),
                         low_next_trail: &low,
                         high_next_trail: &high,
                     },

@@ -8,6 +8,8 @@
 
 // The material under the trail: dark, neutral, a little cool.
 const vec3 BARE = vec3(0.021, 0.022, 0.025);
+// The same for a relief, which must be light for shadows to be seen.
+const vec3 CLAY = vec3(0.135, 0.128, 0.120);
 
 // Three lights: a warm key from beside the camera, a dome that is brighter above, and a cool rim from behind.
 const vec3 KEY = vec3(1.00, 0.96, 0.90) * 0.80;
@@ -41,11 +43,33 @@ vec3 unpack_normal(uint bits) {
 }
 
 // Light that a matte surface of white colour sends back; half of the key wraps round the terminator, as it does
-// in everything that is a little translucent.
-vec3 diffuse_light(vec3 normal, vec3 key_direction) {
+// in everything that is a little translucent. Where only the share `open` of the sky is seen, the dome is darker, and
+// the key, which is large, half as much.
+vec3 diffuse_light(vec3 normal, vec3 key_direction, float open) {
     const float wrap = 0.25;
     float key = max((dot(normal, key_direction) + wrap) / (1.0 + wrap), 0.0);
-    return KEY * key * key + mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * normal.y);
+    return KEY * (key * key * (0.5 + 0.5 * open)) + open * mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * normal.y);
+}
+
+// The share of the sky that is seen at a distance from another object which reads `reach` where it is far.
+float open_at(float from_other, float reach) {
+    return 1.0 - 0.85 * exp(-4.5 * max(from_other, 0.0) / reach);
+}
+
+// A colour of this hue, in turns from red by way of yellow, green and blue; all hues are equally light.
+// Twin of `hue_light` in src/render/hues.rs; OKLab to light by Ottosson's matrices (2020).
+vec3 hue_light(float turn) {
+    float angle = 6.28318531 * turn + 0.5;
+    vec2 ab = 0.125 * vec2(cos(angle), sin(angle));
+    vec3 roots = vec3(
+        0.75 + 0.3963377774 * ab.x + 0.2158037573 * ab.y,
+        0.75 - 0.1055613458 * ab.x - 0.0638541728 * ab.y,
+        0.75 - 0.0894841775 * ab.x - 1.2914855480 * ab.y);
+    vec3 lms = roots * roots * roots;
+    return clamp(vec3(
+        4.0767416621 * lms.x - 3.3077115913 * lms.y + 0.2309699292 * lms.z,
+        -1.2684380046 * lms.x + 2.6097574011 * lms.y - 0.3413193965 * lms.z,
+        -0.0041960863 * lms.x - 0.7034186147 * lms.y + 1.7076147010 * lms.z), 0.0, 1.0);
 }
 
 // What a damp skin adds: a soft highlight of the key, and the rim light at grazing angles.

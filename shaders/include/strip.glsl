@@ -1,11 +1,12 @@
 // strip: a straight walk through a strip of triangles. Twin of src/sim/twin/strip.rs.
 // The strip is laid out flat as it goes, as seen from the start: x along the way, y to the left of it. So there is one look
 // an edge, and the heading turns once, at the end. Each walk begins in its triangle's own frame, so nothing adds up.
-// The includer declares `strips` first: a texel buffer of six times four words a triangle: three edges, the shape, and two
-// with its map to the atlas.
+// The includer declares what strip_table.glsl asks for.
 
 #ifndef MYXO_STRIP
 #define MYXO_STRIP
+
+#include "strip_table.glsl"
 
 const uint WALK_DONE = 0u;
 const uint WALK_BORDER = 1u;
@@ -22,22 +23,6 @@ struct StripWalk {
     float remaining;  // world length still to walk
     uint status;
 };
-
-// The words of an edge, by four times its triangle plus its corner.
-uvec4 edge_words(uint edge) {
-    return texelFetch(strips, int(6u * (edge >> 2u) + (edge & 3u)));
-}
-
-// The shape, as float bits, and the object.
-uvec4 shape_words(uint triangle) {
-    return texelFetch(strips, int(6u * triangle + 3u));
-}
-
-AtlasMap atlas_map_of(uint triangle) {
-    vec4 first = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 4u)));
-    vec4 second = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 5u)));
-    return AtlasMap(first.xy, first.zw, second.xy);
-}
 
 vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
     precise vec2 way = vec2(x - point.x, y - point.y);

@@ -12,6 +12,10 @@ layout(push_constant) uniform Params {
     uint size;           // side of the atlas, texels
     uint pitch;          // texels from one row of the atlas to the next
     float chart_share;   // how much of the charts' colours is shown under the trail, 0 to 1
+    float relief;        // how high the brightest trail stands in the light, world units; 0 for a smooth surface
+    float lamp;          // the share of all light from outside
+    float occlusion;     // how much darker places are that see little of the sky, 0 to 1
+    float reach;         // how far distances to other objects are told, world units; 0 where there are none
 } params;
 
 #endif

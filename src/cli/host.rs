@@ -105,9 +105,11 @@ impl Watch {
 }
 
 fn load(before_per_core: Option<f64>, sums: Ticks) -> HostLoad {
-    let all = (sums.busy + sums.idle + sums.stolen) as f64;
+    // Systems that sample who is busy at each tick, but time every thread exactly, may give the whole less than a part.
+    let busy = sums.busy.max(sums.own);
+    let all = (busy + sums.idle + sums.stolen) as f64;
     let part = |ticks: u64| (all > 0.0).then(|| ticks as f64 / all);
-    let others = part(sums.busy.saturating_sub(sums.own));
+    let others = part(busy - sums.own);
     let stolen = part(sums.stolen);
     let is_busy = match (others, stolen) {
         (Some(others), Some(stolen)) => others + stolen > BUSY,
@@ -238,6 +240,17 @@ mod tests {
         let below = load(None, sums(500, 500, 300)).warning();
         let below = below.expect("it is busy");
         assert!(below.contains("below has kept 30 %"), "{below}");
+        // Own time is counted more finely than that of the whole.
+        let fine = load(
+            None,
+            Ticks {
+                busy: 29,
+                idle: 0,
+                stolen: 0,
+                own: 30,
+            },
+        );
+        assert_eq!((fine.own, fine.others), (Some(1.0), Some(0.0)));
         // Nothing known but the load before.
         assert!(!load(Some(0.5), Ticks::default()).is_busy);
         let loaded = load(Some(1.5), Ticks::default()).warning();

@@ -10,10 +10,7 @@ use myxo::scene::builtin::DEFAULT_SCENE;
 use super::Outcome;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
-use crate::lab::{self, LabOptions};
-
-/// Of the window, pixels.
-const DEFAULT_SIZE: [u32; 2] = [1440, 900];
+use crate::lab::{self, LabOptions, Preferences};
 
 /// Open a window: look, play, turn parameters
 #[derive(Clone, Debug, Args)]
@@ -26,9 +23,15 @@ pub struct Lab {
     /// A built-in name, a .toml file or a model
     #[arg(default_value = DEFAULT_SCENE)]
     scene: PathBuf,
-    /// Size of the window, in pixels
+    /// Size of the window, in pixels; else that of last time
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
+    /// Begins with the usual size and colours of the window, and does not keep those of this time
+    #[arg(long)]
+    no_preferences: bool,
+    /// Keeps a file of where controls are; for tests
+    #[arg(long, value_name = "FILE", hide = true)]
+    places: Option<PathBuf>,
     /// Closes the window after so many pictures; for tests
     #[arg(long, value_name = "N", hide = true)]
     frames: Option<u32>,
@@ -43,7 +46,9 @@ impl Default for Lab {
         Self {
             scene: DEFAULT_SCENE.into(),
             size: None,
+            places: None,
             frames: None,
+            no_preferences: false,
             changes: SceneOptions::default(),
             device: DeviceOptions::default(),
         }
@@ -54,16 +59,17 @@ impl Lab {
     /// Loads the scene and opens the window with it.
     pub fn run(&self) -> Result<Outcome> {
         let scene = Scene::load(&self.scene, &self.changes.overrides())?;
-        let size = self
-            .size
-            .map_or(DEFAULT_SIZE, |size| [size.width, size.height]);
+        let size = self.size.map(|size| [size.width, size.height]);
+        let preferences = Preferences::file().filter(|_| !self.no_preferences);
         lab::run(
             scene,
             LabOptions {
                 device: self.device.device.clone(),
                 validation: self.device.validate,
                 size,
+                preferences,
                 atlases: atlas_cache(),
+                places: self.places.clone(),
                 frames: self.frames,
             },
         )?;

@@ -6,6 +6,7 @@ mod atlas;
 mod bench;
 mod compare;
 mod console;
+mod export;
 mod files;
 mod host;
 mod info;
@@ -46,6 +47,7 @@ const AFTER_HELP: &str = "\
 Examples:
   myxo                                           open the lab
   myxo render torus --steps 400 --out torus.png  a picture without a window
+  myxo export torus --steps 400 --out torus.glb  the same as a model, as data, as a scene
   myxo profile cube --steps 200                  GPU time of every kernel
   myxo bench --quick                             how times grow with particles, texture, objects, ...
   myxo atlas suzanne --out atlas.png             how a mesh lies in the texture
@@ -64,6 +66,7 @@ Exit codes:
 enum Command {
     Lab(lab::Lab),
     Render(render::Render),
+    Export(export::ExportCommand),
     Profile(profile::Profile),
     Bench(bench::Bench),
     Atlas(atlas::Atlas),
@@ -106,6 +109,7 @@ pub fn main() -> ExitCode {
         None => lab::Lab::default().run(),
         Some(Command::Lab(lab)) => lab.run(),
         Some(Command::Render(render)) => render.run(),
+        Some(Command::Export(export)) => export.run(),
         Some(Command::Profile(profile)) => profile.run(),
         Some(Command::Bench(bench)) => bench.run(),
         Some(Command::Atlas(atlas)) => atlas.run(),

@@ -1,6 +1,6 @@
 //! The files of a render: one that fails is told about and left out, and the others go on.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use image::RgbaImage;
 use myxo::Result;
@@ -32,6 +32,12 @@ impl Outputs {
     /// Does any of them keep more than the last frame?
     pub fn want_every_frame(&self) -> bool {
         self.open.iter().any(Output::wants_every_frame)
+    }
+
+    /// The first one that cannot be transparent.
+    pub fn opaque(&self) -> Option<&Path> {
+        let mut opaque = self.open.iter().filter(|output| !output.keeps_alpha());
+        opaque.next().map(Output::path)
     }
 
     /// Is there still one that has not failed?

@@ -3,12 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use image::RgbaImage;
 use myxo::gpu::GpuError;
 use myxo::render::exposure::Exposure;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
 use myxo::render::view::View;
+use myxo::scene::Scene;
+use myxo::scene::settings::Show;
 use myxo::sim::memory;
 use myxo::{Error, Result};
 
@@ -28,7 +31,9 @@ use super::{Outcome, console, interrupt};
 Examples:
   myxo render torus --steps 400 --out torus.png --report torus.json
   myxo render cube --steps 1200 --every 4 --out cube.mp4 --out cube.png
+  myxo render torus --size 3840x2160 --transparent --out torus_4k.png
   myxo render fish.glb --steps 600 --out 'frames/fish_%05d.png' --size 1920x1080
+  myxo render trio --steps 900 --view relief --split --out relief.png
   myxo render torus --preset cells --set picture.color_map=viridis --out cells.png")]
 pub struct Render {
     /// A built-in name, a .toml file or a model
@@ -45,6 +50,15 @@ pub struct Render {
     /// Size of the picture, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
     size: Size,
+    /// Leaves out the background: pictures get an alpha channel. PNG only
+    #[arg(long)]
+    transparent: bool,
+    /// What the picture shows; in place of the scene's `picture.show`
+    #[arg(long, value_name = "NAME", value_parser = views())]
+    view: Option<Show>,
+    /// The unwrapped texture in the right half of the picture
+    #[arg(long)]
+    split: bool,
     /// Steps from one picture of a sequence or film to the next
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
@@ -64,10 +78,20 @@ impl Render {
                 .chain(&self.report)
                 .chain(&self.common.state.checkpoint),
         )?;
-        let scene = self.common.load(&self.scene)?;
+        let mut scene = self.common.load(&self.scene)?;
+        if let Some(view) = self.view {
+            scene.settings.picture.show = view;
+        }
+        self.check_view(&scene)?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let size = [self.size.width, self.size.height];
         let mut outputs = Outputs::create(&self.out, size, self.fps)?;
+        if let (true, Some(opaque)) = (self.transparent, outputs.opaque()) {
+            return Err(Error::Invalid(format!(
+                "{} cannot be transparent: with --transparent, write NAME.png, NAME_%05d.png or a folder",
+                opaque.display()
+            )));
+        }
         interrupt::install()?;
 
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
@@ -98,9 +122,32 @@ impl Render {
         })
     }
 
+    /// Has the scene what is to be shown?
+    fn check_view(&self, scene: &Scene) -> Result<()> {
+        let show = scene.settings.picture.show;
+        let word = show.word();
+        if let Some(why) = show.why_not(&scene.settings) {
+            return Err(Error::Invalid(format!(
+                "the view {word} cannot be shown: {why}: choose another --view"
+            )));
+        }
+        if self.steps == 0 && matches!(show, Show::Distance | Show::Nearest) {
+            return Err(Error::Invalid(format!(
+                "the view {word} cannot be shown: distances are taken by a step: use --steps 1 or more"
+            )));
+        }
+        if self.split && (show.is_flat() || self.size.width < 2) {
+            return Err(Error::Invalid(format!(
+                "--split cannot show the view {word} beside the texture: choose another --view, and a --size 2 pixels wide at least"
+            )));
+        }
+        Ok(())
+    }
+
     /// Runs the steps and takes the pictures; says whether all steps were run.
     fn film(&self, session: &mut Session, outputs: &mut Outputs, size: [u32; 2]) -> Result<bool> {
-        let mut camera = Photographer::new(session, size, outputs.want_every_frame())?;
+        let mut camera = Photographer::new(session, size, outputs.want_every_frame(), self.split)?;
+        camera.view.is_transparent = self.transparent;
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -125,6 +172,18 @@ impl Render {
     }
 }
 
+/// What pictures can show, each with its help.
+fn views() -> impl TypedValueParser<Value = Show> {
+    let values = Show::ALL.iter();
+    let values = values.map(|show| PossibleValue::new(show.word()).help(show.help()));
+    PossibleValuesParser::new(values).map(|word| {
+        let mut shows = Show::ALL.iter().copied();
+        shows
+            .find(|show| show.word() == word)
+            .expect("it is one of them")
+    })
+}
+
 /// In a film the exposure follows the mean of the pictures so far, and later ones at least so quickly.
 const SLOWEST_ADAPTATION: f32 = 0.12;
 
@@ -132,6 +191,8 @@ const SLOWEST_ADAPTATION: f32 = 0.12;
 struct Photographer {
     renderer: Renderer,
     offscreen: Offscreen,
+    /// For the texture beside the picture.
+    beside: Option<Offscreen>,
     view: View,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
@@ -139,11 +200,16 @@ struct Photographer {
 }
 
 impl Photographer {
-    fn new(session: &Session, size: [u32; 2], film: bool) -> Result<Self> {
+    fn new(session: &Session, whole: [u32; 2], film: bool, split: bool) -> Result<Self> {
+        let [width, height] = whole;
+        let right = if split { width / 2 } else { 0 };
+        let size = [width - right, height];
+        let new =
+            |size| Offscreen::new(&session.ctx, size).map_err(|error| too_large(whole, error));
         Ok(Self {
             renderer: Renderer::new(&session.ctx, session.simulation.setup(), offscreen::FORMAT)?,
-            offscreen: Offscreen::new(&session.ctx, size)
-                .map_err(|error| too_large(size, error))?,
+            offscreen: new(size)?,
+            beside: (right > 0).then(|| new([right, height])).transpose()?,
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
             film,
             taken: 0.0,
@@ -153,21 +219,39 @@ impl Photographer {
     /// A picture of the state after the last step.
     fn take(&mut self, session: &mut Session) -> Result<RgbaImage> {
         let mut rec = session.frames.begin()?;
-        self.renderer.draw(
-            &mut rec,
-            session.simulation.state(),
-            &self.view,
-            self.offscreen.canvas(),
-        );
+        let mut atlas = self.view;
+        atlas.show = Show::Atlas;
+        let mut pictures = vec![(self.view, self.offscreen.canvas())];
+        pictures.extend(self.beside.iter().map(|beside| (atlas, beside.canvas())));
+        self.renderer
+            .draw_beside(&mut rec, session.simulation.state(), &pictures);
         self.offscreen.record_readback(&mut rec);
+        if let Some(beside) = &self.beside {
+            beside.record_readback(&mut rec);
+        }
         session.frames.submit(rec)?;
         session.frames.wait_idle()?;
         self.taken += 1.0;
         if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
             *adaptation = (1.0 / (self.taken + 1.0)).max(SLOWEST_ADAPTATION);
         }
-        Ok(self.offscreen.image())
+        let mut picture = self.offscreen.image();
+        if self.view.is_transparent {
+            offscreen::unmultiply(&mut picture);
+        }
+        Ok(match &self.beside {
+            Some(beside) => side_by_side(&picture, &beside.image()),
+            None => picture,
+        })
     }
+}
+
+/// Two pictures of one height as one.
+fn side_by_side(left: &RgbaImage, right: &RgbaImage) -> RgbaImage {
+    let mut both = RgbaImage::new(left.width() + right.width(), left.height());
+    image::imageops::replace(&mut both, left, 0, 0);
+    image::imageops::replace(&mut both, right, i64::from(left.width()), 0);
+    both
 }
 
 /// Says what to do about a picture that the device cannot hold.

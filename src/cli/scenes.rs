@@ -105,7 +105,7 @@ fn describe<T>(text: &mut String, parameter: &Parameter<T>, key: &str, defaults:
         Effect::Restart => "restarts",
     };
     let value = parameter.value(defaults);
-    let quote = if matches!(parameter.kind, Kind::Choice { .. }) {
+    let quote = if matches!(parameter.kind, Kind::Choice { .. } | Kind::Text { .. }) {
         "\""
     } else {
         ""

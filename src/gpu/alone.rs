@@ -88,7 +88,7 @@ impl Recorder {
         let bound = resources.iter().zip(I::BINDINGS);
         let mut written: Vec<&BufferCore> = bound
             .filter(|(_, binding)| binding.access != BindingAccess::Read)
-            .map(|(resource, _): (&Resource<'_>, _)| resource.core())
+            .filter_map(|(resource, _): (&Resource<'_>, _)| resource.core())
             .collect();
         // Parts of one buffer are bound one by one.
         written.sort_by_key(|core| core.raw());

@@ -2,7 +2,7 @@
 
 use std::mem::ManuallyDrop;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
@@ -10,6 +10,7 @@ use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use raw_window_handle::RawDisplayHandle;
 
+use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
 use super::debug::DebugEntries;
 use super::device::Device;
@@ -79,6 +80,8 @@ pub struct Context {
     pub(crate) debug_capacity: u32,
     /// Some draw includes `debug.glsl`, so passes have to be announced in the debug list.
     pub(crate) draws_debug: AtomicBool,
+    /// Submits so far, of frames and of uploads.
+    pub(crate) submits: AtomicU64,
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     info: DeviceInfo,
@@ -100,6 +103,38 @@ impl Context {
             info.lower(limits);
         }
         let device = Device::new(instance, &info, options.window.is_some())?;
+        // SAFETY: the family has one queue, which `Device::new` asked for.
+        let queue = unsafe { device.raw.get_device_queue(info.queue_family, 0) };
+        Self::on(device, info, queue, options)
+    }
+
+    /// A device that somebody else has made, and one of its queues. It is left as it is in the end.
+    ///
+    /// Of the options, those that choose or make a device mean nothing here: `device`, `validation`, `window`.
+    ///
+    /// # Errors
+    /// When the device lacks something that kernels need, or has no memory left.
+    ///
+    /// # Safety
+    /// What [`BorrowedDevice`] says about its handles must hold. The device must outlive the context and everything made
+    /// on it. While others use the queue they must hold [`Context::queue`]; while [`Context::wait_idle`] runs or the
+    /// context is dropped, nobody may use any queue of the device.
+    pub unsafe fn borrow(device: BorrowedDevice, options: &ContextOptions) -> GpuResult<Arc<Self>> {
+        let queue = device.queue;
+        let (device, mut info) = device.take()?;
+        if let Some(limits) = options.limits {
+            info.lower(limits);
+        }
+        Self::on(device, info, queue, options)
+    }
+
+    /// The rest of a context.
+    fn on(
+        device: Device,
+        info: DeviceInfo,
+        queue: vk::Queue,
+        options: &ContextOptions,
+    ) -> GpuResult<Arc<Self>> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: device.instance.raw.clone(),
             device: device.raw.clone(),
@@ -113,8 +148,6 @@ impl Context {
             size: 0,
             source,
         })?;
-        // SAFETY: the family has one queue, which `Device::new` asked for.
-        let queue = unsafe { device.raw.get_device_queue(info.queue_family, 0) };
         Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
             transfer: Mutex::default(),
@@ -123,6 +156,7 @@ impl Context {
             breadcrumbs: options.breadcrumbs,
             debug_capacity: options.debug_capacity,
             draws_debug: AtomicBool::new(false),
+            submits: AtomicU64::new(0),
             debug: Mutex::default(),
             pipeline_cache: PipelineCache::open(
                 &device.raw,
@@ -158,6 +192,12 @@ impl Context {
     #[must_use]
     pub fn debug_entries(&self) -> DebugEntries {
         std::mem::take(&mut *self.debug.lock().unwrap_or_else(|e| e.into_inner()))
+    }
+
+    /// How often the queue was given work so far: once a frame, and once an upload or download.
+    #[must_use]
+    pub fn submits(&self) -> u64 {
+        self.submits.load(Ordering::Relaxed)
     }
 
     /// Waits until the device has nothing to do.
@@ -244,6 +284,7 @@ impl Context {
                 Corpse::Swapchain(loader, swapchain) => loader.destroy_swapchain(swapchain, None),
                 Corpse::Surface(loader, surface) => loader.destroy_surface(surface, None),
                 Corpse::BufferView(view) => raw.destroy_buffer_view(view, None),
+                Corpse::Sampler(sampler) => raw.destroy_sampler(sampler, None),
                 Corpse::Image(view, image, allocation) => {
                     raw.destroy_image_view(view, None);
                     raw.destroy_image(image, None);

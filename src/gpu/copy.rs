@@ -7,6 +7,7 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::image::{Format, Image, ImageState};
 use super::recorder::Recorder;
+use super::sampled::Sampled;
 use super::timer::SpanKind;
 
 impl Recorder {
@@ -227,6 +228,45 @@ impl Recorder {
         });
     }
 
+    /// Fills an image that kernels sample with as many elements of a buffer, row by row without gaps. Kernels that come
+    /// after it see it.
+    ///
+    /// # Panics
+    /// If an element is not as large as a pixel, the buffer is too short, or a barrier is missing.
+    pub fn copy_to_sampled<T: Pod>(&mut self, buffer: &Buffer<T>, target: &Sampled) {
+        if self.skips() {
+            return;
+        }
+        let image = target.image();
+        let [width, height] = image.size();
+        let fits = size_of::<T>() == image.format().pixel_size()
+            && buffer.len() >= width as usize * height as usize;
+        assert!(
+            fits,
+            "`{}` does not have {width} x {height} pixels of {:?}",
+            buffer.name(),
+            image.format()
+        );
+        let core = buffer.core();
+        core.touch(self.ticket, "copy_to_sampled", Access::Copy, true, false);
+        self.transition(image, ImageState::COPY_TARGET, false);
+        let region = whole(image);
+        self.work("copy_to_sampled", SpanKind::Copy, |rec| {
+            let layout = ImageState::COPY_TARGET.layout;
+            // SAFETY: image and buffer are alive and freed only after this frame; the region lies in both.
+            unsafe {
+                rec.device().cmd_copy_buffer_to_image(
+                    rec.raw(),
+                    core.raw(),
+                    image.raw(),
+                    layout,
+                    &[region],
+                );
+            }
+        });
+        self.transition(image, ImageState::SAMPLED, true);
+    }
+
     /// Copies an image to the start of a buffer, row by row without gaps.
     ///
     /// # Panics
@@ -253,17 +293,7 @@ impl Recorder {
         let core = buffer.core();
         core.touch(self.ticket, "copy_image", Access::Copy, false, true);
         self.transition(image, ImageState::COPY_SOURCE, true);
-        let region = vk::BufferImageCopy::default()
-            .image_subresource(
-                vk::ImageSubresourceLayers::default()
-                    .aspect_mask(vk::ImageAspectFlags::COLOR)
-                    .layer_count(1),
-            )
-            .image_extent(vk::Extent3D {
-                width,
-                height,
-                depth: 1,
-            });
+        let region = whole(image);
         self.work("copy_image", SpanKind::Copy, |rec| {
             let layout = ImageState::COPY_SOURCE.layout;
             // SAFETY: image and buffer are alive and freed only after this frame; the region lies in both.
@@ -278,4 +308,20 @@ impl Recorder {
             }
         });
     }
+}
+
+/// All pixels of an image and as many elements of a buffer.
+fn whole(image: &Image) -> vk::BufferImageCopy {
+    let [width, height] = image.size();
+    vk::BufferImageCopy::default()
+        .image_subresource(
+            vk::ImageSubresourceLayers::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .layer_count(1),
+        )
+        .image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })
 }

@@ -1,6 +1,6 @@
 //! The logical device with its one queue, its extensions and its object names; owns them until the last user is gone.
 
-use std::ffi::{CStr, CString};
+use std::ffi::CString;
 
 use ash::{ext, khr, vk};
 
@@ -62,8 +62,19 @@ impl Device {
         // SAFETY: every pointer in `create` outlives the call; extensions and features were found on the device.
         let raw = unsafe { instance.raw.create_device(info.physical, &create, None) }
             .check("vkCreateDevice", &info.name)?;
-        let has = |name: &CStr| extensions.contains(&name);
-        Ok(Self {
+        let calibrated = extensions.contains(&ext::calibrated_timestamps::NAME);
+        Ok(Self::of(instance, raw, info, features, calibrated))
+    }
+
+    /// One that is there already; `info` says what of it may be used.
+    pub(crate) fn of(
+        instance: Instance,
+        raw: ash::Device,
+        info: &DeviceInfo,
+        features: vk::PhysicalDeviceFeatures,
+        calibrated: bool,
+    ) -> Self {
+        Self {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             dynamic_rendering: info
                 .has_dynamic_rendering
@@ -71,12 +82,12 @@ impl Device {
             debug_utils: instance
                 .has_debug_utils
                 .then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
-            calibrated: has(ext::calibrated_timestamps::NAME)
+            calibrated: calibrated
                 .then(|| ext::calibrated_timestamps::Device::new(&instance.raw, &raw)),
             features,
             raw,
             instance,
-        })
+        }
     }
 
     /// Gives `handle` a name in validation messages and capture tools.
@@ -110,8 +121,10 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: every object of the device holds it, so none is left.
-        unsafe { self.raw.destroy_device(None) };
+        if self.instance.is_own {
+            // SAFETY: every object of the device holds it, so none is left.
+            unsafe { self.raw.destroy_device(None) };
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Frames in flight: the host records one while the device works on those before.
 
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ash::vk;
@@ -153,6 +154,7 @@ impl Frames {
         }
         // SAFETY: as above.
         let submitted = unsafe { device.queue_submit(*self.ctx.queue(), &info, frame.fence) };
+        self.ctx.submits.fetch_add(1, Ordering::Relaxed);
         submitted
             .check("vkQueueSubmit", "a frame")
             .map_err(|error| self.blame(error))?;

@@ -13,6 +13,7 @@ use gpu_allocator::vulkan::Allocation;
 pub(crate) enum Corpse {
     Buffer(vk::Buffer, Allocation),
     BufferView(vk::BufferView),
+    Sampler(vk::Sampler),
     Semaphore(vk::Semaphore),
     Swapchain(khr::swapchain::Device, vk::SwapchainKHR),
     Surface(khr::surface::Instance, vk::SurfaceKHR),

@@ -23,6 +23,8 @@ pub enum Format {
     Bgra8,
     /// Four floats.
     Rgba32Float,
+    /// One float.
+    R32Float,
     /// One whole number; what clears it is 0.
     R32Uint,
     /// Depth, 0 to 1.
@@ -37,6 +39,7 @@ impl Format {
             Format::Bgra8Srgb => vk::Format::B8G8R8A8_SRGB,
             Format::Bgra8 => vk::Format::B8G8R8A8_UNORM,
             Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+            Format::R32Float => vk::Format::R32_SFLOAT,
             Format::R32Uint => vk::Format::R32_UINT,
             Format::Depth32 => vk::Format::D32_SFLOAT,
         }
@@ -131,6 +134,12 @@ impl ImageState {
         ),
         access: vk::AccessFlags::empty(),
     };
+    /// Kernels sample it.
+    pub(crate) const SAMPLED: Self = Self {
+        layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        stage: vk::PipelineStageFlags::COMPUTE_SHADER,
+        access: vk::AccessFlags::SHADER_READ,
+    };
     pub(crate) const COPY_SOURCE: Self = Self {
         layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
         stage: vk::PipelineStageFlags::TRANSFER,
@@ -150,6 +159,27 @@ impl Image {
         size: [u32; 2],
         format: Format,
         samples: u32,
+    ) -> GpuResult<Self> {
+        let usage = match (format.is_depth(), samples) {
+            (true, _) => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            (false, 1) => {
+                vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::TRANSFER_DST
+            }
+            (false, _) => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+        };
+        Self::with_usage(ctx, name, size, format, samples, usage)
+    }
+
+    /// For whatever it is used.
+    pub(crate) fn with_usage(
+        ctx: &Arc<Context>,
+        name: &str,
+        size: [u32; 2],
+        format: Format,
+        samples: u32,
+        usage: vk::ImageUsageFlags,
     ) -> GpuResult<Self> {
         let info = ctx.info();
         let unsupported = |missing: String| GpuError::Unsupported {
@@ -172,15 +202,6 @@ impl Image {
                 info.max_samples
             )));
         }
-        let usage = match (format.is_depth(), samples) {
-            (true, _) => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-            (false, 1) => {
-                vk::ImageUsageFlags::COLOR_ATTACHMENT
-                    | vk::ImageUsageFlags::TRANSFER_SRC
-                    | vk::ImageUsageFlags::TRANSFER_DST
-            }
-            (false, _) => vk::ImageUsageFlags::COLOR_ATTACHMENT,
-        };
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format.raw())
@@ -330,6 +351,23 @@ impl Image {
             &mut *self.state.lock().unwrap_or_else(|e| e.into_inner()),
             next,
         )
+    }
+}
+
+impl Format {
+    /// Can the device blend what is drawn into such images?
+    #[must_use]
+    pub fn blends(self, ctx: &Context) -> bool {
+        self.has(ctx, vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND)
+    }
+
+    pub(crate) fn has(self, ctx: &Context, features: vk::FormatFeatureFlags) -> bool {
+        let instance = &ctx.device.instance.raw;
+        // SAFETY: the physical device is from this instance.
+        let all = unsafe {
+            instance.get_physical_device_format_properties(ctx.info().physical, self.raw())
+        };
+        all.optimal_tiling_features.contains(features)
     }
 }
 

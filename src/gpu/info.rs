@@ -143,7 +143,7 @@ impl DeviceInfo {
             .any(|e| e.as_bytes() == name.to_bytes())
     }
 
-    fn read(
+    pub(crate) fn read(
         instance: &ash::Instance,
         index: usize,
         physical: vk::PhysicalDevice,

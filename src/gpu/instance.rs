@@ -53,6 +53,8 @@ pub(crate) struct Instance {
     /// Kept alive for the messenger, which holds a pointer to it.
     pub(crate) messages: Arc<Messages>,
     pub(crate) has_debug_utils: bool,
+    /// Was it made here? Another's is left alone.
+    pub(crate) is_own: bool,
     pub(crate) raw: ash::Instance,
     /// Keeps the loader in memory.
     pub(crate) entry: ash::Entry,
@@ -154,6 +156,7 @@ impl Instance {
             messenger: None,
             messages: Arc::default(),
             has_debug_utils,
+            is_own: true,
             raw,
             entry,
         };
@@ -161,6 +164,18 @@ impl Instance {
             instance.listen()?;
         }
         Ok(instance)
+    }
+
+    /// One that somebody else has made.
+    pub(crate) fn borrowed(entry: ash::Entry, raw: ash::Instance, has_debug_utils: bool) -> Self {
+        Self {
+            messenger: None,
+            messages: Arc::default(),
+            has_debug_utils,
+            is_own: false,
+            raw,
+            entry,
+        }
     }
 
     fn listen(&mut self) -> GpuResult<()> {
@@ -187,8 +202,10 @@ impl Drop for Instance {
             // SAFETY: created from this instance; used by nothing else.
             unsafe { loader.destroy_debug_utils_messenger(messenger, None) };
         }
-        // SAFETY: whoever used the instance holds it, so nobody does any more.
-        unsafe { self.raw.destroy_instance(None) };
+        if self.is_own {
+            // SAFETY: whoever used the instance holds it, so nobody does any more.
+            unsafe { self.raw.destroy_instance(None) };
+        }
     }
 }
 

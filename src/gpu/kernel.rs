@@ -11,6 +11,7 @@ use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
+use super::sampled::Sampled;
 use super::texels::TexelsCore;
 
 /// How a shader declares a block.
@@ -36,6 +37,8 @@ pub enum BindingKind {
         /// 1 or 4.
         components: u32,
     },
+    /// An image that is sampled.
+    Sampled,
 }
 
 /// One binding of set 0.
@@ -47,7 +50,7 @@ pub struct Binding {
     pub name: &'static str,
     /// From `readonly` and `writeonly`.
     pub access: BindingAccess,
-    /// Storage block or texel buffer.
+    /// Storage block, texel buffer or image.
     pub kind: BindingKind,
 }
 
@@ -58,13 +61,17 @@ pub enum Resource<'a> {
     Buffer(&'a dyn AnyBuffer),
     /// A texel view.
     Texels(&'a TexelsCore),
+    /// An image.
+    Sampled(&'a Sampled),
 }
 
 impl<'a> Resource<'a> {
-    pub(crate) fn core(self) -> &'a BufferCore {
+    /// The buffer, unless it is an image; images that are sampled only change when they are filled.
+    pub(crate) fn core(self) -> Option<&'a BufferCore> {
         match self {
-            Resource::Buffer(buffer) => buffer.core(),
-            Resource::Texels(texels) => texels.core(),
+            Resource::Buffer(buffer) => Some(buffer.core()),
+            Resource::Texels(texels) => Some(texels.core()),
+            Resource::Sampled(_) => None,
         }
     }
 }
@@ -343,6 +350,7 @@ pub(crate) fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
         BindingKind::Storage => vk::DescriptorType::STORAGE_BUFFER,
         BindingKind::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
         BindingKind::StorageTexels { .. } => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+        BindingKind::Sampled => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
     }
 }
 

@@ -15,6 +15,7 @@
 mod access;
 mod alone;
 mod bandwidth;
+mod borrowed;
 mod buffer;
 mod buffer_core;
 mod cache;
@@ -36,6 +37,7 @@ mod raster;
 mod readback;
 mod recorder;
 mod report;
+mod sampled;
 mod surface;
 mod swapchain;
 mod texels;
@@ -45,7 +47,9 @@ mod transfer;
 
 pub use access::Access;
 pub use alone::Alone;
+pub use ash;
 pub use bandwidth::CopyBandwidth;
+pub use borrowed::BorrowedDevice;
 pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
 pub use buffer_core::BufferCore;
 pub use cache::default_cache_folder;
@@ -62,9 +66,10 @@ pub use kernel::{
 };
 pub use pass::{PassRecorder, Targets};
 pub use raster::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
-pub use readback::Readback;
-pub use recorder::Recorder;
+pub use readback::{Readback, ReadbackImage};
+pub use recorder::{Commands, Recorder};
 pub use report::{Node, Report, Row, Statistics};
+pub use sampled::Sampled;
 pub use swapchain::{Swapchain, WindowImage};
 pub use texels::{PART, TexelScalar, Texels, TexelsCore};
 pub use timer::{Span, SpanKind, Timings};

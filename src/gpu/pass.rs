@@ -54,7 +54,27 @@ impl Recorder {
         targets: &Targets<'_>,
         record: impl FnOnce(&mut PassRecorder<'_>) -> R,
     ) -> R {
-        self.pass_as(SpanKind::Scope, name, targets, record)
+        self.pass_as(SpanKind::Scope, name, targets, None, record)
+    }
+
+    /// As [`Recorder::pass`], of some rows of the images only; the others keep what they have. So a large picture can be
+    /// drawn in parts, with other work between them.
+    ///
+    /// # Panics
+    /// As [`Recorder::pass`], and if the images do not have these rows.
+    pub fn pass_rows<R>(
+        &mut self,
+        name: &str,
+        targets: &Targets<'_>,
+        rows: std::ops::Range<u32>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        assert!(
+            rows.start < rows.end && rows.end <= targets.color.size()[1],
+            "`{}` does not have the rows {rows:?}",
+            targets.color.name()
+        );
+        self.pass_as(SpanKind::Scope, name, targets, Some(rows), record)
     }
 
     /// As [`Recorder::pass`], but timed as a whole, like a kernel of this name. Devices that draw tile by tile cannot
@@ -68,7 +88,7 @@ impl Recorder {
         targets: &Targets<'_>,
         record: impl FnOnce(&mut PassRecorder<'_>) -> R,
     ) -> R {
-        self.pass_as(SpanKind::Kernel, name, targets, record)
+        self.pass_as(SpanKind::Kernel, name, targets, None, record)
     }
 
     fn pass_as<R>(
@@ -76,6 +96,7 @@ impl Recorder {
         kind: SpanKind,
         name: &str,
         targets: &Targets<'_>,
+        rows: Option<std::ops::Range<u32>>,
         record: impl FnOnce(&mut PassRecorder<'_>) -> R,
     ) -> R {
         let color = targets.color;
@@ -122,9 +143,11 @@ impl Recorder {
             self.announce_debug(name);
         }
         self.begin_span(name, kind);
-        self.transition(color, ImageState::COLOR_TARGET, targets.clear.is_none());
+        let keeps = rows.is_some();
+        let keeps_color = keeps || targets.clear.is_none();
+        self.transition(color, ImageState::COLOR_TARGET, keeps_color);
         if let Some(resolve) = targets.resolve {
-            self.transition(resolve, ImageState::COLOR_TARGET, false);
+            self.transition(resolve, ImageState::COLOR_TARGET, keeps);
         }
         if let Some(depth) = targets.depth {
             self.transition(depth, ImageState::DEPTH_TARGET, false);
@@ -151,9 +174,16 @@ impl Recorder {
         }
         let attachments = [attachment];
         let [width, height] = color.size();
+        let rows = rows.unwrap_or(0..height);
         let area = vk::Rect2D {
-            offset: vk::Offset2D::default(),
-            extent: vk::Extent2D { width, height },
+            offset: vk::Offset2D {
+                x: 0,
+                y: rows.start as i32,
+            },
+            extent: vk::Extent2D {
+                width,
+                height: rows.len() as u32,
+            },
         };
         let mut rendering = vk::RenderingInfo::default()
             .render_area(area)

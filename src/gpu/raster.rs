@@ -35,6 +35,8 @@ pub enum Blend {
     Alpha,
     /// It is added, weighted by its alpha.
     Add,
+    /// Of each channel the greater one stays.
+    Max,
 }
 
 /// Which of two fragments stays.
@@ -212,7 +214,13 @@ impl<D: Draw> RasterPipeline<D> {
 }
 
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+    let operation = match blend {
+        Blend::Max => vk::BlendOp::MAX,
+        _ => vk::BlendOp::ADD,
+    };
     let state = vk::PipelineColorBlendAttachmentState::default()
+        .color_blend_op(operation)
+        .alpha_blend_op(operation)
         .color_write_mask(vk::ColorComponentFlags::RGBA)
         .blend_enable(blend != Blend::Opaque)
         .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)

@@ -1,4 +1,4 @@
-//! Small results, read some frames later without waiting for the device.
+//! Small results and pictures, read some frames later without waiting for the device.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -9,6 +9,7 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer, Domain};
 use super::context::Context;
 use super::error::GpuResult;
+use super::image::Image;
 use super::recorder::Recorder;
 
 /// A ring of copies of a buffer, each read when its frame has finished.
@@ -80,6 +81,74 @@ impl<T: Pod> Readback<T> {
             self.waiting.pop_front();
             if !self.ctx.graveyard.was_discarded(ticket) {
                 return Some((number, self.slots[slot].as_slice().to_vec()));
+            }
+        }
+    }
+}
+
+/// The same for images of four bytes a pixel, which may be of another size each time.
+pub struct ReadbackImage {
+    name: String,
+    slots: Vec<Option<Buffer<[u8; 4]>>>,
+    /// Number, size, slot and recording, oldest first.
+    waiting: VecDeque<(u64, [u32; 2], usize, u64)>,
+    ctx: Arc<Context>,
+}
+
+impl ReadbackImage {
+    /// A ring of `slots` copies, which take memory when they are first needed.
+    #[must_use]
+    pub fn new(ctx: &Arc<Context>, name: &str, slots: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            slots: (0..slots.max(1)).map(|_| None).collect(),
+            waiting: VecDeque::new(),
+            ctx: Arc::clone(ctx),
+        }
+    }
+
+    /// Copies an image under a number of the caller's choice. Without a free slot it does nothing and returns `false`:
+    /// the host reads too seldom.
+    ///
+    /// # Errors
+    /// No memory.
+    ///
+    /// # Panics
+    /// If a pixel does not have four bytes.
+    pub fn record(&mut self, rec: &mut Recorder, image: &Image, number: u64) -> GpuResult<bool> {
+        let taken = |i: &usize| self.waiting.iter().any(|(.., slot, _)| slot == i);
+        let Some(slot) = (0..self.slots.len()).find(|i| !taken(i)) else {
+            return Ok(false);
+        };
+        let size = image.size();
+        let len = size[0] as usize * size[1] as usize;
+        let fits = |buffer: &Buffer<[u8; 4]>| buffer.len() == len;
+        if !self.slots[slot].as_ref().is_some_and(fits) {
+            let name = format!("{}.readback{slot}", self.name);
+            self.slots[slot] = Some(Buffer::new(&self.ctx, &name, len, Domain::Readback)?);
+        }
+        let target = self.slots[slot].as_ref().expect("made above");
+        // The slot's last copy was read on the host, after its frame had finished.
+        target.core().forget_history();
+        rec.copy_image(image, target);
+        rec.barrier(Access::Copy, Access::Readback, &[target]);
+        self.waiting.push_back((number, size, slot, rec.ticket));
+        Ok(true)
+    }
+
+    /// The oldest copy that has arrived and was not returned yet: its number, its size, and its pixels row by row. Does
+    /// not wait.
+    pub fn poll(&mut self) -> Option<(u64, [u32; 2], Vec<u8>)> {
+        loop {
+            let &(number, size, slot, ticket) = self.waiting.front()?;
+            let buffer = self.slots[slot].as_ref().expect("it was recorded");
+            if buffer.is_in_use() {
+                return None;
+            }
+            self.waiting.pop_front();
+            if !self.ctx.graveyard.was_discarded(ticket) {
+                let pixels = buffer.as_slice().as_flattened().to_vec();
+                return Some((number, size, pixels));
             }
         }
     }

@@ -7,6 +7,7 @@ use ash::vk;
 use super::access::Access;
 use super::alone::Part;
 use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::frame::FrameResources;
 use super::info::DeviceKind;
@@ -34,6 +35,20 @@ pub struct Recorder {
     pub(crate) debug_kernels: Vec<String>,
     /// Which part of what is recorded takes place.
     pub(crate) part: Part,
+    commands: Commands,
+}
+
+/// How much a frame has recorded so far: what the host does for it grows with these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Commands {
+    /// Dispatches.
+    pub kernels: u32,
+    /// Draws that are timed one by one.
+    pub draws: u32,
+    /// Copies, fills and updates.
+    pub copies: u32,
+    /// Barriers over buffers.
+    pub barriers: u32,
 }
 
 /// A span whose times are not known yet.
@@ -59,6 +74,7 @@ impl Recorder {
             works: Vec::new(),
             debug_kernels: Vec::new(),
             part: Part::Whole,
+            commands: Commands::default(),
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder
@@ -68,6 +84,12 @@ impl Recorder {
     #[must_use]
     pub fn ctx(&self) -> &Arc<Context> {
         &self.frame.ctx
+    }
+
+    /// What it has recorded so far.
+    #[must_use]
+    pub fn commands(&self) -> Commands {
+        self.commands
     }
 
     /// The raw command buffer, for crates that draw by themselves.
@@ -174,6 +196,7 @@ impl Recorder {
         if barriers.is_empty() {
             return;
         }
+        self.commands.barriers += 1;
         let (before, after) = (from.stage(), to.stage());
         // SAFETY: the buffers are alive, and freed only after this frame.
         unsafe {
@@ -220,7 +243,7 @@ impl Recorder {
             .iter()
             .map(|r| {
                 vk::DescriptorBufferInfo::default()
-                    .buffer(r.core().raw())
+                    .buffer(r.core().map_or(vk::Buffer::null(), BufferCore::raw))
                     .range(vk::WHOLE_SIZE)
             })
             .collect();
@@ -228,7 +251,14 @@ impl Recorder {
             .iter()
             .map(|r| match r {
                 Resource::Texels(texels) => texels.raw(),
-                Resource::Buffer(_) => vk::BufferView::null(),
+                Resource::Buffer(_) | Resource::Sampled(_) => vk::BufferView::null(),
+            })
+            .collect();
+        let images: Vec<_> = resources
+            .iter()
+            .map(|r| match r {
+                Resource::Sampled(sampled) => sampled.descriptor(),
+                _ => vk::DescriptorImageInfo::default(),
             })
             .collect();
         let debug = I::DEBUG_BINDING.map(|number| {
@@ -250,6 +280,7 @@ impl Recorder {
                     .descriptor_type(descriptor_type(binding.kind))
                     .buffer_info(&buffers[i..=i])
                     .texel_buffer_view(&views[i..=i])
+                    .image_info(&images[i..=i])
             })
             .collect();
         if let Some((number, info)) = &debug {
@@ -291,7 +322,9 @@ impl Recorder {
 
     fn check_hazards<I: Interface>(&self, name: &str, resources: &[Resource<'_>], access: Access) {
         for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
-            let core = resource.core();
+            let Some(core) = resource.core() else {
+                continue;
+            };
             assert!(
                 Arc::ptr_eq(core.ctx(), self.ctx()),
                 "`{}` belongs to another context",
@@ -306,7 +339,7 @@ impl Recorder {
                     binding.name,
                     texels.components()
                 ),
-                (Resource::Texels(_), _) => {}
+                (Resource::Texels(_) | Resource::Sampled(_), _) => {}
             }
             for (other, other_binding) in resources.iter().zip(I::BINDINGS).skip(i + 1) {
                 // What is read as texels beside what is written is read by the invocation that writes it, before that, or
@@ -322,7 +355,7 @@ impl Recorder {
                     && (binding.access != BindingAccess::Read
                         || other_binding.access != BindingAccess::Read);
                 assert!(
-                    other.core().raw() != core.raw() || !written || !self.ctx().hazard_check,
+                    !is_of(other, core) || !written || !self.ctx().hazard_check,
                     "`{}` binds the buffer `{}` twice, as {} and as {}, and writes it",
                     name,
                     core.name(),
@@ -332,8 +365,10 @@ impl Recorder {
             }
         }
         for (i, resource) in resources.iter().enumerate() {
-            let core = resource.core();
-            let is_same = |other: &Resource<'_>| other.core().raw() == core.raw();
+            let Some(core) = resource.core() else {
+                continue;
+            };
+            let is_same = |other: &Resource<'_>| is_of(other, core);
             if resources[..i].iter().any(is_same) {
                 continue;
             }
@@ -351,6 +386,12 @@ impl Recorder {
 
     /// Records one piece of work with its label and its times.
     pub(crate) fn work(&mut self, name: &str, kind: SpanKind, record: impl FnOnce(&Self)) {
+        match kind {
+            SpanKind::Kernel => self.commands.kernels += 1,
+            SpanKind::Draw => self.commands.draws += 1,
+            SpanKind::Copy => self.commands.copies += 1,
+            SpanKind::Frame | SpanKind::Scope => {}
+        }
         if kind != SpanKind::Draw {
             self.leave_crumb(name);
         }
@@ -493,6 +534,10 @@ impl Recorder {
     pub(crate) fn device(&self) -> &ash::Device {
         &self.frame.ctx.device.raw
     }
+}
+
+fn is_of(resource: &Resource<'_>, core: &BufferCore) -> bool {
+    resource.core().is_some_and(|own| own.raw() == core.raw())
 }
 
 fn is_written_as_texels(binding: &Binding) -> bool {

@@ -1,5 +1,7 @@
 //! Blocking transfers: upload, download and fill, through staging memory and chunk by chunk.
 
+use std::sync::atomic::Ordering;
+
 use ash::vk;
 use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
@@ -109,6 +111,7 @@ impl Transfer {
                 });
             let finished = recorded.and_then(|()| {
                 let submits = [vk::SubmitInfo::default().command_buffers(&cmds)];
+                ctx.submits.fetch_add(1, Ordering::Relaxed);
                 device
                     .queue_submit(*ctx.queue(), &submits, self.fence)
                     .check("vkQueueSubmit", WHO)?;

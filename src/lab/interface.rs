@@ -9,15 +9,22 @@ use myxo::render::Camera;
 use myxo::render::exposure::Exposure;
 use myxo::render::view::{self, AtlasWindow, View};
 use myxo::scene::Scene;
+use myxo::scene::builtin::Builtin;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
-use myxo::sim::types::Flow;
+use serde::Serialize;
 
-use super::checks::Check;
-use super::history::History;
+pub use super::facts::{Facts, KernelTime, Waiting};
+use super::gallery::Gallery;
+use super::hands::{Hands, Work};
 use super::keys::{self, KeyAction};
-use super::navigation::Navigation;
+use super::navigation::{Moved, Navigation};
+use super::out::{Out, OutPanel};
+use super::overlays::show_loading;
+use super::places::Marked as _;
+use super::presets::{self, Morph};
 use super::theme;
+use super::undo::Undo;
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,56 +45,18 @@ pub enum Command {
     Quit,
     /// Take over a scene from the clipboard.
     Paste(String),
-}
-
-/// One kernel's time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct KernelTime {
-    /// As the shader is called.
-    pub name: String,
-    /// Dispatches in a step.
-    pub per_step: f64,
-    /// Mean time in a step, milliseconds.
-    pub mean_ms: f64,
-    /// 95 % are not longer.
-    pub p95_ms: f64,
-    /// Of the step's time, 0 to 1.
-    pub share: f64,
-}
-
-/// What the interface shows and cannot change.
-#[derive(Clone, Debug, Default)]
-pub struct Facts {
-    /// The scene's name.
-    pub scene: String,
-    /// Steps taken.
-    pub step: u64,
-    /// Seconds of the objects' motion, if any moves.
-    pub seconds: Option<f64>,
-    /// Steps a second, lately.
-    pub steps_per_second: f64,
-    /// Pictures a second, lately.
-    pub frames_per_second: f64,
-    /// GPU time of a step; `None` where the device has no timestamps.
-    pub step_ms: Option<f64>,
-    /// GPU time of each kernel.
-    pub kernels: Vec<KernelTime>,
-    /// The same for the last pictures, one by one.
-    pub history: History,
-    /// The device's name and driver.
-    pub device: String,
-    /// Device memory that the program has taken, bytes.
-    pub memory: u64,
-    /// Particles that the picture shows, in the view of particles.
-    pub particles_drawn: u32,
-    /// Transfers between objects.
-    pub flow: Flow,
-    /// What the last check of the invariants has found, where they are checked.
-    pub check: Option<Check>,
-    /// Triangles of all objects.
-    pub triangles: usize,
-    /// Texels that triangles own.
-    pub texels: usize,
+    /// Write the scene as it is edited and looked at to a file.
+    Save,
+    /// Show another scene that comes with the program.
+    Open(&'static str),
+    /// Give up the scene that is on its way.
+    CancelLoading,
+    /// The window over the whole screen, or no longer.
+    FullScreen,
+    /// A hand is on the scene.
+    Hand(Work),
+    /// Take something out.
+    TakeOut(Out),
 }
 
 /// A line that stays for a while.
@@ -96,6 +65,34 @@ pub(super) struct Notice {
     pub(super) text: String,
     pub(super) is_error: bool,
     pub(super) until: f64,
+}
+
+/// What is going on, for tests.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct State<'a> {
+    scene: String,
+    step: u64,
+    loading: bool,
+    playing: bool,
+    /// Has a text the keyboard?
+    typing: bool,
+    pending: bool,
+    panel: bool,
+    light: bool,
+    performing: bool,
+    help: bool,
+    gallery: bool,
+    out: bool,
+    recording: bool,
+    recorded: u64,
+    making: Option<String>,
+    preset: Option<&'a str>,
+    morphing: bool,
+    show: &'a str,
+    split: bool,
+    flying: bool,
+    color_map: &'a str,
+    notice: Option<&'a str>,
 }
 
 /// The state of everything round the picture.
@@ -115,12 +112,32 @@ pub struct Interface {
     outline: (Vec3, Vec<Vec3>),
     /// The camera of the last fit and its picture's size; while nobody moves it, it keeps fitting.
     fitted: Option<(Camera, Vec2)>,
+    /// Where the scene's own camera stands.
+    pub(super) home: Camera,
     /// Hand and flights.
     pub navigation: Navigation,
-    pub(super) panel: bool,
+    /// The atlas beside the picture.
+    pub(super) split: bool,
+    /// Brushes, picked objects, the probe.
+    pub hands: Hands,
+    /// Is the panel shown?
+    pub panel: bool,
+    /// A light interface; else a dark one.
+    pub light: bool,
+    /// The picture alone, without anything round it.
+    pub(super) performing: bool,
     pub(super) help: bool,
+    pub(super) gallery: Gallery,
+    pub(super) undo: Undo,
+    /// The preset that was taken last.
+    pub(super) preset: Option<&'static str>,
+    /// Seconds that the change to another preset takes.
+    pub(super) morph_seconds: f64,
+    pub(super) morph: Option<Morph>,
     pub(super) filter: String,
     pub(super) notice: Option<Notice>,
+    /// What is taken out, and how.
+    pub out: OutPanel,
 }
 
 /// What one frame of the interface came to.
@@ -130,6 +147,8 @@ pub struct Shown {
     pub commands: Vec<Command>,
     /// Where the picture goes, in points.
     pub picture: Rect,
+    /// Where the atlas goes, if it is shown beside the picture.
+    pub beside: Option<Rect>,
     /// A hand is on the scene.
     pub touched: bool,
 }
@@ -148,11 +167,22 @@ impl Interface {
             playing: true,
             outline: (Vec3::ZERO, Vec::new()),
             fitted: None,
+            home: Camera::default(),
             navigation: Navigation::default(),
+            split: false,
+            hands: Hands::new(),
             panel: true,
+            light: false,
+            performing: false,
             help: false,
+            gallery: Gallery::default(),
+            undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
+            preset: None,
+            morph_seconds: 0.0,
+            morph: None,
             filter: String::new(),
             notice: None,
+            out: OutPanel::default(),
         };
         interface.open(scene);
         interface
@@ -165,16 +195,24 @@ impl Interface {
         if matches!(self.view.exposure, Exposure::Auto { .. }) {
             self.view.exposure = Exposure::following();
         }
+        if self.view.show.why_not(&scene.settings).is_some() {
+            self.view.show = Show::default();
+        }
+        self.home = self.view.camera;
         // Only the first frame knows the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
         self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
+        self.preset = None;
         self.restarted(scene);
+        self.undo = Undo::new(&self.edited, &self.view);
     }
 
     /// The scene runs from step 0, with its settings.
     pub fn restarted(&mut self, scene: &Scene) {
         self.running = scene.settings.clone();
         self.edited = scene.settings.clone();
+        self.morph = None;
+        self.hands.restarted(scene);
         self.outline = (scene.center, view::points(scene).collect());
     }
 
@@ -194,30 +232,55 @@ impl Interface {
         let mut commands = Vec::new();
         self.handle_keys(ui.ctx(), &mut commands);
         self.handle_clipboard(ui.ctx(), &mut commands);
-        self.status_line(ui, facts);
-        if self.panel {
+        self.advance_morph(ui.ctx(), &mut commands);
+        self.note_view(ui.ctx());
+        if !self.performing {
+            self.status_line(ui, facts);
+        }
+        if self.panel && !self.performing {
             egui::Panel::left("panel")
                 .exact_size(PANEL_WIDTH)
                 .resizable(false)
                 .show_separator_line(false)
-                .frame(theme::panel_frame())
+                .frame(theme::panel_frame(ui))
                 .show(ui, |ui| self.panel(ui, facts, &mut commands));
         }
-        let picture = ui.available_rect_before_wrap();
+        let (picture, beside) = self.parts(ui, ui.available_rect_before_wrap());
         self.keep_fitting(Vec2::new(picture.width(), picture.height()));
-        let response = ui.allocate_rect(picture, Sense::click_and_drag());
-        let moved = self.navigation.apply(ui, &response, &mut self.view);
+        let response = ui
+            .allocate_rect(picture, Sense::click_and_drag())
+            .marked("picture");
+        let moved = if self.use_hands(ui, &response, facts, &mut commands) {
+            Moved::default()
+        } else {
+            self.navigation.apply(ui, &response, &mut self.view)
+        };
+        let beside_touched = beside.is_some_and(|rect| self.move_beside(ui, rect));
         if let Some(pixel) = moved.refocus {
             commands.push(Command::Refocus(pixel));
+        }
+        self.show_hands(ui, picture, facts);
+        if !self.performing {
+            self.show_tools(ui.ctx(), picture, &mut commands);
         }
         if self.help {
             self.show_help(ui.ctx(), picture);
         }
+        self.show_gallery(ui.ctx(), picture, facts, &mut commands);
+        self.show_out(ui.ctx(), picture, facts, &mut commands);
+        if let Some(loading) = &facts.loading {
+            show_loading(ui.ctx(), picture, loading, &mut commands);
+        }
         self.show_notice(ui, picture);
+        let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
+        if !is_busy && self.morph.is_none() {
+            self.undo.note(&self.edited, &self.view);
+        }
         Shown {
             commands,
             picture,
-            touched: moved.touched || response.dragged(),
+            beside,
+            touched: moved.touched || beside_touched || response.dragged(),
         }
     }
 
@@ -252,7 +315,36 @@ impl Interface {
             || self.running.objects != self.edited.objects
     }
 
+    /// What is going on, for tests.
+    pub fn state(&self, facts: &Facts, typing: bool) -> State<'_> {
+        State {
+            scene: facts.scene.clone(),
+            step: facts.step,
+            loading: facts.loading.is_some(),
+            playing: self.playing,
+            typing,
+            pending: self.is_pending(),
+            panel: self.panel && !self.performing,
+            light: self.light,
+            performing: self.performing,
+            help: self.help,
+            gallery: self.gallery.open,
+            out: self.out.open,
+            recording: facts.out.recording.is_some(),
+            recorded: facts.out.recording.map_or(0, |recording| recording.frames),
+            making: facts.out.making.as_ref().map(|making| making.name.clone()),
+            preset: self.preset,
+            morphing: self.morph.is_some(),
+            show: self.view.show.word(),
+            split: self.split,
+            flying: self.navigation.is_flying(),
+            color_map: self.view.color_map.word(),
+            notice: self.notice.as_ref().map(|notice| notice.text.as_str()),
+        }
+    }
+
     fn handle_keys(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        self.navigation.keep_keys(ctx);
         for action in keys::pressed(ctx) {
             match action {
                 KeyAction::Pause => self.playing = !self.playing,
@@ -261,21 +353,132 @@ impl Interface {
                     commands.push(Command::Step);
                 }
                 KeyAction::Reset => commands.push(Command::Restart),
-                KeyAction::ShowSurface => self.view.show = Show::Surface,
-                KeyAction::ShowParticles => self.view.show = Show::Particles,
-                KeyAction::ShowAtlas => self.view.show = Show::Atlas,
+                KeyAction::Show(show) => self.choose_view(ctx, show),
+                KeyAction::Split => self.split = !self.split,
+                KeyAction::Fly => self.toggle_flight(ctx),
                 KeyAction::NextCharts => self.view.charts = next_charts(self.view.charts),
                 KeyAction::NextColors => self.view.color_map = self.view.color_map.next(),
+                KeyAction::NextPreset => self.step_preset(ctx, true, commands),
+                KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
+                KeyAction::ByChance => self.by_chance(ctx, commands),
                 KeyAction::Fit => self.fit(),
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
+                KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
+                KeyAction::TakeOut => self.out.open = !self.out.open,
+                KeyAction::Save => commands.push(Command::Save),
+                KeyAction::Undo => self.undo(commands),
+                KeyAction::Redo => self.redo(commands),
                 KeyAction::Panel => self.panel = !self.panel,
+                KeyAction::Perform => self.perform(ctx),
+                KeyAction::FullScreen => commands.push(Command::FullScreen),
+                KeyAction::Theme => self.set_light(ctx, !self.light),
+                KeyAction::Gallery => self.gallery.open = !self.gallery.open,
                 KeyAction::Help => self.help = !self.help,
+                KeyAction::Brush => self.hands.toggle_brush(),
+                KeyAction::Probe => self.hands.probe = !self.hands.probe,
+                KeyAction::Remove => self.remove_selected(ctx, commands),
+                KeyAction::Back => self.back(ctx, commands),
                 KeyAction::Quit => commands.push(Command::Quit),
             }
         }
-        if self.help && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+    }
+
+    /// Leaves what lies on top: a list, the gallery, the picture alone, a scene that is awaited.
+    fn back(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        if self.help || self.gallery.open || self.out.open {
             self.help = false;
+            self.gallery.open = false;
+            self.out.open = false;
+        } else if self.hands.back() {
+            // A tool was left, or an object.
+        } else if self.performing {
+            self.perform(ctx);
+        } else if self.navigation.is_flying() {
+            self.toggle_flight(ctx);
+        } else {
+            commands.push(Command::CancelLoading);
         }
+    }
+
+    /// The picture alone, or no longer.
+    fn perform(&mut self, ctx: &egui::Context) {
+        self.performing = !self.performing;
+        self.help = false;
+        self.out.open = false;
+        self.gallery.open = false;
+        if self.performing {
+            self.notice(ctx, "Esc brings the panel back", false);
+        }
+    }
+
+    /// A light interface, or a dark one.
+    pub(super) fn set_light(&mut self, ctx: &egui::Context, light: bool) {
+        self.light = light;
+        theme::apply(ctx, light);
+    }
+
+    /// Takes back the last change of settings or look.
+    pub(super) fn undo(&mut self, commands: &mut Vec<Command>) {
+        self.morph = None;
+        if self.undo.undo(&mut self.edited, &mut self.view) {
+            commands.push(Command::Apply);
+        }
+    }
+
+    /// Brings back what was taken back.
+    pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
+        self.morph = None;
+        if self.undo.redo(&mut self.edited, &mut self.view) {
+            commands.push(Command::Apply);
+        }
+    }
+
+    fn step_preset(&mut self, ctx: &egui::Context, forward: bool, commands: &mut Vec<Command>) {
+        let preset = presets::neighbour(self.preset, forward);
+        self.take_preset(ctx, preset, commands);
+        self.notice(ctx, format!("{}: {}", preset.name, preset.summary()), false);
+    }
+
+    /// Takes over a preset's look, at once or over some seconds.
+    pub(super) fn take_preset(
+        &mut self,
+        ctx: &egui::Context,
+        preset: &'static Builtin,
+        commands: &mut Vec<Command>,
+    ) {
+        self.preset = Some(preset.name);
+        let to = presets::with_preset(&self.edited, preset);
+        self.change_look(ctx, to, commands);
+    }
+
+    /// A look that nobody has thought of.
+    pub(super) fn by_chance(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        let seed = ctx.input(|i| i.time).to_bits();
+        self.preset = None;
+        let to = presets::by_chance(&self.edited, seed);
+        self.change_look(ctx, to, commands);
+    }
+
+    fn change_look(&mut self, ctx: &egui::Context, to: Settings, commands: &mut Vec<Command>) {
+        if self.morph_seconds > 0.0 {
+            let now = ctx.input(|i| i.time);
+            self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
+        } else {
+            self.morph = None;
+            self.edited = to;
+            commands.push(Command::Apply);
+        }
+    }
+
+    fn advance_morph(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        let Some(morph) = &mut self.morph else {
+            return;
+        };
+        if morph.advance(&mut self.edited, ctx.input(|i| i.time)) {
+            self.morph = None;
+        }
+        ctx.request_repaint();
+        commands.push(Command::Apply);
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
@@ -299,8 +502,13 @@ impl Interface {
             self.view.atlas = AtlasWindow::default();
         } else {
             self.view.camera.target = self.outline.0;
-            self.fitted = Some((self.view.camera, Vec2::ZERO));
+            self.refit();
         }
+    }
+
+    /// Fits the scene into the picture from the present direction, and keeps it fitted.
+    pub(super) fn refit(&mut self) {
+        self.fitted = Some((self.view.camera, Vec2::ZERO));
     }
 
     /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it.

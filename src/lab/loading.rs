@@ -1,67 +1,160 @@
-//! What the window shows while a scene is being set up and there is nothing else to show.
+//! A scene that is made ready on another thread, while the window goes on.
 
-use egui::{Align2, RichText, vec2};
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use std::path::PathBuf;
+
 use myxo::Result;
-use myxo::gpu::{DepthTest, Frames, Swapchain, Targets};
-use myxo::render::gui::Gui;
-use winit::window::Window;
+use myxo::gpu::DeviceInfo;
+use myxo::mesh::atlas::{AtlasError, Control};
+use myxo::scene::Scene;
+use myxo::sim::{Setup, Simulation};
 
-use super::theme;
+use super::interface::Waiting;
 
-/// A window that waits for a scene.
-pub struct Loading<'a> {
-    /// The scene's name.
-    pub name: &'a str,
-    /// The window and all that draws in it.
-    pub window: &'a Window,
-    /// Its input, which is passed over.
-    pub egui: &'a mut egui_winit::State,
-    pub gui: &'a mut Gui,
-    pub swapchain: &'a mut Swapchain,
-    pub frames: &'a mut Frames,
+/// What a device needs to begin.
+pub struct Loaded {
+    /// With its meshes.
+    pub scene: Scene,
+    /// Atlas, particles, tables.
+    pub setup: Setup,
 }
 
-impl Loading<'_> {
-    /// Shows one picture: what is being done, and a bar of how much of all is done, 0 to 1.
-    pub fn show(&mut self, doing: &str, done: f32) -> Result<()> {
-        let input = self.egui.take_egui_input(self.window);
-        let context = self.egui.egui_ctx().clone();
-        let output = context.run_ui(input, |ui| {
-            egui::Area::new("loading".into())
-                .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
-                .show(ui.ctx(), |ui| {
-                    ui.set_width(320.0);
-                    ui.label(RichText::new(self.name).heading());
-                    ui.label(
-                        RichText::new(format!("Making the atlas: {doing}")).color(theme::WEAK),
-                    );
-                    ui.add(
-                        egui::ProgressBar::new(done)
-                            .fill(theme::ACCENT)
-                            .desired_height(4.0),
-                    );
-                });
+/// A scene on its way. Dropping it lets the thread end by itself, as soon as it looks.
+pub struct Loading {
+    /// What the user calls it.
+    pub name: String,
+    /// Is it another scene, with a view of its own, or the one that is shown, from the beginning?
+    pub is_new_scene: bool,
+    /// What is being done, and the share of all that is done, 0 to 1.
+    told: Arc<Mutex<(&'static str, f32)>>,
+    cancelled: Arc<AtomicBool>,
+    worker: Option<JoinHandle<Result<Loaded>>>,
+}
+
+impl Loading {
+    /// Begins to load; `load` reads the scene's files. Layouts that take long to make are kept in `atlases`.
+    pub fn begin(
+        name: String,
+        is_new_scene: bool,
+        info: &DeviceInfo,
+        atlases: Option<PathBuf>,
+        load: impl FnOnce() -> Result<Scene> + Send + 'static,
+    ) -> Self {
+        let told = Arc::new(Mutex::new(("reading", 0.0)));
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let (tell, stop, info) = (Arc::clone(&told), Arc::clone(&cancelled), info.clone());
+        let worker = thread::spawn(move || {
+            let scene = load()?;
+            let control = Control {
+                progress: Some(&|doing, done| {
+                    *tell.lock().unwrap_or_else(PoisonError::into_inner) = (doing, done);
+                }),
+                cancelled: Some(&stop),
+                cache: atlases.as_deref(),
+            };
+            let setup = Simulation::set_up(&info, &scene, &control)?;
+            if stop.load(Ordering::Relaxed) {
+                return Err(AtlasError::Cancelled.into());
+            }
+            Ok(Loaded { scene, setup })
         });
-        self.gui.update_textures(output.textures_delta)?;
-        let scale = output.pixels_per_point;
-        let primitives = context.tessellate(output.shapes, scale);
-        let mut rec = self.frames.begin()?;
-        let Some(image) = self.swapchain.acquire()? else {
-            return Ok(());
+        Self {
+            name,
+            is_new_scene,
+            told,
+            cancelled,
+            worker: Some(worker),
+        }
+    }
+
+    /// How far it is, for the interface.
+    pub fn told(&self) -> Waiting {
+        let (doing, done) = *self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        Waiting {
+            name: self.name.clone(),
+            doing,
+            done,
+            is_cancelled: self.cancelled.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Asks the thread to end; it does with [`AtlasError::Cancelled`].
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// What came of it, once, when it has ended.
+    pub fn take(&mut self) -> Option<Result<Loaded>> {
+        let worker = self.worker.take_if(|worker| worker.is_finished())?;
+        Some(worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    }
+}
+
+impl Drop for Loading {
+    fn drop(&mut self) {
+        self.cancel();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::Error;
+    use myxo::gpu::{Context, ContextOptions};
+    use myxo::scene::Overrides;
+    use std::path::Path;
+    use std::sync::mpsc;
+    use std::time::{Duration, Instant};
+
+    fn ended(loading: &mut Loading) -> Result<Loaded> {
+        let begun = Instant::now();
+        loop {
+            if let Some(result) = loading.take() {
+                return result;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(120), "it hangs");
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    #[test]
+    fn scenes_arrive_or_are_cancelled() {
+        let ctx = match Context::new(&ContextOptions::default()) {
+            Ok(ctx) => ctx,
+            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+                return eprintln!("skipped: {error}");
+            }
+            Err(error) => panic!("{error}"),
         };
-        let target = self.swapchain.image(&image);
-        let whole = Targets {
-            color: target,
-            resolve: None,
-            depth: None,
-            depth_test: DepthTest::Greatest,
-            clear: Some([0.055, 0.06, 0.075, 1.0]),
+        let load = || {
+            let set = ["particles.count=500", "atlas.size=64"].map(str::to_owned);
+            let overrides = Overrides {
+                set: set.into(),
+                ..Overrides::default()
+            };
+            Ok(Scene::load(Path::new("cube"), &overrides)?)
         };
-        let gui = &mut self.gui;
-        rec.pass("loading", &whole, |pass| {
-            gui.draw(pass, target.size(), scale, &primitives)
-        })?;
-        self.swapchain.present(self.frames, rec, image)?;
-        Ok(())
+        let begin = |load| Loading::begin("cube".to_owned(), true, ctx.info(), None, load);
+        let loaded = ended(&mut begin(Box::new(load) as Box<dyn FnOnce() -> _ + Send>)).unwrap();
+        assert_eq!(loaded.setup.particles.len(), 500);
+
+        // The thread is held until the wish to end is known.
+        let (go, wait) = mpsc::channel::<()>();
+        let mut loading = begin(Box::new(move || {
+            wait.recv().expect("it is let go");
+            load()
+        }));
+        assert!(loading.take().is_none() && !loading.told().is_cancelled);
+        loading.cancel();
+        assert!(loading.told().is_cancelled);
+        go.send(()).expect("it waits");
+        assert!(matches!(
+            ended(&mut loading),
+            Err(Error::Atlas(AtlasError::Cancelled))
+        ));
     }
 }

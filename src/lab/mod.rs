@@ -1,20 +1,34 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
+mod app;
 mod checks;
 mod clocks;
+mod commands;
+mod facts;
+mod flying;
+mod gallery;
+mod hands;
 mod history;
 mod interface;
 mod keys;
 mod loading;
 mod navigation;
+mod out;
 mod overlays;
 mod pacing;
 mod panel;
 mod place;
+mod places;
 mod plot;
+mod preferences;
+mod presets;
 mod rows;
+mod saving;
+mod split;
 mod stage;
 mod theme;
+mod undo;
+mod views;
 mod widgets;
 mod window;
 
@@ -24,6 +38,8 @@ use myxo::scene::Scene;
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
 
+pub use preferences::Preferences;
+
 /// How the lab is opened.
 #[derive(Clone, Debug)]
 pub struct LabOptions {
@@ -32,10 +48,14 @@ pub struct LabOptions {
     /// Switches on the validation layers, and checks of the invariants now and then; what they say goes to the log or to
     /// the panel, and ends the lab with an error.
     pub validation: bool,
-    /// Width and height of the window, pixels.
-    pub size: [u32; 2],
+    /// Width and height of the window, pixels; `None` for those of last time.
+    pub size: Option<[u32; 2]>,
+    /// The file of what is kept from one time to the next; `None` keeps nothing.
+    pub preferences: Option<PathBuf>,
     /// Where layouts are kept that take long to make.
     pub atlases: Option<PathBuf>,
+    /// The file that tells tests where controls are.
+    pub places: Option<PathBuf>,
     /// Close after so many pictures; `None` waits for the user.
     pub frames: Option<u32>,
 }
@@ -43,7 +63,7 @@ pub struct LabOptions {
 /// Opens the window and runs until it is closed.
 pub fn run(scene: Scene, options: LabOptions) -> Result<()> {
     let events = EventLoop::new().map_err(|source| window::no_window(&source))?;
-    let mut app = window::App::new(scene, options);
+    let mut app = app::App::new(scene, options);
     let ended = events.run_app(&mut app);
     if let Some(error) = app.error {
         return Err(error);

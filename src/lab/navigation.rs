@@ -1,9 +1,11 @@
-//! The hand on the scene: drags, the wheel and double clicks become motions of the camera or of the atlas.
+//! The hand on the scene: drags, the wheel and double clicks become motions of the camera, of the atlas or of the light.
 
-use egui::{PointerButton, Response, Ui};
+use egui::{Key, PointerButton, Response, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::view::View;
 use myxo::scene::settings::Show;
+
+use super::flying::Flying;
 
 /// How much one point of scrolling magnifies; a notch of a wheel is about 40 points.
 const ZOOM_PER_POINT: f32 = 0.0035;
@@ -14,6 +16,8 @@ const FLIGHT_SPEED: f32 = 11.0;
 #[derive(Clone, Debug, Default)]
 pub struct Navigation {
     flight: Option<Flight>,
+    /// While keys fly the camera.
+    pub(super) flying: Option<Flying>,
 }
 
 /// A way to a new centre.
@@ -51,6 +55,7 @@ impl Navigation {
             .hover_pos()
             .map(|at| pixels(at - response.rect.min));
         let zoom = pinch * (scroll * ZOOM_PER_POINT).exp();
+        let lights = ui.input(|i| i.key_down(Key::L)) && !ui.ctx().text_edit_focused();
         let mut moved = Moved::default();
 
         let pans = response.dragged_by(PointerButton::Secondary)
@@ -61,6 +66,8 @@ impl Navigation {
             self.flight = None;
             match view.show {
                 Show::Atlas => view.atlas.pan(drag, size),
+                _ if lights => view.light.drag(drag, size),
+                _ if self.is_flying() && !pans => view.camera.look(drag, size),
                 _ if pans || shift => view.camera.pan(drag, size),
                 _ => view.camera.orbit(drag, size),
             }
@@ -69,8 +76,9 @@ impl Navigation {
             && zoom != 1.0
         {
             moved.touched = true;
-            match view.show {
-                Show::Atlas => view.atlas.zoom(zoom, at, size),
+            match (view.show, &mut self.flying) {
+                (Show::Atlas, _) => view.atlas.zoom(zoom, at, size),
+                (_, Some(flying)) => flying.change_speed(zoom),
                 _ => view.camera.zoom(1.0 / zoom, at, size),
             }
         }
@@ -78,6 +86,10 @@ impl Navigation {
             moved.refocus = pointer;
         }
         moved.touched |= self.fly(view, seconds);
+        moved.touched |= view.show != Show::Atlas && self.travel(ui.ctx(), view, seconds);
+        if moved.touched {
+            ui.ctx().request_repaint();
+        }
         moved
     }
 

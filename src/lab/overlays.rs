@@ -2,16 +2,37 @@
 
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
-use super::interface::{Facts, Interface};
+use super::interface::{Command, Facts, Interface, Waiting};
 use super::keys::{KEYS, MOUSE};
+use super::places::Marked as _;
 use super::rows::grouped;
 use super::theme;
+
+/// What mouse and keys do.
+fn controls(ui: &mut Ui) {
+    egui::Grid::new("controls")
+        .num_columns(2)
+        .spacing(vec2(20.0, 2.0))
+        .show(ui, |ui| {
+            let mut line = |keys: &str, what: &str| {
+                ui.label(RichText::new(keys).monospace().color(theme::accent(ui)));
+                ui.label(what);
+                ui.end_row();
+            };
+            for (keys, what) in MOUSE {
+                line(keys, what);
+            }
+            for (_, _, keys, _, what) in KEYS {
+                line(keys, what);
+            }
+        });
+}
 
 impl Interface {
     /// The line below everything.
     pub(super) fn status_line(&self, ui: &mut Ui, facts: &Facts) {
         let frame = egui::Frame::new()
-            .fill(theme::PANEL)
+            .fill(theme::panel(ui))
             .inner_margin(egui::Margin::symmetric(12, 4));
         egui::Panel::bottom("status")
             .show_separator_line(false)
@@ -19,7 +40,7 @@ impl Interface {
             .show(ui, |ui| {
                 ui.horizontal(|ui| {
                     let fact = |ui: &mut Ui, text: String| {
-                        ui.label(RichText::new(text).small().color(theme::WEAK));
+                        ui.label(RichText::new(text).small().color(theme::weak(ui)));
                     };
                     fact(ui, format!("{:.0} fps", facts.frames_per_second));
                     fact(
@@ -43,7 +64,7 @@ impl Interface {
                         fact(ui, format!("{} MiB", facts.memory >> 20));
                         ui.add(
                             egui::Label::new(
-                                RichText::new(&facts.device).small().color(theme::WEAK),
+                                RichText::new(&facts.device).small().color(theme::weak(ui)),
                             )
                             .truncate(),
                         );
@@ -61,22 +82,10 @@ impl Interface {
             .resizable(false)
             .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
             .show(ctx, |ui| {
-                egui::Grid::new("controls")
-                    .num_columns(2)
-                    .spacing(vec2(20.0, 4.0))
-                    .show(ui, |ui| {
-                        let mut line = |keys: &str, what: &str| {
-                            ui.label(RichText::new(keys).monospace().color(theme::ACCENT));
-                            ui.label(what);
-                            ui.end_row();
-                        };
-                        for (keys, what) in MOUSE {
-                            line(keys, what);
-                        }
-                        for (_, _, keys, _, what) in KEYS {
-                            line(keys, what);
-                        }
-                    });
+                // A small window has not room for all of it at once.
+                egui::ScrollArea::vertical()
+                    .max_height((picture.height() - 84.0).max(80.0))
+                    .show(ui, controls);
             });
         self.help &= open;
     }
@@ -101,12 +110,53 @@ impl Interface {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.set_max_width((picture.width() - 60.0).max(120.0));
                     let color = if notice.is_error {
-                        theme::ERROR
+                        theme::error(ui)
                     } else {
-                        theme::ACCENT
+                        theme::accent(ui)
                     };
                     ui.label(RichText::new(&notice.text).color(color));
                 });
             });
     }
+}
+
+/// A card over the picture: what is being loaded, how far it is, and a way out.
+pub(super) fn show_loading(
+    ctx: &egui::Context,
+    picture: Rect,
+    loading: &Waiting,
+    commands: &mut Vec<Command>,
+) {
+    egui::Area::new("loading".into())
+        .pivot(Align2::CENTER_CENTER)
+        .fixed_pos(picture.center())
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style())
+                .inner_margin(16.0)
+                .show(ui, |ui| {
+                    ui.set_width(300.0_f32.min(picture.width() - 64.0));
+                    ui.label(RichText::new(&loading.name).heading());
+                    let doing = if loading.is_cancelled {
+                        "ending"
+                    } else {
+                        loading.doing
+                    };
+                    ui.label(RichText::new(doing).color(theme::weak(ui)));
+                    ui.add(
+                        egui::ProgressBar::new(loading.done)
+                            .fill(theme::accent(ui))
+                            .desired_height(4.0),
+                    );
+                    ui.add_space(4.0);
+                    let cancel = egui::Button::new("Cancel");
+                    if ui
+                        .add_enabled(!loading.is_cancelled, cancel)
+                        .on_hover_text("What runs goes on (Esc)")
+                        .marked("cancel")
+                        .clicked()
+                    {
+                        commands.push(Command::CancelLoading);
+                    }
+                });
+        });
 }

@@ -1,14 +1,17 @@
 //! The panel beside the picture: run and reset, what the picture shows, every parameter, kernel times.
 
-use egui::{Align, Color32, Layout, RichText, ScrollArea, Ui, vec2};
+use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::render::exposure::Exposure;
-use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+use myxo::scene::builtin::{self, Builtin, PRESETS};
+use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
 use myxo::scene::settings::Show;
 use myxo::sim::types::Flow;
 
 use super::checks::Check;
 use super::interface::{Command, Facts, Interface};
+use super::places::{Marked as _, note_value};
 use super::plot::kernel_plot;
+use super::presets;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
 use super::widgets::{color_map_picker, kernel_table, wide_slider};
@@ -17,25 +20,71 @@ impl Interface {
     /// Fills the panel.
     pub(super) fn panel(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("myxo").heading().color(theme::ACCENT));
+            ui.label(RichText::new("myxo").heading().color(theme::accent(ui)));
             ui.label(RichText::new(&facts.scene).heading());
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
                 ui.toggle_value(&mut self.help, "?")
-                    .on_hover_text("Keys and mouse (H)");
+                    .on_hover_text("Keys and mouse (H)")
+                    .marked("help");
+                let theme = if self.light { "🌙" } else { "☀" };
+                if ui
+                    .add(egui::Button::new(theme).frame(false))
+                    .on_hover_text("Light or dark interface (T)")
+                    .marked("theme")
+                    .clicked()
+                {
+                    self.set_light(ui.ctx(), !self.light);
+                }
+                let redo = egui::Button::new("↪").frame(false);
+                if ui
+                    .add_enabled(self.undo.can_redo(), redo)
+                    .on_hover_text("Redo (Ctrl Shift Z)")
+                    .marked("redo")
+                    .clicked()
+                {
+                    self.redo(commands);
+                }
+                let undo = egui::Button::new("↩").frame(false);
+                if ui
+                    .add_enabled(self.undo.can_undo(), undo)
+                    .on_hover_text("Undo (Ctrl Z)")
+                    .marked("undo")
+                    .clicked()
+                {
+                    self.undo(commands);
+                }
             });
         });
         ui.add_space(4.0);
         self.transport(ui, facts, commands);
+        ui.add_space(4.0);
+        self.looks(ui, commands);
         ui.add_space(6.0);
         ui.separator();
+        ui.add(
+            egui::TextEdit::singleline(&mut self.filter)
+                .hint_text("🔍 find a parameter")
+                .desired_width(f32::INFINITY),
+        )
+        .marked("filter");
+        note_value(ui.ctx(), "filter", || self.filter.clone());
+        // What is looked for has the panel to itself.
+        let looks_for = !self.filter.trim().is_empty();
         ScrollArea::vertical()
             .auto_shrink([false, false])
             .show(ui, |ui| {
                 // Room for the bar, which floats over the content.
                 ui.set_max_width(ui.available_width() - 6.0);
+                if looks_for {
+                    self.parameter_sections(ui, commands);
+                    return;
+                }
                 section(ui, "Picture", true, false, |ui| {
                     self.picture_section(ui, facts)
                 });
+                section(ui, "Camera", false, false, |ui| self.camera_section(ui));
+                section(ui, "Light", false, false, |ui| self.light_section(ui));
                 self.parameter_sections(ui, commands);
                 section(ui, "Kernel times", true, false, |ui| {
                     kernel_plot(ui, facts);
@@ -51,16 +100,18 @@ impl Interface {
             } else {
                 ("▶ Run", "Let it grow (Space)")
             };
-            let button = egui::Button::new(RichText::new(label).color(Color32::BLACK))
-                .fill(theme::ACCENT)
+            let button = egui::Button::new(RichText::new(label).color(theme::on_fill(ui)))
+                .fill(theme::accent(ui))
                 .min_size(vec2(84.0, 26.0));
-            if ui.add(button).on_hover_text(hint).clicked() {
+            let button = ui.add(button).on_hover_text(hint).marked("run");
+            if button.clicked() {
                 self.playing = !self.playing;
             }
             let wide = |label: &'static str| egui::Button::new(label).min_size(vec2(66.0, 26.0));
             if ui
                 .add(wide("⏭ Step"))
                 .on_hover_text("One step, then hold (S or .)")
+                .marked("step")
                 .clicked()
             {
                 self.playing = false;
@@ -69,6 +120,7 @@ impl Interface {
             if ui
                 .add(wide("⟲ Reset"))
                 .on_hover_text("Begin again at step 0 (R)")
+                .marked("reset")
                 .clicked()
             {
                 commands.push(Command::Restart);
@@ -76,9 +128,22 @@ impl Interface {
             if ui
                 .add(egui::Button::new("📷").min_size(vec2(30.0, 26.0)))
                 .on_hover_text("Save a screenshot (F12)")
+                .marked("screenshot")
                 .clicked()
             {
                 commands.push(Command::Screenshot);
+            }
+            ui.spacing_mut().item_spacing.x = 4.0;
+            let out = egui::Button::new("📤")
+                .min_size(vec2(30.0, 26.0))
+                .selected(self.out.open);
+            if ui
+                .add(out)
+                .on_hover_text("Take it out: pictures, recordings, films, models, data (Ctrl E)")
+                .marked("out")
+                .clicked()
+            {
+                self.out.open = !self.out.open;
             }
         });
         ui.horizontal(|ui| {
@@ -88,26 +153,34 @@ impl Interface {
             } else {
                 "paused".to_owned()
             };
-            ui.label(RichText::new(speed).monospace().color(theme::WEAK));
+            ui.label(RichText::new(speed).monospace().color(theme::weak(ui)));
             if let Some(seconds) = facts.seconds {
                 ui.label(RichText::new(format!("{seconds:.1} s")).monospace())
                     .on_hover_text("Time of the objects' motion");
             }
         });
+        // A part of its own: what comes and goes in it leaves alone what is being typed below.
+        ui.scope(|ui| self.conditions(ui, facts, commands));
+    }
+
+    /// What is not always said: transfers, invariants, edits that wait.
+    fn conditions(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
         transfers(ui, facts, self.running.transfer.buffer_size);
         if let Some(check) = &facts.check {
             invariants(ui, check);
         }
         if self.is_pending() {
             ui.horizontal(|ui| {
-                let button =
-                    egui::Button::new(RichText::new("⟲ Restart to apply").color(Color32::BLACK))
-                        .fill(theme::PENDING);
+                let button = egui::Button::new(
+                    RichText::new("⟲ Restart to apply").color(theme::on_fill(ui)),
+                )
+                .fill(theme::pending(ui));
                 if ui
                     .add(button)
                     .on_hover_text(
                         "Parameters in orange take effect when the simulation begins again (R).",
                     )
+                    .marked("restart")
                     .clicked()
                 {
                     commands.push(Command::Restart);
@@ -115,6 +188,7 @@ impl Interface {
                 if ui
                     .button("Discard")
                     .on_hover_text("Keep what is running.")
+                    .marked("discard")
                     .clicked()
                 {
                     let live = self.live_settings();
@@ -124,56 +198,89 @@ impl Interface {
         }
     }
 
-    fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {
+    /// The gallery, the preset, chance, and how quickly looks change.
+    fn looks(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
         ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 3.0;
-            for (show, label, hint) in [
-                (
-                    Show::Surface,
-                    "Surface",
-                    "The lit surface in the trail's colours (1)",
-                ),
-                (
-                    Show::Particles,
-                    "Particles",
-                    "Every particle as a point (2)",
-                ),
-                (Show::Atlas, "Atlas", "The texture, unwrapped (3)"),
-            ] {
-                ui.selectable_value(&mut self.view.show, show, label)
-                    .on_hover_text(hint);
+            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.toggle_value(&mut self.gallery.open, "🖼 Gallery")
+                .on_hover_text("Scenes and presets (G)")
+                .marked("gallery");
+            let name = match self.preset.and_then(builtin::preset) {
+                Some(preset) if self.is_changed_from(preset) => format!("{}*", preset.name),
+                Some(preset) => preset.name.to_owned(),
+                None => "preset".to_owned(),
+            };
+            let mut chosen = None;
+            egui::ComboBox::from_id_salt("preset")
+                .width(96.0)
+                .height(600.0)
+                .selected_text(name)
+                .show_ui(ui, |ui| {
+                    for preset in PRESETS {
+                        let is_taken = self.preset == Some(preset.name);
+                        let item = ui.selectable_label(is_taken, preset.name);
+                        let item = item.on_hover_text(preset.summary());
+                        if item.marked(&format!("preset={}", preset.name)).clicked() {
+                            chosen = Some(preset);
+                        }
+                    }
+                })
+                .response
+                .on_hover_text("A look: values for Physarum and Trail ([ and ] for the next); * where it was changed")
+                .marked("preset");
+            if let Some(preset) = chosen {
+                self.take_preset(ui.ctx(), preset, commands);
             }
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if ui
-                    .button("Fit")
-                    .on_hover_text("The whole scene into the picture (F)")
-                    .clicked()
-                {
-                    self.fit();
-                }
-            });
+            if ui
+                .button("🎲")
+                .on_hover_text("A look by chance (D)")
+                .marked("chance")
+                .clicked()
+            {
+                self.by_chance(ui.ctx(), commands);
+            }
+            ui.add(
+                egui::DragValue::new(&mut self.morph_seconds)
+                    .range(0.0..=120.0)
+                    .speed(0.1)
+                    .update_while_editing(false)
+                    .max_decimals(1)
+                    .suffix(" s"),
+            )
+            .on_hover_text("How long the change to another look takes. Drag, or click to type.")
+            .marked("morph");
         });
+    }
+
+    /// Is something different from what the preset says?
+    fn is_changed_from(&self, preset: &Builtin) -> bool {
+        self.morph.is_none() && presets::with_preset(&self.edited, preset) != self.edited
+    }
+
+    fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {
+        self.views_list(ui);
         ui.add_space(2.0);
         color_map_picker(ui, &mut self.view.color_map);
-        self.brightness(ui);
+        ui.scope(|ui| self.brightness(ui));
         match self.view.show {
-            Show::Particles => {
+            Show::Particles | Show::Headings => {
                 ui.horizontal(|ui| {
                     ui.label("Point size");
-                    ui.label(RichText::new("pixels").small().color(theme::WEAK));
+                    ui.label(RichText::new("pixels").small().color(theme::weak(ui)));
                 });
                 let size = &mut self.view.particle_size;
-                wide_slider(ui, egui::Slider::new(size, 1.0..=8.0).max_decimals(1));
+                wide_slider(ui, egui::Slider::new(size, 1.0..=8.0).max_decimals(1))
+                    .marked("particle_size");
                 if facts.particles_drawn < self.running.particles.count {
                     let text = format!(
                         "{} are drawn while it runs",
                         grouped(f64::from(facts.particles_drawn))
                     );
-                    ui.label(RichText::new(text).small().color(theme::WEAK))
+                    ui.label(RichText::new(text).small().color(theme::weak(ui)))
                         .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
                 }
             }
-            Show::Surface | Show::Atlas => {}
+            _ => {}
         }
         ui.label("Charts").on_hover_text(
             "The atlas's charts, each in a colour of its own, with their seams: 0 nothing, 0.5 under the trail, 1 nothing else (X)",
@@ -181,7 +288,8 @@ impl Interface {
         wide_slider(
             ui,
             egui::Slider::new(&mut self.view.charts, 0.0..=1.0).max_decimals(2),
-        );
+        )
+        .marked("charts");
     }
 
     fn brightness(&mut self, ui: &mut Ui) {
@@ -194,6 +302,7 @@ impl Interface {
                 if ui
                     .selectable_label(automatic, "auto")
                     .on_hover_text(hint)
+                    .marked("auto")
                     .clicked()
                 {
                     automatic = !automatic;
@@ -207,23 +316,18 @@ impl Interface {
         });
         if let Exposure::Fixed(brightest) = &mut self.view.exposure {
             let slider = egui::Slider::new(brightest, 0.01..=10_000.0);
-            wide_slider(ui, slider.logarithmic(true).max_decimals(2));
+            wide_slider(ui, slider.logarithmic(true).max_decimals(2)).marked("brightest");
         }
     }
 
     fn parameter_sections(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
-        ui.add_space(4.0);
-        ui.add(
-            egui::TextEdit::singleline(&mut self.filter)
-                .hint_text("🔍 find a parameter")
-                .desired_width(f32::INFINITY),
-        );
         let filter = self.filter.trim().to_lowercase();
         let wanted = |name: &str, key: &str| {
             filter.is_empty() || name.to_lowercase().contains(&filter) || key.contains(&filter)
         };
         let mut changed = false;
-        let shared = self.edited.physarum.clone();
+        let before = self.edited.clone();
+        let shared = &before.physarum;
         for (prefix, title, open) in SECTIONS {
             let parameters: Vec<_> = PARAMETERS
                 .iter()
@@ -236,7 +340,9 @@ impl Interface {
                 let context = RowContext {
                     loaded: &self.loaded,
                     running: &self.running,
-                    shared: &shared,
+                    shared,
+                    prefix: "",
+                    idle: &|key| why_idle(key, &before),
                 };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited, &context);
@@ -261,7 +367,9 @@ impl Interface {
                 let context = RowContext {
                     loaded,
                     running,
-                    shared: &shared,
+                    shared,
+                    prefix: &format!("object.{i}."),
+                    idle: &|key| why_object_idle(key, &before.objects[i], &before),
                 };
                 for parameter in parameters {
                     changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
@@ -285,7 +393,7 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
     } = facts.flow;
     if arrived > 0 {
         let text = format!("{} transfers", grouped(arrived.into()));
-        ui.label(RichText::new(text).monospace().color(theme::WEAK))
+        ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
             .on_hover_text(format!(
                 "Particles that have changed objects so far. {} went on from where their walk met the other object; the \
                  others went to its nearest point.",
@@ -294,7 +402,7 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
     }
     if refused > 0 {
         let text = format!("{} found the transfer buffer full", grouped(refused.into()));
-        ui.label(RichText::new(text).color(theme::PENDING))
+        ui.label(RichText::new(text).color(theme::pending(ui)))
             .on_hover_text(format!(
                 "They stayed on their object. Raise the transfer buffer size from {} to {}.",
                 grouped(buffer_size.into()),
@@ -314,12 +422,12 @@ fn invariants(ui: &mut Ui, check: &Check) {
     match &check.problem {
         Some(problem) => {
             let text = format!("{problem}; this is a bug in myxo");
-            ui.label(RichText::new(text).color(theme::ERROR))
+            ui.label(RichText::new(text).color(theme::error(ui)))
         }
         None => {
             let share = 100.0 * check.share;
             let text = format!("invariants hold; checks take {share:.0} %");
-            ui.label(RichText::new(text).monospace().color(theme::WEAK))
+            ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
         }
     }
     .on_hover_text(cost);
@@ -348,5 +456,7 @@ fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnO
             ui.add_space(2.0);
             contents(ui);
             ui.add_space(6.0);
-        });
+        })
+        .header_response
+        .marked(&format!("section={title}"));
 }

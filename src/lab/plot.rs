@@ -83,7 +83,7 @@ pub fn kernel_plot(ui: &mut Ui, facts: &Facts) {
     ui.label(
         egui::RichText::new("milliseconds a step, lately, kernel upon kernel")
             .small()
-            .color(theme::WEAK),
+            .color(theme::weak(ui)),
     );
     ui.add_space(4.0);
 }

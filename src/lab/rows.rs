@@ -1,9 +1,10 @@
 //! One row for each parameter of the table: name, unit, slider, what it does, whether it restarts, and its default.
 
-use egui::{Align, Layout, RichText, Slider, SliderClamping, Ui};
+use egui::{Align, Id, Layout, RichText, Slider, SliderClamping, Ui, UiBuilder};
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 use myxo::scene::settings::PhysarumSettings;
 
+use super::places::{Marked as _, note_value};
 use super::theme;
 use super::widgets::wide_slider;
 
@@ -16,6 +17,10 @@ pub struct RowContext<'a, T> {
     pub running: &'a T,
     /// What objects share with the scene as long as they have nothing of their own.
     pub shared: &'a PhysarumSettings,
+    /// What the names of controls begin with, for tests.
+    pub prefix: &'a str,
+    /// Why a key has no effect as things are, if it has none.
+    pub idle: &'a dyn Fn(&str) -> Option<&'static str>,
 }
 
 /// Shows a parameter and lets it be changed; true if it was.
@@ -28,39 +33,56 @@ pub fn row<T>(
     let mut changed = false;
     let modified = parameter.differs(value, context.loaded);
     let pending = parameter.restarts(context.running, value);
-    ui.push_id(parameter.key, |ui| {
+    let idle = (context.idle)(parameter.key);
+    let key = format!("{}{}", context.prefix, parameter.key);
+    // Of its own, whatever comes and goes above it: else a number that is being typed would lose the keyboard.
+    let builder = UiBuilder::new().id(Id::new(("row", &key)));
+    ui.scope_builder(builder, |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 5.0;
             let name = RichText::new(parameter.name);
-            let name = match (pending, modified) {
-                (true, _) => name.color(theme::PENDING),
-                (false, true) => name.color(theme::ACCENT),
+            let name = match (idle, pending, modified) {
+                (Some(_), ..) => name.color(theme::weak(ui)),
+                (None, true, _) => name.color(theme::pending(ui)),
+                (None, false, true) => name.color(theme::accent(ui)),
                 _ => name,
             };
             ui.label(name)
-                .on_hover_ui(|ui| explain(ui, parameter, context.loaded));
+                .on_hover_ui(|ui| explain(ui, parameter, context.loaded, idle));
             if !parameter.unit.is_empty() {
-                ui.label(RichText::new(parameter.unit).small().color(theme::WEAK));
+                ui.label(RichText::new(parameter.unit).small().color(theme::weak(ui)));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if modified {
                     let reset = ui
                         .small_button("↺")
-                        .on_hover_text(format!("Back to {}", parameter.value(context.loaded)));
+                        .on_hover_text(format!("Back to {}", parameter.value(context.loaded)))
+                        .marked(&format!("{key}:reset"));
                     if reset.clicked() {
                         parameter.copy(context.loaded, value);
                         changed = true;
                     }
                 }
                 if parameter.effect != Effect::Live {
-                    let color = if pending { theme::PENDING } else { theme::WEAK };
+                    let color = if pending {
+                        theme::pending(ui)
+                    } else {
+                        theme::weak(ui)
+                    };
                     let mark = RichText::new("restarts").small().color(color);
                     ui.label(mark)
                         .on_hover_text("A change restarts the simulation.");
                 }
             });
         });
-        changed |= editor(ui, parameter, value, context.shared);
+        let editor = ui.add_enabled_ui(idle.is_none(), |ui| {
+            editor(ui, &key, parameter, value, context.shared)
+        });
+        changed |= editor.inner;
+        note_value(ui.ctx(), &key, || parameter.value(value));
+        if let Some(why) = idle {
+            editor.response.on_disabled_hover_text(why);
+        }
         ui.add_space(1.0);
     });
     changed
@@ -69,12 +91,13 @@ pub fn row<T>(
 /// The line below the name, by what the parameter holds.
 fn editor<T>(
     ui: &mut Ui,
+    key: &str,
     parameter: &Parameter<T>,
     value: &mut T,
     shared: &PhysarumSettings,
 ) -> bool {
     match &parameter.kind {
-        Kind::Number(number) => slider(ui, number, value),
+        Kind::Number(number) => slider(ui, key, number, value),
         Kind::Own(own) => {
             let before = (own.get)(value);
             let mut has = before.is_some();
@@ -82,14 +105,15 @@ fn editor<T>(
             // A value of its own begins as what holds here anyway.
             let mut now = before.unwrap_or((own.shared)(shared));
             ui.checkbox(&mut has, "of its own")
-                .on_hover_text("Otherwise the scene's value holds here too.");
+                .on_hover_text("Otherwise the scene's value holds here too.")
+                .marked(&format!("{key}:own"));
             if has {
                 let slider = Slider::new(&mut now, low..=high)
                     .logarithmic(own.scale == Scale::Logarithmic)
                     .clamping(SliderClamping::Never)
                     .max_decimals(6)
                     .smallest_positive(smallest_positive(low, high));
-                wide_slider(ui, slider);
+                wide_slider(ui, slider).marked(key);
             }
             let after = has.then(|| now.clamp(own.range.0, own.range.1));
             if after != before {
@@ -102,12 +126,24 @@ fn editor<T>(
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 3.0;
                 for (i, word) in words.iter().enumerate() {
-                    ui.selectable_value(&mut chosen, i, *word);
+                    ui.selectable_value(&mut chosen, i, *word)
+                        .marked(&format!("{key}={word}"));
                 }
             });
             let changed = chosen != get(value);
             if changed {
                 set(value, chosen);
+            }
+            changed
+        }
+        Kind::Text { what, get, set, .. } => {
+            let mut text = get(value).to_owned();
+            let editor = egui::TextEdit::singleline(&mut text)
+                .hint_text(*what)
+                .desired_width(f32::INFINITY);
+            let changed = ui.add(editor).marked(key).changed();
+            if changed {
+                set(value, text);
             }
             changed
         }
@@ -120,8 +156,10 @@ fn editor<T>(
                         egui::DragValue::new(component)
                             .range(range.0 as f32..=range.1 as f32)
                             .speed(speed)
+                            .update_while_editing(false)
                             .prefix(axis),
-                    );
+                    )
+                    .marked(&format!("{key}.{}", axis.trim()));
                 }
             });
             let changed = components != get(value);
@@ -133,7 +171,7 @@ fn editor<T>(
     }
 }
 
-fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
+fn slider<T>(ui: &mut Ui, key: &str, number: &Number<T>, value: &mut T) -> bool {
     let mut now = (number.get)(value);
     let (low, high) = number.slider;
     let mut slider = Slider::new(&mut now, low..=high)
@@ -151,7 +189,7 @@ fn slider<T>(ui: &mut Ui, number: &Number<T>, value: &mut T) -> bool {
             .custom_formatter(|value, _| grouped(value))
             .custom_parser(parse_grouped);
     }
-    let changed = wide_slider(ui, slider).changed();
+    let changed = wide_slider(ui, slider).marked(key).changed();
     if changed {
         let (least, most) = number.range;
         (number.set)(value, now.clamp(least, most));
@@ -192,13 +230,17 @@ fn parse_grouped(text: &str) -> Option<f64> {
     digits.parse::<f64>().ok().map(|value| value * factor)
 }
 
-fn explain<T>(ui: &mut Ui, parameter: &Parameter<T>, loaded: &T) {
+fn explain<T>(ui: &mut Ui, parameter: &Parameter<T>, loaded: &T, idle: Option<&str>) {
     ui.set_max_width(300.0);
+    if let Some(why) = idle {
+        let text = format!("No effect as it is. {why}");
+        ui.label(RichText::new(text).color(theme::pending(ui)));
+    }
     ui.label(parameter.help);
     ui.add_space(4.0);
     let line = |ui: &mut Ui, what: &str, text: &str| {
         ui.horizontal(|ui| {
-            ui.label(RichText::new(what).small().color(theme::WEAK));
+            ui.label(RichText::new(what).small().color(theme::weak(ui)));
             ui.label(RichText::new(text).small());
         });
     };
@@ -209,14 +251,14 @@ fn explain<T>(ui: &mut Ui, parameter: &Parameter<T>, loaded: &T) {
         ui.label(
             RichText::new("A change restarts the simulation.")
                 .small()
-                .color(theme::PENDING),
+                .color(theme::pending(ui)),
         );
     }
     if matches!(parameter.kind, Kind::Number(_)) {
         ui.label(
             RichText::new("Click the number to type one.")
                 .small()
-                .color(theme::WEAK),
+                .color(theme::weak(ui)),
         );
     }
 }

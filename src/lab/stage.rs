@@ -1,38 +1,34 @@
 //! What the picture shows: the running simulation, its renderer, and the canvas, drawn again only when it must be.
 
-use std::panic::resume_unwind;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
-use image::RgbaImage;
 use myxo::Result;
-use myxo::gpu::{
-    Access, Buffer, Context, DeviceKind, Domain, Format, Frames, Image, Readback, Recorder,
-};
-use myxo::mesh::atlas::Control;
-use myxo::render::output::Output;
+use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Quality, Renderer, View};
 use myxo::scene::Scene;
-use myxo::scene::settings::{Settings, Strategy};
+use myxo::scene::settings::{Show, Strategy};
 use myxo::sim::Simulation;
 use myxo::sim::types::{Flow, Pose};
+
+use super::loading::Loaded;
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
 
-/// How often it is told how far the setting up of a scene is.
-const TELL_EVERY: Duration = Duration::from_millis(100);
+/// While something is made that needs the device, the window's picture may be so old.
+const SHOWN_FOR: Duration = Duration::from_millis(500);
 
 /// Copies of the counters that may be on their way to the host.
 const COUNTERS_UNDER_WAY: usize = 4;
 
-/// Shows how far the setting up of a scene is: what is being done, and the share of all that is done.
-pub type Tell<'a> = &'a mut dyn FnMut(&'static str, f32) -> Result<()>;
+/// Of the picture, and of the atlas beside it.
+pub type Sizes = ([u32; 2], Option<[u32; 2]>);
+
+/// What pictures depend on: the view, the step, the poses, and the size of the atlas beside.
+type Drawn = (View, u64, Vec<Pose>, Option<[u32; 2]>);
 
 /// A scene that grows and is drawn.
 pub struct Stage {
@@ -43,84 +39,56 @@ pub struct Stage {
     pub simulation: Simulation,
     renderer: Renderer,
     format: Format,
-    /// Where layouts are kept that take long to make.
-    atlases: Option<PathBuf>,
     canvas: Option<(Quality, Canvas)>,
+    /// For the atlas beside the picture.
+    beside: Option<(Quality, Canvas)>,
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
     /// What the canvas shows, if it is still worth showing.
-    drawn: Option<(View, u64, Vec<Pose>)>,
+    drawn: Option<Drawn>,
+    drawn_at: Instant,
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
 }
 
 impl Stage {
-    /// Sets a scene up; pictures are of this format, an sRGB one.
-    pub fn new(
-        ctx: &Arc<Context>,
-        scene: Scene,
-        format: Format,
-        atlases: Option<PathBuf>,
-        tell: Tell<'_>,
-    ) -> Result<Self> {
-        let simulation = set_up(ctx, &scene, atlases.as_deref(), tell)?;
+    /// Puts a scene on the device; pictures are of this format, an sRGB one.
+    pub fn new(ctx: &Arc<Context>, loaded: Loaded, format: Format) -> Result<Self> {
+        let Loaded { scene, setup } = loaded;
+        let simulation = Simulation::from_setup(ctx, &scene, setup)?;
         Ok(Self {
             renderer: Renderer::new(ctx, simulation.setup(), format)?,
             ctx: Arc::clone(ctx),
             scene,
             simulation,
             format,
-            atlases,
             canvas: None,
+            beside: None,
             particles_drawn: u32::MAX,
             drawn: None,
+            drawn_at: Instant::now(),
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
             flow: Flow::default(),
         })
     }
 
-    /// Begins again with these settings. If that fails, what runs goes on.
-    pub fn restart(&mut self, settings: &Settings, tell: Tell<'_>) -> Result<()> {
-        let scene = &self.scene;
-        let same_meshes = scene.settings.objects.len() == settings.objects.len()
-            && scene
-                .settings
-                .objects
-                .iter()
-                .zip(&settings.objects)
-                .all(|(a, b)| a.mesh == b.mesh);
-        let (name, settings, folder) = (scene.name.clone(), settings.clone(), scene.folder.clone());
-        let scene = if same_meshes {
-            Scene::from_meshes(name, settings, scene.meshes.clone(), folder)?
-        } else {
-            Scene::from_settings(name, settings, folder)?
-        };
-        self.show(scene, tell)
-    }
-
-    /// Shows another scene. If that fails, what runs goes on.
-    pub fn show(&mut self, scene: Scene, tell: Tell<'_>) -> Result<()> {
-        let canvas = self.canvas.take();
-        let atlases = self.atlases.clone();
-        match Self::new(&self.ctx, scene, self.format, atlases, tell) {
-            Ok(stage) => *self = Self { canvas, ..stage },
-            Err(error) => {
-                self.canvas = canvas;
-                return Err(error);
-            }
+    /// Goes on with the canvas of the stage that is left.
+    pub fn take_canvas(&mut self, left: Option<Self>) {
+        if let Some(left) = left {
+            (self.canvas, self.beside) = (left.canvas, left.beside);
         }
-        Ok(())
     }
 
-    /// Records the picture, unless the canvas shows it already, and gives it out.
+    /// Records the picture, and the atlas beside it if that has a size, unless the canvases show them already, and gives
+    /// them out.
     pub fn draw(
         &mut self,
         rec: &mut Recorder,
         view: &View,
-        size: [u32; 2],
+        (size, beside): Sizes,
         is_moving: bool,
-    ) -> Result<&Image> {
+    ) -> Result<(&Image, Option<&Image>)> {
         let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
         let quality = if is_cpu && is_moving {
             Quality::Quick
@@ -132,23 +100,32 @@ impl Stage {
             view.most_particles = PARTICLES_ON_CPU;
         }
         self.particles_drawn = self.renderer.particles_drawn(&view);
-        let fits = |(has, canvas): &(Quality, Canvas)| *has == quality && canvas.size() == size;
-        if !self.canvas.as_ref().is_some_and(fits) {
+        for (canvas, size) in [(&mut self.canvas, Some(size)), (&mut self.beside, beside)] {
+            let has = canvas.as_ref().map(|(has, canvas)| (*has, canvas.size()));
+            if has == size.map(|size| (quality, size)) {
+                continue;
+            }
             self.drawn = None;
-            self.canvas = None;
-            self.canvas = Some((
-                quality,
-                Canvas::with_quality(&self.ctx, size, self.format, quality)?,
-            ));
+            *canvas = None;
+            if let Some(size) = size {
+                let new = Canvas::with_quality(&self.ctx, size, self.format, quality)?;
+                *canvas = Some((quality, new));
+            }
         }
         let (_, canvas) = self.canvas.as_ref().expect("made above");
+        let beside_canvas = self.beside.as_ref().map(|(_, canvas)| canvas);
         let step = self.simulation.step();
         self.simulation.record_poses(rec);
-        let now = Some((view, step, self.simulation.poses().to_vec()));
+        let now = Some((view, step, self.simulation.poses().to_vec(), beside));
         if self.drawn != now {
+            let mut atlas = view;
+            atlas.show = Show::Atlas;
+            let pictures = std::iter::once((view, canvas));
+            let pictures: Vec<_> = pictures.chain(beside_canvas.map(|c| (atlas, c))).collect();
             self.renderer
-                .draw(rec, self.simulation.state(), &view, canvas);
+                .draw_beside(rec, self.simulation.state(), &pictures);
             self.drawn = now;
+            self.drawn_at = Instant::now();
             let settings = self.simulation.settings();
             if settings.strategy() != Strategy::None {
                 let transfers = &self.simulation.state().transfers;
@@ -158,7 +135,31 @@ impl Stage {
         while let Some((_, counters)) = self.counters.poll() {
             self.flow = counters[0];
         }
-        Ok(canvas.image())
+        Ok((canvas.image(), beside_canvas.map(Canvas::image)))
+    }
+
+    /// What the canvas shows has changed between steps.
+    pub fn forget_picture(&mut self) {
+        self.drawn = None;
+    }
+
+    /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
+    /// stays.
+    pub fn shows(&self, view: &View, (size, beside): Sizes) -> bool {
+        let fits = |(_, canvas): &(Quality, Canvas)| canvas.size() == size;
+        let is_of = |(drawn, _, _, drawn_beside): &Drawn| {
+            drawn.camera == view.camera && drawn.show == view.show && *drawn_beside == beside
+        };
+        self.canvas.as_ref().is_some_and(fits)
+            && self.drawn.as_ref().is_some_and(is_of)
+            && self.drawn_at.elapsed() < SHOWN_FOR
+    }
+
+    /// What was drawn last; see [`Self::shows`].
+    pub fn picture(&self) -> (&Image, Option<&Image>) {
+        let (_, canvas) = self.canvas.as_ref().expect("it was drawn");
+        let beside = self.beside.as_ref();
+        (canvas.image(), beside.map(|(_, canvas)| canvas.image()))
     }
 
     /// Seconds of the objects' motion, if any moves.
@@ -177,89 +178,27 @@ impl Stage {
         )
     }
 
-    /// Draws the picture with smooth edges and every particle, waits for it, and reads it.
-    pub fn photograph(
+    /// Records some rows of a picture of its own.
+    pub fn draw_rows(
         &mut self,
-        frames: &mut Frames,
+        rec: &mut Recorder,
         view: &View,
-        size: [u32; 2],
-    ) -> Result<RgbaImage> {
-        let canvas = Canvas::new(&self.ctx, size, self.format)?;
-        let pixels = Buffer::<[u8; 4]>::new(
-            &self.ctx,
-            "screenshot",
-            size[0] as usize * size[1] as usize,
-            Domain::Readback,
-        )?;
-        let mut rec = frames.begin()?;
-        self.simulation.record_poses(&mut rec);
+        canvas: &Canvas,
+        rows: std::ops::Range<u32>,
+    ) {
+        self.simulation.record_poses(rec);
         self.renderer
-            .draw(&mut rec, self.simulation.state(), view, &canvas);
-        rec.copy_image(canvas.image(), &pixels);
-        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
-        frames.submit(rec)?;
-        frames.wait_idle()?;
-        let mut bytes: Vec<u8> = pixels.as_slice().as_flattened().to_vec();
-        if self.format == Format::Bgra8Srgb {
-            bytes.chunks_exact_mut(4).for_each(|pixel| pixel.swap(0, 2));
-        }
-        Ok(RgbaImage::from_raw(size[0], size[1], bytes).expect("a pixel for each of the canvas"))
+            .draw_rows(rec, self.simulation.state(), view, canvas, rows);
     }
-}
-
-/// Sets a simulation up on another thread, and tells from this one how far it is.
-fn set_up(
-    ctx: &Arc<Context>,
-    scene: &Scene,
-    atlases: Option<&Path>,
-    tell: Tell<'_>,
-) -> Result<Simulation> {
-    let told = Mutex::new(("setting up", 0.0));
-    let told = || told.lock().unwrap_or_else(PoisonError::into_inner);
-    let cancelled = AtomicBool::new(false);
-    let setup = thread::scope(|scope| {
-        let worker = scope.spawn(|| {
-            let control = Control {
-                progress: Some(&|doing, done| *told() = (doing, done)),
-                cancelled: Some(&cancelled),
-                cache: atlases,
-            };
-            Simulation::set_up(ctx.info(), scene, &control)
-        });
-        let mut last = Instant::now();
-        while !worker.is_finished() {
-            thread::sleep(Duration::from_millis(1));
-            if last.elapsed() >= TELL_EVERY {
-                let (doing, done) = *told();
-                if let Err(error) = tell(doing, done) {
-                    cancelled.store(true, Ordering::Relaxed);
-                    return Err(error);
-                }
-                last = Instant::now();
-            }
-        }
-        worker.join().unwrap_or_else(|panic| resume_unwind(panic))
-    })?;
-    Simulation::from_setup(ctx, scene, setup)
-}
-
-/// Saves a picture as `screenshot_000001.png`, or under the next number that is free, and says where.
-pub fn save_screenshot(folder: &Path, picture: &RgbaImage) -> Result<PathBuf> {
-    let path = (1..)
-        .map(|number| folder.join(format!("screenshot_{number:06}.png")))
-        .find(|path| !path.exists())
-        .expect("numbers do not end");
-    let mut file = Output::create(&path, picture.dimensions(), 1.0)?;
-    file.frame(picture)?;
-    file.finish()?;
-    Ok(path)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::ContextOptions;
+    use myxo::gpu::{ContextOptions, Frames};
+    use myxo::mesh::atlas::Control;
     use myxo::scene::Overrides;
+    use std::path::Path;
 
     /// Through all strategies and back, between frames that are under way, as the panel does it.
     #[test]
@@ -285,8 +224,8 @@ mod tests {
         };
         let scene = Scene::load(Path::new("trio"), &overrides).unwrap();
         let view = View::of(&scene, Vec2::new(64.0, 48.0));
-        let mut stage =
-            Stage::new(&ctx, scene, Format::Rgba8Srgb, None, &mut |_, _| Ok(())).unwrap();
+        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
+        let mut stage = Stage::new(&ctx, Loaded { scene, setup }, Format::Rgba8Srgb).unwrap();
         let mut frames = Frames::new(&ctx, 2).unwrap();
         let all = Strategy::ALL.iter();
         for &strategy in all.clone().chain(all.rev()) {
@@ -296,7 +235,7 @@ mod tests {
             for _ in 0..4 {
                 let mut rec = frames.begin().unwrap();
                 stage.simulation.record_step(&mut rec);
-                stage.draw(&mut rec, &view, [64, 48], true).unwrap();
+                stage.draw(&mut rec, &view, ([64, 48], None), true).unwrap();
                 frames.submit(rec).unwrap();
             }
         }
@@ -306,26 +245,5 @@ mod tests {
         assert_eq!(state.step, 48);
         assert!(stage.flow.arrived > 0, "the panel hears of them");
         assert_eq!(ctx.messages(), [""; 0]);
-    }
-
-    #[test]
-    fn screenshots_are_numbered_and_nothing_is_overwritten() {
-        let folder = tempfile::tempdir().unwrap();
-        let picture = RgbaImage::from_pixel(3, 2, image::Rgba([9, 8, 7, 255]));
-        let names: Vec<_> = (0..2)
-            .map(|_| save_screenshot(folder.path(), &picture).unwrap())
-            .map(|path| path.file_name().unwrap().to_owned())
-            .collect();
-        assert_eq!(names, ["screenshot_000001.png", "screenshot_000002.png"]);
-        let read = image::open(folder.path().join("screenshot_000002.png"))
-            .unwrap()
-            .into_rgba8();
-        assert_eq!(read, picture);
-        let no_folder = folder.path().join("screenshot_000002.png");
-        let error = save_screenshot(&no_folder, &picture).unwrap_err();
-        assert!(
-            error.to_string().contains("screenshot_000001.png"),
-            "{error}"
-        );
     }
 }

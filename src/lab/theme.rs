@@ -1,30 +1,103 @@
-//! How the interface looks: dark and quiet, so that the picture is what glows; slime yellow for what is active.
+//! How the interface looks: quiet, so that the picture is what glows; slime yellow for what is active. Dark or light.
 
-use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Visuals, vec2};
+use egui::{
+    Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Ui, Visuals, vec2,
+};
+
+/// The colours of one of the two.
+struct Palette {
+    /// What is active, changed or under the hand.
+    accent: Color32,
+    /// What waits for a restart, and warnings.
+    pending: Color32,
+    error: Color32,
+    panel: Color32,
+    /// Between parts of the panel.
+    line: Color32,
+    /// Text that is read when it is looked for.
+    weak: Color32,
+    text: Color32,
+    strong: Color32,
+    field: Color32,
+    faint: Color32,
+    button: Color32,
+    button_hovered: Color32,
+}
+
+const DARK: Palette = Palette {
+    accent: Color32::from_rgb(0xe8, 0xb4, 0x1c),
+    pending: Color32::from_rgb(0xf0, 0x8a, 0x3c),
+    error: Color32::from_rgb(0xf2, 0x6d, 0x5f),
+    panel: Color32::from_rgb(0x15, 0x16, 0x19),
+    line: Color32::from_rgb(0x2a, 0x2c, 0x31),
+    weak: Color32::from_rgb(0x8b, 0x8e, 0x96),
+    text: Color32::from_rgb(0xd6, 0xd7, 0xda),
+    strong: Color32::from_rgb(0xf4, 0xf4, 0xf5),
+    field: Color32::from_rgb(0x0d, 0x0e, 0x10),
+    faint: Color32::from_rgb(0x1a, 0x1b, 0x1f),
+    button: Color32::from_rgb(0x26, 0x28, 0x2d),
+    button_hovered: Color32::from_rgb(0x33, 0x36, 0x3d),
+};
+
+const LIGHT: Palette = Palette {
+    accent: Color32::from_rgb(0x8f, 0x67, 0x00),
+    pending: Color32::from_rgb(0xb4, 0x51, 0x00),
+    error: Color32::from_rgb(0xb8, 0x2a, 0x1c),
+    panel: Color32::from_rgb(0xf3, 0xf2, 0xee),
+    line: Color32::from_rgb(0xd6, 0xd4, 0xcd),
+    weak: Color32::from_rgb(0x67, 0x66, 0x60),
+    text: Color32::from_rgb(0x2b, 0x2a, 0x27),
+    strong: Color32::from_rgb(0x0c, 0x0c, 0x0b),
+    field: Color32::from_rgb(0xfc, 0xfb, 0xf9),
+    faint: Color32::from_rgb(0xea, 0xe9, 0xe4),
+    button: Color32::from_rgb(0xe0, 0xde, 0xd7),
+    button_hovered: Color32::from_rgb(0xd3, 0xd0, 0xc7),
+};
 
 /// What is active, changed or under the hand.
-pub const ACCENT: Color32 = Color32::from_rgb(0xe8, 0xb4, 0x1c);
+pub fn accent(ui: &Ui) -> Color32 {
+    ui.visuals().hyperlink_color
+}
+
 /// What waits for a restart, and warnings.
-pub const PENDING: Color32 = Color32::from_rgb(0xf0, 0x8a, 0x3c);
+pub fn pending(ui: &Ui) -> Color32 {
+    ui.visuals().warn_fg_color
+}
+
 /// Errors.
-pub const ERROR: Color32 = Color32::from_rgb(0xf2, 0x6d, 0x5f);
+pub fn error(ui: &Ui) -> Color32 {
+    ui.visuals().error_fg_color
+}
+
 /// The panel.
-pub const PANEL: Color32 = Color32::from_rgb(0x15, 0x16, 0x19);
-/// Lines between parts of the panel.
-pub const LINE: Color32 = Color32::from_rgb(0x2a, 0x2c, 0x31);
+pub fn panel(ui: &Ui) -> Color32 {
+    ui.visuals().panel_fill
+}
+
 /// Text that is read when it is looked for.
-pub const WEAK: Color32 = Color32::from_rgb(0x8b, 0x8e, 0x96);
-const TEXT: Color32 = Color32::from_rgb(0xd6, 0xd7, 0xda);
-const STRONG: Color32 = Color32::from_rgb(0xf4, 0xf4, 0xf5);
-const FIELD: Color32 = Color32::from_rgb(0x0d, 0x0e, 0x10);
-const BUTTON: Color32 = Color32::from_rgb(0x26, 0x28, 0x2d);
-const BUTTON_HOVERED: Color32 = Color32::from_rgb(0x33, 0x36, 0x3d);
+pub fn weak(ui: &Ui) -> Color32 {
+    ui.visuals().weak_text_color()
+}
+
+/// Text on something that is filled with the colour of what is active or waits.
+pub fn on_fill(ui: &Ui) -> Color32 {
+    if ui.visuals().dark_mode {
+        Color32::BLACK
+    } else {
+        Color32::WHITE
+    }
+}
 
 /// Gives a context the look.
-pub fn apply(ctx: &egui::Context) {
-    ctx.set_theme(egui::Theme::Dark);
+pub fn apply(ctx: &egui::Context, light: bool) {
+    ctx.set_theme(if light {
+        egui::Theme::Light
+    } else {
+        egui::Theme::Dark
+    });
+    let visuals = visuals(light);
     ctx.all_styles_mut(|style| {
-        style.visuals = visuals();
+        style.visuals = visuals.clone();
         style.spacing.item_spacing = vec2(8.0, 4.0);
         style.spacing.button_padding = vec2(9.0, 4.0);
         style.spacing.interact_size.y = 22.0;
@@ -47,18 +120,23 @@ pub fn apply(ctx: &egui::Context) {
     });
 }
 
-fn visuals() -> Visuals {
-    let mut visuals = Visuals::dark();
-    visuals.panel_fill = PANEL;
-    visuals.window_fill = PANEL;
-    visuals.window_stroke = Stroke::new(1.0, LINE);
-    visuals.extreme_bg_color = FIELD;
-    visuals.faint_bg_color = Color32::from_rgb(0x1a, 0x1b, 0x1f);
-    visuals.selection.bg_fill = ACCENT.gamma_multiply(0.32);
-    visuals.selection.stroke = Stroke::new(1.0, ACCENT);
-    visuals.hyperlink_color = ACCENT;
-    visuals.warn_fg_color = PENDING;
-    visuals.error_fg_color = ERROR;
+fn visuals(light: bool) -> Visuals {
+    let (mut visuals, palette) = if light {
+        (Visuals::light(), LIGHT)
+    } else {
+        (Visuals::dark(), DARK)
+    };
+    visuals.panel_fill = palette.panel;
+    visuals.window_fill = palette.panel;
+    visuals.window_stroke = Stroke::new(1.0, palette.line);
+    visuals.extreme_bg_color = palette.field;
+    visuals.faint_bg_color = palette.faint;
+    visuals.selection.bg_fill = palette.accent.gamma_multiply(0.32);
+    visuals.selection.stroke = Stroke::new(1.0, palette.accent);
+    visuals.hyperlink_color = palette.accent;
+    visuals.warn_fg_color = palette.pending;
+    visuals.error_fg_color = palette.error;
+    visuals.weak_text_color = Some(palette.weak);
     visuals.slider_trailing_fill = true;
     visuals.striped = false;
     let widgets = &mut visuals.widgets;
@@ -73,13 +151,14 @@ fn visuals() -> Visuals {
         widget.expansion = 0.0;
         widget.bg_stroke = Stroke::NONE;
     }
-    widgets.noninteractive.bg_stroke = Stroke::new(1.0, LINE);
-    widgets.noninteractive.fg_stroke = Stroke::new(1.0, TEXT);
+    widgets.noninteractive.bg_stroke = Stroke::new(1.0, palette.line);
+    widgets.noninteractive.fg_stroke = Stroke::new(1.0, palette.text);
+    let (button, hovered) = (palette.button, palette.button_hovered);
     for (widget, fill, text) in [
-        (&mut widgets.inactive, BUTTON, TEXT),
-        (&mut widgets.hovered, BUTTON_HOVERED, STRONG),
-        (&mut widgets.active, BUTTON_HOVERED, STRONG),
-        (&mut widgets.open, BUTTON, STRONG),
+        (&mut widgets.inactive, button, palette.text),
+        (&mut widgets.hovered, hovered, palette.strong),
+        (&mut widgets.active, hovered, palette.strong),
+        (&mut widgets.open, button, palette.strong),
     ] {
         widget.bg_fill = fill;
         widget.weak_bg_fill = fill;
@@ -89,8 +168,8 @@ fn visuals() -> Visuals {
 }
 
 /// The frame of the panel and of the line below it.
-pub fn panel_frame() -> egui::Frame {
+pub fn panel_frame(ui: &Ui) -> egui::Frame {
     egui::Frame::new()
-        .fill(PANEL)
+        .fill(panel(ui))
         .inner_margin(Margin::symmetric(12, 10))
 }

@@ -5,6 +5,7 @@ use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
 use super::interface::Facts;
+use super::places::Marked as _;
 use super::plot::color_of;
 use super::theme;
 
@@ -17,7 +18,8 @@ pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>) -> Response {
         let gap = ui.spacing().item_spacing.x;
         ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
         ui.spacing_mut().interact_size.x = VALUE_WIDTH;
-        ui.add(slider)
+        // Else 512 could not be typed where 16 is the least: 5 would become 16 at once.
+        ui.add(slider.update_while_editing(false))
     })
     .inner
 }
@@ -29,11 +31,13 @@ pub fn color_map_picker(ui: &mut Ui, chosen: &mut ColorMap) {
         .selected_text(chosen.word())
         .show_ui(ui, |ui| {
             for map in ColorMap::ALL {
-                ui.selectable_value(chosen, *map, map.word());
+                ui.selectable_value(chosen, *map, map.word())
+                    .marked(&format!("colors={}", map.word()));
             }
         })
         .response
-        .on_hover_text("Colours of the trail (C for the next)");
+        .on_hover_text("Colours of the trail (C for the next)")
+        .marked("colors");
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), Sense::hover());
     color_strip(ui, rect, *chosen);
 }
@@ -67,7 +71,7 @@ pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
         } else {
             "measured while it runs"
         };
-        ui.label(RichText::new(reason).color(theme::WEAK));
+        ui.label(RichText::new(reason).color(theme::weak(ui)));
         return;
     }
     egui::Grid::new("kernels")
@@ -75,7 +79,7 @@ pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
         .spacing(vec2(5.0, 3.0))
         .show(ui, |ui| {
             for title in ["kernel", "calls", "mean ms", "p95 ms", "share"] {
-                ui.label(RichText::new(title).small().color(theme::WEAK));
+                ui.label(RichText::new(title).small().color(theme::weak(ui)));
             }
             ui.end_row();
             for (rank, kernel) in facts.kernels.iter().enumerate() {

@@ -1,10 +1,9 @@
-//! The window and its frames: what happens, in order, from an event to a picture on the screen.
+//! The window and its frames: what happens, in order, from input to a picture on the screen.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec2;
 use myxo::gpu::{
     Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Swapchain, Targets,
 };
@@ -12,24 +11,25 @@ use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
 use myxo::scene::Scene;
-use myxo::scene::file::Reader;
-use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
-use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{StartCause, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::window::{Window, WindowId};
+use winit::event::WindowEvent;
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Window;
 
 use super::LabOptions;
 use super::checks::Checks;
 use super::clocks::Clocks;
-use super::interface::{Command, Interface};
+use super::hands::Hand;
+use super::interface::Interface;
 use super::loading::Loading;
+use super::out::TakeOut;
 use super::pacing::Pacer;
 use super::place::Place;
-use super::stage::{Stage, save_screenshot};
+use super::places::Places;
+use super::preferences::Preferences;
+use super::stage::Stage;
 use super::theme;
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
@@ -38,141 +38,65 @@ const SETTLES_AFTER: Duration = Duration::from_millis(250);
 const EXPOSURE_SPEED: f32 = 3.0;
 /// How often a window without a size is looked at again.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
-
-/// What winit calls.
-pub struct App {
-    options: LabOptions,
-    scene: Option<Scene>,
-    lab: Option<Lab>,
-    /// When to draw next, if nothing happens before.
-    wake: Option<Instant>,
-    /// What ended the lab, if not the user.
-    pub error: Option<Error>,
-}
-
-impl App {
-    /// An app that opens its window when the event loop runs.
-    pub fn new(scene: Scene, options: LabOptions) -> Self {
-        Self {
-            options,
-            scene: Some(scene),
-            lab: None,
-            wake: None,
-            error: None,
-        }
-    }
-
-    fn fail(&mut self, events: &ActiveEventLoop, error: Error) {
-        self.error = Some(error);
-        events.exit();
-    }
-}
-
-impl ApplicationHandler for App {
-    fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some(scene) = self.scene.take() else {
-            return;
-        };
-        match Lab::open(events, scene, &self.options) {
-            Ok(lab) => self.lab = Some(lab),
-            Err(error) => self.fail(events, error),
-        }
-    }
-
-    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(lab) = &mut self.lab else {
-            return;
-        };
-        let response = lab.egui.on_window_event(&lab.window, &event);
-        match event {
-            WindowEvent::CloseRequested => events.exit(),
-            WindowEvent::Resized(size) => {
-                lab.swapchain.resize(size.into());
-                lab.window.request_redraw();
-            }
-            WindowEvent::DroppedFile(path) => lab.open_file(&path),
-            WindowEvent::RedrawRequested => match lab.frame() {
-                Ok(_) if lab.closing => events.exit(),
-                Ok(next) => self.wake = next,
-                Err(error) => self.fail(events, error),
-            },
-            _ if response.repaint => lab.window.request_redraw(),
-            _ => {}
-        }
-    }
-
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
-        if let (StartCause::ResumeTimeReached { .. }, Some(lab)) = (cause, &self.lab) {
-            lab.window.request_redraw();
-        }
-    }
-
-    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        events.set_control_flow(match self.wake {
-            Some(wake) if wake <= Instant::now() => {
-                if let Some(lab) = &self.lab {
-                    lab.window.request_redraw();
-                }
-                ControlFlow::Wait
-            }
-            Some(wake) => ControlFlow::WaitUntil(wake),
-            None => ControlFlow::Wait,
-        });
-    }
-
-    fn exiting(&mut self, _: &ActiveEventLoop) {
-        if let Some(mut lab) = self.lab.take() {
-            let _ = lab.frames.wait_idle();
-            lab.report_messages();
-            let problem = lab.checks.as_ref().and_then(Checks::problem);
-            if let (Some(problem), None) = (problem, &self.error) {
-                let text = format!("{problem}; this is a bug in myxo");
-                self.error = Some(Error::Invalid(text));
-            }
-            if lab.message_count > 0 && self.error.is_none() {
-                let count = lab.message_count;
-                let text = format!(
-                    "the validation layers said {count} things, listed above: please report them"
-                );
-                self.error = Some(Error::Invalid(text));
-            }
-        }
-    }
-}
+/// How often it is shown how far a scene is that loads.
+const LOADING_INTERVAL: Duration = Duration::from_millis(50);
+/// Behind everything while there is no scene, as it is stored.
+const EMPTY: [f32; 4] = [0.055, 0.06, 0.075, 1.0];
 
 /// Everything behind an open window. Fields are dropped in this order: what lies on the device before the device,
 /// and the window last.
-struct Lab {
+pub struct Lab {
     gui: Gui,
-    stage: Stage,
-    swapchain: Swapchain,
-    frames: Frames,
-    interface: Interface,
-    egui: egui_winit::State,
-    clocks: Clocks,
+    /// What runs; none before the first scene is ready.
+    pub(super) stage: Option<Stage>,
+    /// What is on its way.
+    pub(super) loading: Option<Loading>,
+    pub(super) swapchain: Swapchain,
+    pub(super) frames: Frames,
+    pub(super) interface: Interface,
+    pub(super) egui: egui_winit::State,
+    pub(super) clocks: Clocks,
+    /// What is being taken out.
+    pub(super) out: TakeOut,
     /// Where the validation layers are on.
-    checks: Option<Checks>,
-    pacer: Pacer,
+    pub(super) checks: Option<Checks>,
+    pub(super) pacer: Pacer,
     /// Steps that were asked for one by one.
-    single_steps: u32,
+    pub(super) single_steps: u32,
+    /// What the hands have on the device.
+    pub(super) hand: Hand,
     /// The user wants to leave.
-    closing: bool,
-    /// Pictures until the lab closes by itself.
+    pub closing: bool,
+    /// Pictures of the scene until the lab closes by itself.
     frames_left: Option<u32>,
     /// When the picture last moved.
-    moved: Instant,
+    pub(super) moved: Instant,
     /// What the validation layers said, counted.
     message_count: usize,
-    ctx: Arc<Context>,
-    window: Arc<Window>,
+    /// The format of pictures.
+    pub(super) format: Format,
+    /// Where layouts are kept that take long to make.
+    pub(super) atlases: Option<PathBuf>,
+    preferences: Option<PathBuf>,
+    /// What was kept when the window opened.
+    opened_with: Preferences,
+    places: Option<Places>,
+    /// The scene that is shown or, before there is one, on its way: its name, and where its paths begin.
+    pub(super) name: String,
+    pub(super) folder: PathBuf,
+    pub(super) ctx: Arc<Context>,
+    pub window: Arc<Window>,
 }
 
 impl Lab {
-    fn open(events: &ActiveEventLoop, scene: Scene, options: &LabOptions) -> Result<Self> {
-        let size = PhysicalSize::new(options.size[0], options.size[1]);
+    /// Opens the window, and begins to load the scene.
+    pub fn open(events: &ActiveEventLoop, scene: Scene, options: &LabOptions) -> Result<Self> {
+        let preferences = options.preferences.as_deref();
+        let preferences = preferences.map(Preferences::read).unwrap_or_default();
+        let [width, height] = options.size.unwrap_or(preferences.size);
         let attributes = Window::default_attributes()
-            .with_title(title(&scene))
-            .with_inner_size(size)
+            .with_title(title(&scene.name))
+            .with_inner_size(PhysicalSize::new(width, height))
             .with_min_inner_size(PhysicalSize::new(480, 320));
         let window = events
             .create_window(attributes)
@@ -194,7 +118,7 @@ impl Lab {
             ..ContextOptions::default()
         })?;
         let size: [u32; 2] = window.inner_size().into();
-        let mut swapchain = Swapchain::new(&ctx, display, handle, size, true)?;
+        let swapchain = Swapchain::new(&ctx, display, handle, size, true)?;
         // A device that is the CPU gains nothing from working ahead, and the hand would feel the delay.
         let in_flight = if ctx.info().kind == DeviceKind::Cpu {
             1
@@ -203,10 +127,13 @@ impl Lab {
         };
         let mut frames = Frames::new(&ctx, in_flight)?;
         let format = swapchain.format().unwrap_or(Format::Bgra8);
-        let mut gui = Gui::new(&ctx, format, in_flight)?;
+        let gui = Gui::new(&ctx, format, in_flight)?;
         let context = egui::Context::default();
-        theme::apply(&context);
-        let mut egui = egui_winit::State::new(
+        theme::apply(&context, preferences.light);
+        context.set_zoom_factor(preferences.zoom);
+        let places = options.places.as_deref();
+        let places = places.map(|file| Places::new(file, &context));
+        let egui = egui_winit::State::new(
             context,
             egui::ViewportId::ROOT,
             window.as_ref(),
@@ -214,49 +141,62 @@ impl Lab {
             None,
             Some(ctx.info().max_image_side as usize),
         );
-        let name = scene.name.clone();
-        let mut loading = Loading {
-            name: &name,
-            window: &window,
-            egui: &mut egui,
-            gui: &mut gui,
-            swapchain: &mut swapchain,
-            frames: &mut frames,
-        };
-        let stage = Stage::new(
-            &ctx,
-            scene,
-            picture_format(format),
-            options.atlases.clone(),
-            &mut |doing, done| loading.show(doing, done),
-        )?;
-        let interface = Interface::new(&stage.scene);
-        let mut clocks = Clocks::new(&ctx, &mut frames);
-        clocks.restart(&mut frames, &stage);
+        let mut interface = Interface::new(&scene);
+        interface.panel = preferences.panel;
+        interface.light = preferences.light;
+        interface.out.folder = preferences.folder.clone();
+        let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();
-        Ok(Self {
+        let mut lab = Self {
             gui,
-            stage,
+            stage: None,
+            loading: None,
             swapchain,
             frames,
             interface,
             egui,
             clocks,
+            out: TakeOut::default(),
             checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
             single_steps: 0,
+            hand: Hand::default(),
             closing: false,
             frames_left: options.frames,
             moved: Instant::now(),
             message_count: 0,
+            format: picture_format(format),
+            atlases: options.atlases.clone(),
+            preferences: options.preferences.clone(),
+            opened_with: preferences,
+            places,
+            name: scene.name.clone(),
+            folder: scene.folder.clone(),
             ctx,
             window,
-        })
+        };
+        lab.load(scene.name.clone(), true, move || Ok(scene));
+        Ok(lab)
+    }
+
+    /// An event of the system that the interface may want. Does the window have to be drawn again?
+    pub fn take_in(&mut self, event: &WindowEvent) -> bool {
+        self.egui.on_window_event(&self.window, event).repaint
+    }
+
+    /// The window has another size, in pixels.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.swapchain.resize(size);
+        self.window.request_redraw();
     }
 
     /// One frame: interface, steps, picture, screen. Says when the next one is due; `None` waits for an event.
-    fn frame(&mut self) -> Result<Option<Instant>> {
+    pub fn frame(&mut self) -> Result<Option<Instant>> {
         let since_last = self.clocks.tick();
+        self.take_loaded();
+        self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
+        self.make(&self.egui.egui_ctx().clone())?;
+        self.clocks.facts.out = self.out.told();
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
         let mut shown = None;
@@ -282,6 +222,7 @@ impl Lab {
         for command in shown.commands {
             self.obey(&context, command, place.size)?;
         }
+        self.look_under_hand(place.size);
         let view = self.present_view(since_last);
 
         // The image first: without one nothing is recorded, and no step is lost.
@@ -290,55 +231,94 @@ impl Lab {
             return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
         };
         let steps = self.steps(since_last, shown.touched);
-        for _ in 0..steps {
-            rec.scope("step", |rec| self.stage.simulation.record_step(rec));
-        }
-        if steps > 0 || shown.touched {
+        let holds = self.out.holds();
+        if steps > 0 || shown.touched || holds {
             self.moved = Instant::now();
         }
         let is_moving = self.moved.elapsed() < SETTLES_AFTER;
+        self.record_hands(&mut rec, &context)?;
+        let beside = shown.beside.map(|rect| {
+            let window = self.window.inner_size().into();
+            Place::of(rect, output.pixels_per_point, window)
+        });
+        let beside = beside.filter(|place| !place.is_empty());
         let target = self.swapchain.image(&image);
-        if !place.is_empty() {
-            let picture = self.stage.draw(&mut rec, &view, place.size, is_moving)?;
-            rec.copy_image_to(picture, target, place.corner);
+        let mut is_drawn = false;
+        if let Some(stage) = &mut self.stage {
+            for _ in 0..steps {
+                rec.scope("step", |rec| stage.simulation.record_step(rec));
+            }
+            if !place.is_empty() {
+                let sizes = (place.size, beside.map(|place| place.size));
+                let (picture, atlas) = if holds && stage.shows(&view, sizes) {
+                    stage.picture()
+                } else {
+                    stage.draw(&mut rec, &view, sizes, is_moving)?
+                };
+                Self::look_on(&mut self.out, &mut rec, picture)?;
+                rec.copy_image_to(picture, target, place.corner);
+                if let (Some(atlas), Some(place)) = (atlas, beside) {
+                    rec.copy_image_to(atlas, target, place.corner);
+                }
+                is_drawn = true;
+            }
         }
         let over = Targets {
             color: target,
             resolve: None,
             depth: None,
             depth_test: DepthTest::Greatest,
-            clear: None,
+            clear: (!is_drawn).then_some(EMPTY),
         };
         let gui = &mut self.gui;
         rec.pass("interface", &over, |pass| {
             gui.draw(pass, target.size(), output.pixels_per_point, &primitives)
         })?;
         self.swapchain.present(&mut self.frames, rec, image)?;
-        self.clocks
-            .shown(steps, &self.ctx, &self.frames, &self.stage, &mut self.pacer);
-        self.check()?;
+        if let Some(stage) = &self.stage {
+            self.clocks
+                .shown(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
+            self.check()?;
+            if let Some(left) = &mut self.frames_left {
+                *left = left.saturating_sub(1);
+                self.closing |= *left == 0;
+            }
+        }
         self.report_messages();
-        if let Some(left) = &mut self.frames_left {
-            *left = left.saturating_sub(1);
-            self.closing |= *left == 0;
+        if let Some(places) = &mut self.places {
+            let state = self
+                .interface
+                .state(&self.clocks.facts, context.text_edit_focused());
+            let written = places.write(state, output.pixels_per_point);
+            written.map_err(|error| Error::Invalid(format!("--places: {error}")))?;
         }
 
         let now = Instant::now();
-        if self.interface.playing || self.single_steps > 0 {
+        if self.runs() || self.single_steps > 0 || self.out.is_busy() {
             return Ok(Some(now));
         }
         let settles = is_moving.then(|| self.moved + SETTLES_AFTER);
+        let loading = self.loading.as_ref().map(|_| now + LOADING_INTERVAL);
         let repaint = repaint.and_then(|delay| now.checked_add(delay));
-        Ok([settles, repaint].into_iter().flatten().min())
+        Ok([settles, loading, repaint].into_iter().flatten().min())
+    }
+
+    /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
+    fn runs(&self) -> bool {
+        let waits = self.loading.is_some() && self.ctx.info().kind == DeviceKind::Cpu;
+        self.stage.is_some() && self.interface.playing && !waits && !self.out.holds()
     }
 
     /// How many steps this frame takes.
     fn steps(&mut self, since_last: Duration, touched: bool) -> u32 {
-        if self.interface.playing {
+        if self.runs() {
             let cap = self.interface.running.time.steps_per_second;
             return self.pacer.steps(since_last, cap, touched);
         }
         self.pacer.restart();
+        if self.out.holds() {
+            return 0;
+        }
         std::mem::take(&mut self.single_steps)
     }
 
@@ -347,141 +327,20 @@ impl Lab {
         let mut view = self.interface.view;
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 1.0 - (-EXPOSURE_SPEED * since_last.as_secs_f32()).exp();
+            // It is the film's, which goes by pictures and not by the clock.
+            if self.out.holds() {
+                *adaptation = 0.0;
+            }
         }
         view
     }
 
-    fn obey(
-        &mut self,
-        context: &egui::Context,
-        command: Command,
-        picture_size: [u32; 2],
-    ) -> Result<()> {
-        match command {
-            Command::Apply => {
-                let live = self.interface.live_settings();
-                match self.stage.simulation.apply(&live) {
-                    Ok(()) => self.interface.running = live,
-                    Err(error) => self.interface.notice(context, error.to_string(), true),
-                }
-            }
-            Command::Restart => {
-                let settings = self.interface.edited.clone();
-                let name = self.stage.scene.name.clone();
-                let (stage, mut loading) = self.loading(&name);
-                let result = stage.restart(&settings, &mut |doing, done| loading.show(doing, done));
-                self.restarted(context, result, false);
-            }
-            Command::Step => self.single_steps += 1,
-            Command::Screenshot => {
-                let picture =
-                    self.stage
-                        .photograph(&mut self.frames, &self.interface.view, picture_size)?;
-                match save_screenshot(Path::new(""), &picture) {
-                    Ok(path) => {
-                        self.interface
-                            .notice(context, format!("Saved {}", path.display()), false)
-                    }
-                    Err(error) => self.interface.notice(context, error.to_string(), true),
-                }
-            }
-            Command::Refocus(pixel) => {
-                let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
-                if let Some(hit) = self.stage.pick(&self.interface.view, pixel, size) {
-                    let Interface {
-                        navigation, view, ..
-                    } = &mut self.interface;
-                    navigation.fly_to(hit.position, view);
-                }
-            }
-            Command::Copy => {
-                context.copy_text(self.scene_text());
-                self.interface
-                    .notice(context, "The scene is in the clipboard", false);
-            }
-            Command::Quit => self.closing = true,
-            Command::Paste(text) => match read_scene(&text, &self.stage.scene) {
-                Ok(scene) => self.open_scene(context, scene),
-                Err(error) => self.interface.notice(context, error.to_string(), true),
-            },
-        }
-        Ok(())
-    }
-
-    /// The scene as it is edited and looked at, as a scene file.
-    fn scene_text(&self) -> String {
-        let mut scene = self.stage.scene.clone();
-        scene.settings = self.interface.edited.clone();
-        let view = &self.interface.view;
-        scene.settings.camera = view.camera.to_settings(scene.center);
-        scene.settings.picture.show = view.show;
-        scene.settings.picture.color_map = view.color_map;
-        scene.settings.picture.charts = view.charts;
-        scene.settings.picture.particle_size = view.particle_size;
-        scene.settings.picture.brightest = match view.exposure {
-            Exposure::Fixed(brightest) => brightest,
-            Exposure::Auto { .. } => 0.0,
-        };
-        scene.to_toml()
-    }
-
-    /// A file that was dropped on the window: a scene or a model.
-    fn open_file(&mut self, path: &Path) {
-        let context = self.egui.egui_ctx().clone();
-        match Scene::load(path, &myxo::scene::Overrides::default()) {
-            Ok(scene) => self.open_scene(&context, scene),
-            Err(error) => self.interface.notice(&context, error.to_string(), true),
-        }
-        self.window.request_redraw();
-    }
-
-    fn open_scene(&mut self, context: &egui::Context, scene: Scene) {
-        self.window.set_title(&title(&scene));
-        let name = scene.name.clone();
-        let (stage, mut loading) = self.loading(&name);
-        let result = stage.show(scene, &mut |doing, done| loading.show(doing, done));
-        self.restarted(context, result, true);
-    }
-
-    /// The stage, and what shows that it is being set.
-    fn loading<'a>(&'a mut self, name: &'a str) -> (&'a mut Stage, Loading<'a>) {
-        let loading = Loading {
-            name,
-            window: &self.window,
-            egui: &mut self.egui,
-            gui: &mut self.gui,
-            swapchain: &mut self.swapchain,
-            frames: &mut self.frames,
-        };
-        (&mut self.stage, loading)
-    }
-
-    /// After a restart, or after one that failed.
-    fn restarted(&mut self, context: &egui::Context, result: Result<()>, is_new_scene: bool) {
-        if let Err(error) = result {
-            self.interface.notice(context, error.to_string(), true);
-            return;
-        }
-        let scene = &self.stage.scene;
-        if is_new_scene {
-            self.interface.open(scene);
-        } else {
-            self.interface.restarted(scene);
-        }
-        self.clocks.restart(&mut self.frames, &self.stage);
-        if let Some(checks) = &mut self.checks {
-            checks.restart();
-        }
-        self.pacer.restart();
-        self.moved = Instant::now();
-    }
-
     /// Checks the invariants, if that is due, and tells the panel.
     fn check(&mut self) -> Result<()> {
-        let Some(checks) = &mut self.checks else {
+        let (Some(checks), Some(stage)) = (&mut self.checks, &self.stage) else {
             return Ok(());
         };
-        if checks.look(&mut self.frames, &self.stage.simulation)? {
+        if checks.look(&mut self.frames, &stage.simulation)? {
             self.clocks.facts.check.clone_from(&checks.last);
             self.window.request_redraw();
             if let Some(problem) = checks.problem() {
@@ -502,10 +361,45 @@ impl Lab {
             log::warn!("told by debug_value:\n{told}");
         }
     }
+
+    /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
+    pub fn close(mut self) -> Result<()> {
+        let _ = self.frames.wait_idle();
+        self.end_taking_out();
+        self.report_messages();
+        if let Some(file) = &self.preferences {
+            let preferences = Preferences {
+                light: self.interface.light,
+                panel: self.interface.panel,
+                zoom: self.egui.egui_ctx().zoom_factor(),
+                folder: self.interface.out.folder.clone(),
+                // The whole screen is not the size of a window.
+                size: match self.window.fullscreen() {
+                    Some(_) => Preferences::read(file).size,
+                    None => self.window.inner_size().into(),
+                },
+            };
+            let preferences = preferences.over(&self.opened_with, &Preferences::read(file));
+            if let Err(error) = preferences.write(file) {
+                log::warn!("preferences are not kept in {}: {error}", file.display());
+            }
+        }
+        if let Some(problem) = self.checks.as_ref().and_then(Checks::problem) {
+            return Err(Error::Invalid(format!("{problem}; this is a bug in myxo")));
+        }
+        if self.message_count > 0 {
+            return Err(Error::Invalid(format!(
+                "the validation layers said {} things, listed above: please report them",
+                self.message_count
+            )));
+        }
+        Ok(())
+    }
 }
 
-fn title(scene: &Scene) -> String {
-    format!("{} - myxo", scene.name)
+/// Of the window that shows a scene.
+pub fn title(scene: &str) -> String {
+    format!("{scene} - myxo")
 }
 
 /// The sRGB format with the same bytes: the picture is drawn in it, and its bytes are copied as they are.
@@ -514,23 +408,6 @@ fn picture_format(window: Format) -> Format {
         Format::Rgba8 | Format::Rgba8Srgb => Format::Rgba8Srgb,
         _ => Format::Bgra8Srgb,
     }
-}
-
-/// A scene from text, such as the clipboard's.
-fn read_scene(text: &str, like: &Scene) -> Result<Scene> {
-    let mut reader = Reader::new(Settings::default());
-    reader.text("clipboard", text);
-    let settings = reader
-        .finish()
-        .map_err(|problems| myxo::scene::SceneError::Problems {
-            scene: "clipboard".into(),
-            problems,
-        })?;
-    Ok(Scene::from_settings(
-        like.name.clone(),
-        settings,
-        like.folder.clone(),
-    )?)
 }
 
 /// What to do where no window opens. The system's reason comes without winit's place in its own source.

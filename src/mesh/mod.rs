@@ -34,6 +34,7 @@ pub mod strip;
 #[doc(hidden)]
 pub mod suite;
 pub mod surface;
+pub mod surface_distance;
 pub mod trees;
 pub mod walk;
 mod weld;

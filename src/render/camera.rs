@@ -7,8 +7,9 @@
 use glam::camera::rh::{proj::vulkan, view};
 use glam::{Mat4, Vec2, Vec3, Vec4Swizzles};
 
-/// The steepest pitch, in radians: straight up would leave the picture without an upright.
-pub const MAX_PITCH: f32 = 1.55;
+/// The steepest pitch, in radians: straight up would leave the picture without an upright. It is within the 88 degrees that
+/// scene files may say.
+pub const MAX_PITCH: f32 = 1.535;
 
 /// Distances are kept in this range of the scene's radius, so that a wheel cannot lose the scene.
 const DISTANCE_RANGE: (f32, f32) = (0.02, 50.0);
@@ -47,6 +48,35 @@ impl Default for Camera {
             scene_radius: 1.0,
         }
     }
+}
+
+/// Where a camera can stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// At +Z.
+    Front,
+    /// At -Z.
+    Back,
+    /// At -X.
+    Left,
+    /// At +X.
+    Right,
+    /// At +Y, with -Z upwards.
+    Top,
+    /// At -Y, with +Z upwards.
+    Bottom,
+}
+
+impl Side {
+    /// All of them, and as buttons call them.
+    pub const ALL: &'static [(Self, &'static str)] = &[
+        (Self::Front, "Front"),
+        (Self::Back, "Back"),
+        (Self::Left, "Left"),
+        (Self::Right, "Right"),
+        (Self::Top, "Top"),
+        (Self::Bottom, "Bottom"),
+    ];
 }
 
 /// A half line in world space.
@@ -181,6 +211,42 @@ impl Camera {
         self.distance = distance;
     }
 
+    /// Turns where it stands: `drag` in pixels; a picture's height is its field of view.
+    pub fn look(&mut self, drag: Vec2, size: Vec2) {
+        let eye = self.eye();
+        let radians_per_pixel = self.vertical_fov / size.y.max(1.0);
+        self.yaw = (self.yaw - drag.x * radians_per_pixel).rem_euclid(std::f32::consts::TAU);
+        self.pitch = (self.pitch + drag.y * radians_per_pixel).clamp(-MAX_PITCH, MAX_PITCH);
+        self.target = eye - self.distance * self.backward();
+    }
+
+    /// Goes a way, to the right, up and backward as it looks, in world units; it goes on looking the same way.
+    pub fn travel(&mut self, way: Vec3) {
+        self.target += way.x * self.right() + way.y * self.up() + way.z * self.backward();
+    }
+
+    /// Opens or closes, and comes nearer or goes back, so that what lies at the target's depth stays as large.
+    pub fn set_field_of_view(&mut self, vertical_fov: f32) {
+        let before = (0.5 * self.vertical_fov).tan();
+        self.vertical_fov = vertical_fov;
+        let (nearest, farthest) = DISTANCE_RANGE;
+        self.distance = (self.distance * before / (0.5 * vertical_fov).tan())
+            .clamp(nearest * self.scene_radius, farthest * self.scene_radius);
+    }
+
+    /// Looks at the target from one of its sides.
+    pub fn look_from(&mut self, side: Side) {
+        let quarter = std::f32::consts::FRAC_PI_2;
+        (self.yaw, self.pitch) = match side {
+            Side::Front => (0.0, 0.0),
+            Side::Right => (quarter, 0.0),
+            Side::Back => (2.0 * quarter, 0.0),
+            Side::Left => (3.0 * quarter, 0.0),
+            Side::Top => (0.0, MAX_PITCH),
+            Side::Bottom => (0.0, -MAX_PITCH),
+        };
+    }
+
     /// The point at the target's depth that a pixel shows.
     fn on_target_plane(&self, pixel: Vec2, size: Vec2) -> Vec3 {
         let ray = self.ray(pixel, size);
@@ -220,6 +286,58 @@ mod tests {
         let camera = camera();
         let pixel = camera.pixel(camera.target, SIZE).unwrap();
         assert!(pixel.distance(0.5 * SIZE) < 1e-3, "{pixel}");
+    }
+
+    #[test]
+    fn sides_are_where_they_say() {
+        for (side, towards) in [
+            (Side::Front, Vec3::Z),
+            (Side::Back, Vec3::NEG_Z),
+            (Side::Left, Vec3::NEG_X),
+            (Side::Right, Vec3::X),
+            (Side::Top, Vec3::Y),
+            (Side::Bottom, Vec3::NEG_Y),
+        ] {
+            let mut turned = camera();
+            turned.look_from(side);
+            assert!(turned.backward().dot(towards) > 0.999, "{side:?}");
+            assert_eq!(
+                (turned.target, turned.distance),
+                (camera().target, camera().distance)
+            );
+        }
+        assert_eq!(Side::ALL.len(), 6);
+    }
+
+    #[test]
+    fn who_flies_turns_on_the_spot_and_goes_straight() {
+        let mut flying = camera();
+        flying.look(Vec2::new(40.0, -25.0), SIZE);
+        assert_near(flying.eye(), camera().eye(), 1e-5);
+        assert!(flying.backward().dot(camera().backward()) < 0.9999);
+        // The hand to the right turns to the right: what was in the middle is left of it.
+        let seen = flying.pixel(camera().target, SIZE).unwrap();
+        assert!(
+            seen.x < 0.5 * SIZE.x - 20.0 && seen.y > 0.5 * SIZE.y + 10.0,
+            "{seen}"
+        );
+        let before = flying.eye();
+        flying.travel(Vec3::new(0.3, -0.2, -0.5));
+        let gone = flying.eye() - before;
+        assert!((gone.dot(flying.right()) - 0.3).abs() < 1e-5);
+        assert!((gone.dot(flying.up()) + 0.2).abs() < 1e-5);
+        assert!((gone.dot(flying.backward()) + 0.5).abs() < 1e-5);
+    }
+
+    #[test]
+    fn another_field_of_view_leaves_the_target_as_large() {
+        let mut wide = camera();
+        let beside = wide.target + 0.3 * wide.right() + 0.1 * wide.up();
+        let before = wide.pixel(beside, SIZE).unwrap();
+        wide.set_field_of_view(1.6);
+        assert_eq!(wide.vertical_fov, 1.6);
+        assert!(wide.distance < 0.7 * camera().distance);
+        assert!(wide.pixel(beside, SIZE).unwrap().distance(before) < 0.01);
     }
 
     #[test]

@@ -158,7 +158,7 @@ fn oklab_from_linear(rgb: Vec3) -> Vec3 {
     LAB_FROM_LMS_ROOTS * Vec3::new(lms.x.cbrt(), lms.y.cbrt(), lms.z.cbrt())
 }
 
-fn linear_from_oklab(lab: Vec3) -> Vec3 {
+pub(super) fn linear_from_oklab(lab: Vec3) -> Vec3 {
     let roots = LAB_FROM_LMS_ROOTS.inverse() * lab;
     LMS_FROM_RGB.inverse() * (roots * roots * roots)
 }

@@ -1,11 +1,14 @@
 //! Draws what `sim` owns, and writes pictures.
 
 pub mod camera;
+mod canvas;
 pub mod charts;
 pub mod colormap;
 pub mod exposure;
 pub mod gui;
+pub mod hues;
 pub mod normals;
+pub mod occlusion;
 pub mod offscreen;
 pub mod output;
 pub mod pick;

@@ -4,11 +4,27 @@ use std::sync::Arc;
 
 use image::RgbaImage;
 
+use super::colormap::{linear_from_srgb, srgb_from_linear};
 use super::renderer::Canvas;
 use crate::gpu::{Access, Buffer, Context, Domain, Format, GpuError, Recorder};
 
 /// The format of offscreen pictures: red first, as files have it, and sRGB.
 pub const FORMAT: Format = Format::Rgba8Srgb;
+
+/// Divides the light of a picture with a transparent background by its alpha, as files have it.
+pub fn unmultiply(picture: &mut RgbaImage) {
+    for pixel in picture.pixels_mut() {
+        let [.., alpha] = pixel.0;
+        if alpha == 0 || alpha == 255 {
+            continue;
+        }
+        let alpha = f32::from(alpha) / 255.0;
+        for channel in &mut pixel.0[..3] {
+            let light = linear_from_srgb(f32::from(*channel) / 255.0) / alpha;
+            *channel = (255.0 * srgb_from_linear(light)).round() as u8;
+        }
+    }
+}
 
 /// A canvas whose picture can be read.
 pub struct Offscreen {

@@ -1,27 +1,35 @@
-//! Draws a simulation: the lit surface with its trail, particles, the unwrapped atlas.
+//! Draws a simulation: the lit surface with its trail, particles, what else a view asks for, the unwrapped atlas.
 //!
 //! Shaders write linear light; the images of a [`Canvas`] are of an sRGB format, which encodes it, once. Geometry is
 //! pulled from the simulation's own buffers; the renderer adds only what pictures need, such as smooth normals.
 
+mod fields;
+mod painted;
+
+use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, Vec4};
+use bytemuck::allocation::pod_collect_to_vec;
+use glam::{Vec2, Vec4};
 
 use super::camera::Camera;
+pub use super::canvas::{Canvas, Quality};
 use super::charts;
 use super::colormap;
 use super::exposure::{self, Exposure};
+use super::hues::object_light;
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
+use super::occlusion::openness;
 use super::view::View;
 use crate::gpu::{
-    Access, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, Image, PassRecorder,
+    Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
     Pipeline, RasterOptions, RasterPipeline, Recorder, Targets, Texels, Threads, Topology,
 };
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
-    BackgroundParams, ParticlesArgs, ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceConstants,
-    SurfaceDraw, SurfaceParams,
+    BackgroundParams, FieldsConstants, FieldsDraw, PaintedDraw, ParticlesArgs, ParticlesDraw,
+    ParticlesParams, SurfaceArgs, SurfaceConstants, SurfaceDraw, SurfaceParams,
 };
 use crate::sim::kernels::{
     Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
@@ -30,93 +38,28 @@ use crate::sim::kernels::{
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
 
-/// Samples a pixel, where the device has them.
-const SAMPLES: u32 = 4;
 /// Light that the trail sends out itself, as a share of its colour.
 const GLOW: f32 = 0.34;
-/// How much of the trail is shown under particles, so that they stand out.
-const TRAIL_UNDER_PARTICLES: f32 = 0.0;
-/// From the eye, where the key light comes from: right, up, backward.
-const KEY_FROM_EYE: Vec3 = Vec3::new(-0.55, 0.75, 0.65);
-
-/// The images that a picture is drawn into.
-pub struct Canvas {
-    /// What is drawn into; several samples a pixel, where the device has them.
-    color: Image,
-    /// One sample a pixel, if `color` has more.
-    resolved: Option<Image>,
-    depth: Image,
-}
-
-impl Canvas {
-    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples a pixel.
-    ///
-    /// # Errors
-    /// When the device has no images of that size, or no memory for them.
-    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format) -> Result<Self, GpuError> {
-        Self::with_quality(ctx, size, format, Quality::Smooth)
-    }
-
-    /// The same, at the price that `quality` says.
-    ///
-    /// # Errors
-    /// As for [`Canvas::new`].
-    pub fn with_quality(
-        ctx: &Arc<Context>,
-        size: [u32; 2],
-        format: Format,
-        quality: Quality,
-    ) -> Result<Self, GpuError> {
-        let samples = quality.samples(ctx);
-        let resolved = match samples {
-            1 => None,
-            _ => Some(Image::new(ctx, "picture.resolved", size, format, 1)?),
-        };
-        Ok(Self {
-            color: Image::new(ctx, "picture.color", size, format, samples)?,
-            depth: Image::new(ctx, "picture.depth", size, Format::Depth32, samples)?,
-            resolved,
-        })
-    }
-
-    /// Width and height, pixels.
-    #[must_use]
-    pub fn size(&self) -> [u32; 2] {
-        self.color.size()
-    }
-
-    /// The finished picture, one sample a pixel.
-    #[must_use]
-    pub fn image(&self) -> &Image {
-        self.resolved.as_ref().unwrap_or(&self.color)
-    }
-}
-
-/// What edges cost. On a device that is a CPU, smooth ones take three times as long.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quality {
-    /// One sample a pixel.
-    Quick,
-    /// Four, or as many as the device has.
-    Smooth,
-}
-
-impl Quality {
-    fn samples(self, ctx: &Context) -> u32 {
-        match self {
-            Self::Quick => 1,
-            Self::Smooth => SAMPLES.min(ctx.info().max_samples),
-        }
-    }
-}
+/// The same where the trail is the only light, and what is left of the others then.
+const GLOW_ALONE: f32 = 1.25;
+const LAMP_BESIDE_GLOW: f32 = 0.10;
+const DARK_BESIDE_GLOW: f32 = 0.25;
+/// How high the brightest trail stands as a relief, scene radii.
+const RELIEF: f32 = 0.03;
+/// What the trail sends out itself there: shadows on it must be seen.
+const GLOW_OF_RELIEF: f32 = 0.05;
 
 /// The pipelines for canvases with one number of samples.
 struct Pipelines {
     samples: u32,
     surface: RasterPipeline<SurfaceDraw>,
+    fields: RasterPipeline<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
+    /// The same where hues that lie over each other must not become white.
+    headings: RasterPipeline<ParticlesDraw>,
     background: RasterPipeline<BackgroundDraw>,
     atlas_view: RasterPipeline<AtlasViewDraw>,
+    painted: RasterPipeline<PaintedDraw>,
 }
 
 impl Pipelines {
@@ -141,9 +84,19 @@ impl Pipelines {
             ..behind
         };
         Ok(Self {
+            painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
             samples,
             surface: RasterPipeline::new(ctx, &SurfaceConstants { texels_in_quads }, options)?,
+            fields: RasterPipeline::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
+            headings: RasterPipeline::new(
+                ctx,
+                &(),
+                RasterOptions {
+                    blend: Blend::Max,
+                    ..points
+                },
+            )?,
             background: RasterPipeline::new(ctx, &(), behind)?,
             atlas_view: RasterPipeline::new(ctx, &AtlasViewConstants { texels_in_quads }, behind)?,
         })
@@ -158,6 +111,10 @@ pub struct Renderer {
     expose: Pipeline<Expose>,
     /// Packed, one for each corner of each triangle.
     normals: Buffer<u32>,
+    /// How much of the sky each corner sees, four to a word.
+    openness: Buffer<u32>,
+    /// One an object.
+    object_colors: Buffer<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
     texels: Texels<u32>,
     /// The colour and the seams of each triangle.
@@ -184,6 +141,8 @@ struct Shot<'a> {
 struct Shape {
     corner_count: u32,
     particle_count: u32,
+    /// Texels that triangles own.
+    owned_count: u32,
     texel_count: u32,
     size: u32,
     pitch: u32,
@@ -206,7 +165,13 @@ impl Renderer {
             .into_iter()
             .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads));
         let normals = corner_normals(&setup.surface, CREASE_ANGLE);
+        let mut openness = openness(&setup.surface, &normals);
+        openness.resize(openness.len().next_multiple_of(4), u8::MAX);
+        let openness = pod_collect_to_vec::<u8, u32>(&openness);
         let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
+        let object_colors: Vec<Vec4> = (0..setup.poses.len())
+            .map(|object| object_light(object).extend(1.0))
+            .collect();
         let (surface, atlas) = (&setup.surface, &setup.atlas);
         let chart_colors = charts::chart_colors(surface, atlas);
         let texels = charts::texel_words(surface, atlas, &chart_colors);
@@ -216,6 +181,8 @@ impl Renderer {
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", &normals)?,
+            openness: Buffer::from_slice(ctx, "openness", &openness)?,
+            object_colors: Buffer::from_slice(ctx, "object_colors", &object_colors)?,
             texels: Texels::new(
                 &Buffer::from_slice_in(ctx, "texels", &texels, Domain::Texels)?,
                 if texels_in_quads { 4 } else { 1 },
@@ -229,6 +196,7 @@ impl Renderer {
             shape: Shape {
                 corner_count: setup.corners.len() as u32,
                 particle_count: setup.particles.len() as u32,
+                owned_count: atlas.density.iter().filter(|d| **d > 0.0).count() as u32,
                 texel_count: atlas.density.len() as u32,
                 size: atlas.size,
                 pitch: atlas.pitch,
@@ -239,45 +207,123 @@ impl Renderer {
 
     /// Records a picture of the simulation as it is after the last step recorded.
     pub fn draw(&mut self, rec: &mut Recorder, state: &State, view: &View, canvas: &Canvas) {
+        let rows = 0..canvas.size()[1];
+        self.draw_rows(rec, state, view, canvas, rows);
+    }
+
+    /// Records some rows of it; the others keep what they have.
+    ///
+    /// # Panics
+    /// If the canvas does not have these rows.
+    pub fn draw_rows(
+        &mut self,
+        rec: &mut Recorder,
+        state: &State,
+        view: &View,
+        canvas: &Canvas,
+        rows: Range<u32>,
+    ) {
+        self.draw_pictures(rec, state, &[(*view, canvas, rows)]);
+    }
+
+    /// Records several pictures of the same moment, exposed as the first of the views says.
+    pub fn draw_beside(&mut self, rec: &mut Recorder, state: &State, pictures: &[(View, &Canvas)]) {
+        let pictures = pictures.iter().copied();
+        let whole = pictures.map(|(view, canvas)| (view, canvas, 0..canvas.size()[1]));
+        self.draw_pictures(rec, state, &whole.collect::<Vec<_>>());
+    }
+
+    fn draw_pictures(
+        &mut self,
+        rec: &mut Recorder,
+        state: &State,
+        pictures: &[(View, &Canvas, Range<u32>)],
+    ) {
         rec.scope("picture", |rec| {
-            self.prepare(rec, state, view);
-            let trail = &state.trail.front;
-            rec.barrier(
-                Access::Kernel,
-                Access::Vertex,
-                &[trail, &state.particles, &self.brightest, &state.poses],
-            );
-            let targets = Targets {
-                color: &canvas.color,
-                resolve: canvas.resolved.as_ref(),
-                depth: Some(&canvas.depth),
-                depth_test: DepthTest::Greatest,
-                clear: Some([0.0, 0.0, 0.0, 1.0]),
+            let Some((first, ..)) = pictures.first() else {
+                return;
             };
-            let [width, height] = canvas.size();
-            let size = Vec2::new(width as f32, height as f32);
-            let samples = canvas.color.samples();
-            let pipelines = self.pipelines.iter().find(|set| set.samples == samples);
-            let shot = Shot {
-                pipelines: pipelines.expect("canvases come in the qualities that renderers have"),
-                state,
-                view,
-                size,
-            };
-            rec.pass("draw", &targets, |pass| match view.show {
-                Show::Atlas => self.draw_atlas(pass, &shot),
-                Show::Surface => self.draw_surface(pass, &shot, 1.0),
-                Show::Particles => {
-                    self.draw_surface(pass, &shot, TRAIL_UNDER_PARTICLES);
-                    self.draw_particles(pass, &shot);
-                }
-            });
+            self.prepare(rec, state, first);
+            let read = self.read(state);
+            // Was painted between steps, if anything was.
+            let bias: Option<&dyn AnyBuffer> = state.bias.as_ref().map(|bias| &bias.field as _);
+            rec.barrier(Access::Kernel, Access::Vertex, &read);
+            rec.barrier(Access::Kernel, Access::Vertex, bias.as_slice());
+            for (view, canvas, rows) in pictures {
+                self.draw_one(rec, state, view, canvas, rows.clone());
+            }
             // The next steps and the next picture write over what was read.
-            rec.barrier(
-                Access::Vertex,
-                Access::Kernel,
-                &[trail, &state.particles, &self.brightest, &state.poses],
-            );
+            rec.barrier(Access::Vertex, Access::Kernel, &read);
+            rec.barrier(Access::Vertex, Access::Kernel, bias.as_slice());
+        });
+    }
+
+    /// What the simulation writes and pictures read.
+    fn read<'a>(&'a self, state: &'a State) -> [&'a dyn AnyBuffer; 8] {
+        [
+            &state.trail.front,
+            &state.deposits.back,
+            &state.distances,
+            &state.nearest,
+            &state.particles,
+            &state.motions,
+            &self.brightest,
+            &state.poses,
+        ]
+    }
+
+    fn draw_one(
+        &self,
+        rec: &mut Recorder,
+        state: &State,
+        view: &View,
+        canvas: &Canvas,
+        rows: Range<u32>,
+    ) {
+        let targets = Targets {
+            color: &canvas.color,
+            resolve: canvas.resolved.as_ref(),
+            depth: Some(&canvas.depth),
+            depth_test: DepthTest::Greatest,
+            clear: Some([0.0, 0.0, 0.0, f32::from(!view.is_transparent)]),
+        };
+        let [width, height] = canvas.size();
+        let size = Vec2::new(width as f32, height as f32);
+        let samples = canvas.color.samples();
+        let pipelines = self.pipelines.iter().find(|set| set.samples == samples);
+        let shot = Shot {
+            pipelines: pipelines.expect("canvases come in the qualities that renderers have"),
+            state,
+            view,
+            size,
+        };
+        rec.pass_rows("draw", &targets, rows, |pass| match view.show {
+            Show::Atlas => self.draw_atlas(pass, &shot),
+            Show::Wireframe | Show::Density => {
+                self.draw_fields(pass, &shot);
+                Self::draw_background(pass, &shot);
+            }
+            Show::Distance | Show::Nearest if state.reach > 0.0 => {
+                self.draw_fields(pass, &shot);
+                Self::draw_background(pass, &shot);
+            }
+            // Without other objects, and before the first step, there are no distances to be read.
+            Show::Distance | Show::Nearest => {
+                self.draw_surface(pass, &shot);
+                Self::draw_background(pass, &shot);
+            }
+            Show::Surface | Show::Relief | Show::Glow | Show::Charts => {
+                self.draw_surface(pass, &shot);
+                if view.show != Show::Charts {
+                    self.draw_painted(pass, &shot);
+                }
+                Self::draw_background(pass, &shot);
+            }
+            Show::Particles | Show::Headings => {
+                self.draw_surface(pass, &shot);
+                Self::draw_background(pass, &shot);
+                self.draw_particles(pass, &shot);
+            }
         });
     }
 
@@ -340,11 +386,26 @@ impl Renderer {
         self.is_first = false;
     }
 
-    fn draw_surface(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>, trail_share: f32) {
+    fn draw_surface(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
         let Shot {
             state, view, size, ..
         } = *shot;
         let camera = &view.camera;
+        let (trail_share, chart_share) = match view.show {
+            // Points stand out from what is bare.
+            Show::Particles | Show::Headings => (0.0, view.charts_under_trail()),
+            Show::Charts => (0.0, 1.0),
+            _ => (view.trail_over_charts(), view.charts_under_trail()),
+        };
+        let (lamp, glow) = match view.show {
+            Show::Glow => (LAMP_BESIDE_GLOW, GLOW_ALONE),
+            Show::Relief => (1.0, GLOW_OF_RELIEF),
+            _ => (1.0, GLOW),
+        };
+        let relief = match view.show {
+            Show::Relief => RELIEF * self.shape.radius,
+            _ => 0.0,
+        };
         pass.draw(
             &shot.pipelines.surface,
             self.shape.corner_count,
@@ -353,27 +414,44 @@ impl Renderer {
                 corners: &state.corners,
                 vertices: &state.vertices,
                 normals: &self.normals,
-                atlas_maps: &state.atlas_maps,
+                openness: &self.openness,
+                strips: &state.strips,
                 poses: &state.poses,
                 trail: &state.trail.front_views.texels,
                 colors: &self.colors,
                 brightest: &self.brightest,
                 charts: &self.charts,
+                distances: &state.distance_views.distances,
             },
             SurfaceParams {
                 clip_from_world: camera.clip_from_world(size),
                 eye: camera.eye(),
-                trail_share: trail_share * view.trail_over_charts(),
-                key_direction: key_direction(camera),
-                glow: GLOW,
+                trail_share,
+                key_direction: view.light.direction(camera),
+                glow,
                 size: self.shape.size,
                 pitch: self.shape.pitch,
-                chart_share: view.charts_under_trail(),
+                chart_share,
+                relief,
+                lamp,
+                occlusion: view.occlusion,
+                reach: state.reach,
             },
         );
-        // Last, because then it fills only the pixels that nothing covers.
+    }
+
+    /// After the surface, because then it fills only the pixels that nothing covers.
+    fn draw_background(pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let (view, size) = (shot.view, shot.size);
+        if view.is_transparent {
+            return;
+        }
+        let lamp = match view.show {
+            Show::Glow => DARK_BESIDE_GLOW,
+            _ => 1.0,
+        };
         let params = BackgroundParams {
-            color: view.background_light(),
+            color: lamp * view.background_light(),
             aspect: size.x / size.y,
         };
         pass.draw(&shot.pipelines.background, 3, 1, (), params);
@@ -386,8 +464,13 @@ impl Renderer {
         let camera = &view.camera;
         let stride = self.particle_stride(view);
         let drawn = self.particles_drawn(view);
+        let is_hued = view.show == Show::Headings;
+        let pipeline = match is_hued {
+            true => &shot.pipelines.headings,
+            false => &shot.pipelines.particles,
+        };
         pass.draw(
-            &shot.pipelines.particles,
+            pipeline,
             drawn,
             1,
             ParticlesArgs {
@@ -396,6 +479,7 @@ impl Renderer {
                 vertices: &state.vertices,
                 poses: &state.poses,
                 colors: &self.colors,
+                motions: &state.motions_view,
             },
             ParticlesParams {
                 clip_from_world: camera.clip_from_world(size),
@@ -405,6 +489,7 @@ impl Renderer {
                 diameter: view.particle_size.max(1.0),
                 strength: particle_strength(drawn, self.shape.radius, view, size),
                 stride,
+                hued: u32::from(is_hued),
             },
         );
     }
@@ -462,10 +547,4 @@ fn particle_strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
     // Half of them are on the far side.
     let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
     (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8)
-}
-
-/// Where the key light comes from, in world space: it moves with the camera, so that what is seen is lit.
-fn key_direction(camera: &Camera) -> Vec3 {
-    let Vec3 { x, y, z } = KEY_FROM_EYE;
-    (x * camera.right() + y * camera.up() + z * camera.backward()).normalize()
 }

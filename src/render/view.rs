@@ -6,7 +6,7 @@ use super::camera::{Camera, MAX_PITCH};
 use super::colormap::linear_from_srgb;
 use super::exposure::Exposure;
 use crate::scene::Scene;
-use crate::scene::settings::{CameraSettings, ColorMap, Show};
+use crate::scene::settings::{CameraSettings, ColorMap, PictureSettings, Show};
 
 /// Everything that a picture of a simulation depends on, but the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,11 +25,51 @@ pub struct View {
     pub most_particles: u32,
     /// Behind the objects, in sRGB, 0 to 1.
     pub background: Vec3,
+    /// Is there nothing behind the objects? Pictures have alpha then, by which their light is multiplied. The unwrapped
+    /// atlas fills its picture in any case.
+    pub is_transparent: bool,
     /// How much of the atlas's charts is shown, in colours of their own: 0 nothing, 0.5 under the trail, 1 nothing
     /// else.
     pub charts: f32,
     /// The part of the atlas that is shown.
     pub atlas: AtlasWindow,
+    /// Where the light comes from.
+    pub light: Light,
+    /// How much darker places are that see little of the sky, 0 to 1.
+    pub occlusion: f32,
+}
+
+/// Where the key light comes from, seen from the camera, with which it moves: what is seen is lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Degrees to the right; 0 is on the camera's side of the scene, 180 behind the scene.
+    pub azimuth: f32,
+    /// Degrees above.
+    pub elevation: f32,
+}
+
+impl Light {
+    /// Unit vector towards the light, in world space.
+    #[must_use]
+    pub fn direction(self, camera: &Camera) -> Vec3 {
+        let Vec3 { x, y, z } = self.from_eye();
+        (x * camera.right() + y * camera.up() + z * camera.backward()).normalize()
+    }
+
+    /// The same by the picture's right, its up and the way to the eye.
+    #[must_use]
+    pub fn from_eye(self) -> Vec3 {
+        let (sin, cos) = self.azimuth.to_radians().sin_cos();
+        let (up, level) = self.elevation.to_radians().sin_cos();
+        Vec3::new(level * sin, up, level * cos)
+    }
+
+    /// Goes with the hand, `drag` in pixels, as if it took hold of a large ball; a picture's height is half a turn.
+    pub fn drag(&mut self, drag: Vec2, size: Vec2) {
+        let degrees = 180.0 / size.y.max(1.0);
+        self.azimuth = (self.azimuth + drag.x * degrees + 180.0).rem_euclid(360.0) - 180.0;
+        self.elevation = (self.elevation - drag.y * degrees).clamp(-90.0, 90.0);
+    }
 }
 
 /// Which part of the atlas a picture shows.
@@ -71,8 +111,14 @@ impl View {
             particle_size: picture.particle_size,
             most_particles: u32::MAX,
             background: Vec3::from_array(picture.background),
+            is_transparent: false,
             charts: picture.charts,
             atlas: AtlasWindow::default(),
+            light: Light {
+                azimuth: picture.light_azimuth,
+                elevation: picture.light_elevation,
+            },
+            occlusion: picture.occlusion,
         }
     }
 
@@ -84,6 +130,21 @@ impl View {
     /// The share of the trail over them.
     pub(super) fn trail_over_charts(&self) -> f32 {
         (2.0 - 2.0 * self.charts).min(1.0)
+    }
+
+    /// Tells a scene's file what is looked at and how, but for where from.
+    pub fn tell(&self, picture: &mut PictureSettings) {
+        picture.show = self.show;
+        picture.color_map = self.color_map;
+        picture.charts = self.charts;
+        picture.particle_size = self.particle_size;
+        picture.light_azimuth = self.light.azimuth;
+        picture.light_elevation = self.light.elevation;
+        picture.occlusion = self.occlusion;
+        picture.brightest = match self.exposure {
+            Exposure::Fixed(brightest) => brightest,
+            Exposure::Auto { .. } => 0.0,
+        };
     }
 
     /// The background as light.
@@ -222,6 +283,26 @@ mod tests {
         ] {
             assert!((a - b).abs() < 1e-4, "{returned:?}");
         }
+    }
+
+    #[test]
+    fn the_light_goes_with_the_camera_and_with_the_hand() {
+        let size = Vec2::splat(100.0);
+        let mut camera = Camera::default();
+        let mut light = Light {
+            azimuth: 0.0,
+            elevation: 0.0,
+        };
+        assert!(light.direction(&camera).dot(camera.backward()) > 0.999);
+        light.drag(Vec2::new(50.0, 0.0), size);
+        assert_eq!(light.azimuth, 90.0);
+        for yaw in [0.0, 1.0, 4.0] {
+            camera.yaw = yaw;
+            assert!(light.direction(&camera).dot(camera.right()) > 0.999);
+        }
+        light.drag(Vec2::new(100.0, -80.0), size);
+        assert_eq!((light.azimuth, light.elevation), (-90.0, 90.0));
+        assert!(light.direction(&camera).dot(camera.up()) > 0.999);
     }
 
     #[test]

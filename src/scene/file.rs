@@ -177,7 +177,16 @@ impl Reader {
         if let Some(rest) = key.strip_prefix("object.") {
             return self.object_key(key, rest, value, at);
         }
-        if let Some(message) = set(PARAMETERS, &mut self.settings, key, key, value.get_ref()) {
+        let typed = matches!(self.place, Place::Argument(_));
+        let outcome = set(
+            PARAMETERS,
+            &mut self.settings,
+            key,
+            key,
+            value.get_ref(),
+            typed,
+        );
+        if let Some(message) = outcome {
             match message {
                 Refusal::Wrong(message) => self.problem(at, message),
                 Refusal::Unknown => match value.get_ref() {
@@ -252,8 +261,12 @@ impl Reader {
         };
         let value = value.get_ref();
         let outcome = match (field, value) {
-            ("" | "motion" | "physarum", DeValue::Table(table)) => return self.table(key, table),
-            ("motion" | "physarum", other) => Some(wrong_type(key, "a table of keys", other)),
+            ("" | "motion" | "physarum" | "start", DeValue::Table(table)) => {
+                return self.table(key, table);
+            }
+            ("motion" | "physarum" | "start", other) => {
+                Some(wrong_type(key, "a table of keys", other))
+            }
             ("motion.keyframes", value) => match keyframes::read(key, value) {
                 Ok(frames) => {
                     object.motion.keyframes = frames;
@@ -287,7 +300,10 @@ impl Reader {
             }
             ("distance_to", other) => Some(wrong_type(key, "a list of names", other)),
             ("name" | "mesh", other) => Some(wrong_type(key, "a text", other)),
-            _ => set(OBJECT_PARAMETERS, object, field, key, value),
+            _ => {
+                let typed = matches!(self.place, Place::Argument(_));
+                set(OBJECT_PARAMETERS, object, field, key, value, typed)
+            }
         };
         match outcome {
             None => {}
@@ -299,7 +315,7 @@ impl Reader {
 
 /// A path typed on the command line is relative to the folder that it was typed in, not to the scene file's.
 fn from_here(mesh: &str) -> String {
-    if mesh.starts_with("builtin:") {
+    if mesh.is_empty() || mesh.starts_with("builtin:") {
         return mesh.to_owned();
     }
     std::path::absolute(mesh)
@@ -321,12 +337,14 @@ fn wrong_type(key: &str, expected: &str, found: &DeValue<'_>) -> Refusal {
 }
 
 /// Sets one parameter of `target`. `key` is looked up, or with a component's index behind it; `full` is for messages.
+/// What was `typed` stands on the command line.
 fn set<T>(
     table: &[Parameter<T>],
     target: &mut T,
     key: &str,
     full: &str,
     value: &DeValue<'_>,
+    typed: bool,
 ) -> Option<Refusal> {
     let Some(parameter) = table.iter().find(|parameter| parameter.key == key) else {
         let component = key
@@ -410,6 +428,13 @@ fn set<T>(
             Some(x) if inside(x, own.range) => (own.set)(target, Some(x)),
             Some(_) => return Some(out(full, value, parameter)),
             None => return Some(wrong_type(full, "a number", value)),
+        },
+        Kind::Text {
+            what, is_path, set, ..
+        } => match value {
+            DeValue::String(text) if *is_path && typed => set(target, from_here(text)),
+            DeValue::String(text) => set(target, text.to_string()),
+            other => return Some(wrong_type(full, &format!("a text ({what})"), other)),
         },
     }
     None

@@ -8,6 +8,7 @@ mod keyframes;
 pub mod motion;
 pub mod parameters;
 pub mod settings;
+mod starts;
 mod strategy;
 pub mod suggest;
 #[cfg(test)]
@@ -195,6 +196,8 @@ impl Scene {
         assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
         check_distance_to(&name, &settings.objects)?;
+        starts::check(&name, &settings)?;
+        starts::from_everywhere(&mut settings, &folder);
         let pooled: Vec<_> = meshes
             .iter()
             .zip(&settings.objects)
@@ -222,11 +225,11 @@ impl Scene {
         })
     }
 
-    /// The rigid pose of each object before anything moves: takes the surface's coordinates, which are scaled, to
+    /// The rigid pose of each object before the first step: takes the surface's coordinates, which are scaled, to
     /// world coordinates.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
-        self.world_from_object_at(0.0)
+        self.world_from_object_at(f64::from(self.settings.time.start))
     }
 
     /// The same after so many seconds of motion.
@@ -249,6 +252,7 @@ impl Scene {
                     .into_owned();
             }
         }
+        starts::from_everywhere(&mut settings, &self.folder);
         settings.to_toml()
     }
 }

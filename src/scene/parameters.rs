@@ -3,11 +3,13 @@
 
 #[macro_use]
 mod macros;
+mod idle;
 mod objects;
 mod table;
 
 use super::settings::{PhysarumSettings, Settings};
 
+pub use idle::{why_idle, why_object_idle};
 pub use objects::OBJECT_PARAMETERS;
 pub use table::PARAMETERS;
 
@@ -63,6 +65,17 @@ pub enum Kind<T: 'static> {
     },
     /// A number that an object has for itself, or shares with the scene.
     Own(Own<T>),
+    /// A text.
+    Text {
+        /// What it is: `the name of an object`.
+        what: &'static str,
+        /// A path, relative to the scene file?
+        is_path: bool,
+        /// The text.
+        get: fn(&T) -> &str,
+        /// Sets it.
+        set: fn(&mut T, String),
+    },
 }
 
 /// A number that an object may have for itself.
@@ -158,6 +171,7 @@ impl<T> Parameter<T> {
             Kind::Choice { get, .. } => get(a) != get(b),
             Kind::Vector { get, .. } => get(a) != get(b),
             Kind::Own(own) => (own.get)(a) != (own.get)(b),
+            Kind::Text { get, .. } => get(a) != get(b),
         }
     }
 
@@ -168,6 +182,7 @@ impl<T> Parameter<T> {
             Kind::Choice { get, set, .. } => set(to, get(from)),
             Kind::Vector { get, set, .. } => set(to, get(from)),
             Kind::Own(own) => (own.set)(to, (own.get)(from)),
+            Kind::Text { get, set, .. } => set(to, get(from).to_owned()),
         }
     }
 
@@ -189,6 +204,7 @@ impl<T> Parameter<T> {
                 range: (low, high), ..
             }) => format!("{} to {}{unit}", grouped(*low), grouped(*high)),
             Kind::Choice { words, .. } => any_of(words),
+            Kind::Text { what, .. } => (*what).to_owned(),
             Kind::Vector {
                 range: (low, high), ..
             } => {
@@ -222,13 +238,14 @@ impl<T> Parameter<T> {
                 Some(value) => format!("{}", value as f32),
                 None => "the scene's".to_owned(),
             },
+            Kind::Text { get, .. } => get(settings).to_owned(),
         }
     }
 
     fn check(&self, prefix: &str, settings: &T, problems: &mut Vec<OutOfRange>) {
         let fits = match &self.kind {
             Kind::Number(number) => number.allows((number.get)(settings)),
-            Kind::Choice { .. } => true,
+            Kind::Choice { .. } | Kind::Text { .. } => true,
             Kind::Vector { range, get, .. } => {
                 get(settings).iter().all(|&c| inside(f64::from(c), *range))
             }

@@ -5,14 +5,17 @@
 //! the scene's up axis is +Y. What a key may hold is said by [`super::parameters`], not here.
 
 mod choices;
+mod shown;
+mod start;
 
 use glam::Affine3A;
 use serde::Serialize;
 
 pub use choices::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Easing, ModelAnimation, Repeat,
-    Sensing, Show, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Easing, Heading, ModelAnimation,
+    ObjectStart, Repeat, Sensing, Show, SignRule, Start, Strategy,
 };
+pub use start::{OwnStart, StartSettings};
 
 use super::motion::{self, MotionSettings};
 
@@ -72,10 +75,18 @@ pub struct ParticleSettings {
     pub count: u32,
     /// Where they begin.
     pub start: Start,
-    /// For `point` and `ring`: the surface point nearest to this place, in scene radii from the scene's centre.
+    /// For `point`, `ring` and `disc`: the surface point nearest to this place, in scene radii from the scene's centre.
     pub start_at: [f32; 3],
-    /// For `ring`: how far along the surface from that point particles begin, in scene radii.
+    /// For `ring` and `disc`: how far along the surface from that point particles begin, in scene radii.
     pub start_radius: f32,
+    /// The name of the only object that they begin on; empty for all.
+    pub start_object: String,
+    /// For `mask`: a greyscale picture of the texture; a path relative to the scene file.
+    pub start_mask: String,
+    /// Where they head.
+    pub start_heading: Heading,
+    /// For the heading `aligned`: a direction in the world.
+    pub start_direction: [f32; 3],
 }
 
 impl Default for ParticleSettings {
@@ -85,6 +96,10 @@ impl Default for ParticleSettings {
             start: Start::Uniform,
             start_at: [0.0, 1.0, 0.0],
             start_radius: 0.25,
+            start_object: String::new(),
+            start_mask: String::new(),
+            start_heading: Heading::Auto,
+            start_direction: [1.0, 0.0, 0.0],
         }
     }
 }
@@ -145,6 +160,8 @@ impl Default for PhysarumSettings {
 pub struct TimeSettings {
     /// Seconds of the objects' motion that pass in a step.
     pub dt: f32,
+    /// Seconds of their motion that lie before the first step.
+    pub start: f32,
     /// The most steps a second in the window; 0 for no cap.
     pub steps_per_second: f32,
 }
@@ -153,6 +170,7 @@ impl Default for TimeSettings {
     fn default() -> Self {
         Self {
             dt: 1.0 / 60.0,
+            start: 0.0,
             steps_per_second: 0.0,
         }
     }
@@ -288,6 +306,12 @@ pub struct PictureSettings {
     pub charts: f32,
     /// Diameter of a drawn particle, in pixels.
     pub particle_size: f32,
+    /// Where the key light comes from, seen from the camera: degrees to the right, and above.
+    pub light_azimuth: f32,
+    /// Degrees above the camera.
+    pub light_elevation: f32,
+    /// How much darker places are that see little of the sky, 0 to 1.
+    pub occlusion: f32,
     /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
     pub background: [f32; 3],
 }
@@ -300,6 +324,9 @@ impl Default for PictureSettings {
             color_map: ColorMap::Myxo,
             charts: 0.0,
             particle_size: 1.5,
+            light_azimuth: -40.0,
+            light_elevation: 41.0,
+            occlusion: 0.7,
             background: [0.055, 0.06, 0.075],
         }
     }
@@ -322,6 +349,9 @@ pub struct ObjectSettings {
     pub texel_weight: f32,
     /// The names of the objects that this one knows its distance to; empty for all others.
     pub distance_to: Vec<String>,
+    /// Where its particles begin, if not where the scene's do.
+    #[serde(skip_serializing_if = "OwnStart::is_default")]
+    pub start: OwnStart,
     /// How it moves.
     #[serde(skip_serializing_if = "MotionSettings::is_default")]
     pub motion: MotionSettings,
@@ -340,6 +370,7 @@ impl Default for ObjectSettings {
             scale: 1.0,
             texel_weight: 1.0,
             distance_to: Vec::new(),
+            start: OwnStart::default(),
             motion: MotionSettings::default(),
             physarum: OwnPhysarum::default(),
         }

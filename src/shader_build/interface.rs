@@ -55,6 +55,7 @@ impl Interface<'_> {
                 Resource::Storage(_) => "Storage".to_owned(),
                 Resource::Texels(_) => "Texels".to_owned(),
                 Resource::StorageTexels(_, n) => format!("StorageTexels {{ components: {n} }}"),
+                Resource::Sampled => "Sampled".to_owned(),
             };
             put(
                 out,
@@ -92,6 +93,7 @@ impl Interface<'_> {
                 Resource::Texels(_) | Resource::StorageTexels(..) => {
                     format!("crate::gpu::Resource::Texels(args.{}.as_dyn())", b.name)
                 }
+                Resource::Sampled => format!("crate::gpu::Resource::Sampled(args.{})", b.name),
             })
             .collect();
         put(
@@ -135,6 +137,7 @@ impl Interface<'_> {
                 Resource::Texels(scalar) | Resource::StorageTexels(scalar, _) => {
                     format!("crate::gpu::Texels<{}>", rust_type(scalar)?)
                 }
+                Resource::Sampled => "crate::gpu::Sampled".to_owned(),
             };
             put(
                 out,

@@ -19,7 +19,8 @@ use shaderc::{
 };
 
 /// Compiles everything in `shaders` and writes into `out`: `kernels.rs` (compute), `draws.rs` (pairs of vertex and
-/// fragment shaders) and `selftest.rs` (kernels of `shaders/selftest`, for the tests of `gpu`), with the SPIR-V files.
+/// fragment shaders), `choices.rs` (`shaders/choices`: other ways to do what kernels do) and `selftest.rs` (kernels of
+/// `shaders/selftest`, for the tests of `gpu`), each with its draws, and the SPIR-V files.
 ///
 /// Returns the compiler's warnings; the error has one line a problem, each with file and line.
 pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
@@ -27,6 +28,7 @@ pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
     let include = shaders.join("include");
     for (folder, compute_file, draw_file) in [
         (shaders.to_path_buf(), "kernels.rs", "draws.rs"),
+        (shaders.join("choices"), "choices.rs", "choices_draws.rs"),
         (shaders.join("selftest"), "selftest.rs", "selftest_draws.rs"),
     ] {
         let mut compiled = Vec::new();

@@ -25,7 +25,7 @@ pub struct Shader {
     pub stage: Stage,
     /// Invocations in a group; 1 for draws.
     pub group_size: u32,
-    /// Storage blocks and texel buffers of both kinds, by binding number, without the debug block.
+    /// Storage blocks, texel buffers of both kinds and images, by binding number, without the debug block.
     pub bindings: Vec<Binding>,
     /// The binding of the debug block, where the shader includes `debug.glsl`.
     pub debug_binding: Option<u32>,
@@ -77,6 +77,8 @@ pub enum Resource {
     Texels(Ty),
     /// `imageBuffer`, `uimageBuffer` or `iimageBuffer`: the scalar and how many of them a texel has.
     StorageTexels(Ty, u32),
+    /// `sampler2D`.
+    Sampled,
 }
 
 /// One binding.

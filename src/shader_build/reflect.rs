@@ -67,6 +67,9 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
                     let binding =
                         binding(number, name.as_deref(), desc_ty, ty, &mut shader.structs)
                             .map_err(|e| format!("binding {number}: {e}"))?;
+                    if binding.resource == Resource::Sampled && stage != Stage::Compute {
+                        return Err(format!("binding {number}: only kernels sample images"));
+                    }
                     shader.bindings.push(binding);
                 }
             }
@@ -198,7 +201,19 @@ fn binding(
                 resource: Resource::StorageTexels(scalar, components),
             })
         }
-        (other, _) => Err(format!("{other:?}: bind storage blocks or texel buffers")),
+        (DescriptorType::CombinedImageSampler(), Type::CombinedImageSampler(t))
+            if scalar_type(&t.sampled_image_ty.scalar_ty) == Ok(Ty::F32) =>
+        {
+            Ok(Binding {
+                number,
+                name: instance.ok_or("an image needs a name")?.to_owned(),
+                access: Access::Read,
+                resource: Resource::Sampled,
+            })
+        }
+        (other, _) => Err(format!(
+            "{other:?}: bind storage blocks, texel buffers or sampler2D"
+        )),
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
 //! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, the poses of
-//! the last step and those that distances were last taken with, as they lie in memory, then the CRC-32 of all that
-//! precedes it (u32).
+//! the last step and those that distances were last taken with, and the bias that was painted, if any was, as they lie in
+//! memory, then the CRC-32 of all that precedes it (u32).
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
@@ -36,6 +36,9 @@ struct Header {
     flux: u64,
     last_poses: u64,
     distance_poses: u64,
+    /// Older files have none.
+    #[serde(default)]
+    bias: u64,
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
@@ -133,7 +136,8 @@ impl Checkpoint {
         Ok(())
     }
 
-    fn write_to(&self, file: &mut WholeFile) -> std::io::Result<()> {
+    /// Writes what is in the file.
+    pub(crate) fn write_to(&self, file: &mut impl Write) -> std::io::Result<()> {
         let Snapshot {
             step,
             movement,
@@ -144,6 +148,7 @@ impl Checkpoint {
             trail,
             deposits,
             transfers,
+            bias,
         } = &self.snapshot;
         let header = serde_json::to_vec(&Header {
             step: *step,
@@ -154,6 +159,7 @@ impl Checkpoint {
             flux: transfers.flux.len() as u64,
             last_poses: last_poses.len() as u64,
             distance_poses: distance_poses.len() as u64,
+            bias: bias.len() as u64,
             scene: self.scene.clone(),
             layout: self.layout,
             movement: movement.clone(),
@@ -176,6 +182,7 @@ impl Checkpoint {
         out.put(bytemuck::cast_slice(&transfers.flux))?;
         out.put(bytemuck::cast_slice(last_poses))?;
         out.put(bytemuck::cast_slice(distance_poses))?;
+        out.put(bytemuck::cast_slice(bias))?;
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
         out.inner.flush()
@@ -246,6 +253,7 @@ impl Checkpoint {
                 },
                 last_poses: array(&mut rest, header.last_poses).ok_or_else(cut_short)?,
                 distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
+                bias: array(&mut rest, header.bias).ok_or_else(cut_short)?,
             },
         };
         if rest.len() != crc.len() {
@@ -321,6 +329,7 @@ mod tests {
                     33
                 ],
                 trail: (0..55).map(|i| i as f32 * 0.1).collect(),
+                bias: (0..55).map(|i| i as f32 - 20.0).collect(),
                 deposits: (0..55).collect(),
                 transfers: TransferState {
                     windows: vec![Window { start: 3, count: 5 }; 2],

@@ -73,7 +73,7 @@ impl Diffusion {
             band,
         };
         let large = Domain::Texels;
-        let exchange = atlas.exchange.by_length();
+        let exchange = atlas.exchange.packed(&atlas.density);
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
             diffuse_seams: Pipeline::new(ctx, &seams_constants)?,
@@ -91,11 +91,11 @@ impl Diffusion {
             )?,
             rows: Texels::new(
                 &Buffer::from_slice_in(ctx, "exchange_rows", &exchange.rows, large)?,
-                1,
+                4,
             )?,
             entries: Texels::new(
                 &Buffer::from_slice_in(ctx, "exchange_entries", &exchange.entries, large)?,
-                2,
+                4,
             )?,
             density: Views::new(
                 ctx,
@@ -180,7 +180,6 @@ impl Diffusion {
                 entries: &self.entries,
                 trail: &trail_views.texels,
                 deposits: &deposits_views.texels,
-                density: &self.density.texels,
                 low_next_trail: &next_views.low,
                 high_next_trail: &next_views.high,
             },

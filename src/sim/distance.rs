@@ -98,6 +98,12 @@ impl DistanceSetup {
         (threads / TILE_SAMPLES) as usize
     }
 
+    /// How many samples those have room for.
+    #[must_use]
+    pub fn samples_in_tiles(&self) -> usize {
+        self.tiles_len() * TILE_SAMPLES as usize
+    }
+
     /// How many margins the tiles of all objects have, with `hint_count` of each.
     #[must_use]
     pub fn margins_len(&self) -> usize {
@@ -186,6 +192,12 @@ impl DistancePlanner {
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
         &self.poses
+    }
+
+    /// Have any been taken since it was made?
+    #[must_use]
+    pub fn has_taken(&self) -> bool {
+        !self.last.is_empty()
     }
 
     /// What must be taken anew with these poses, and takes it for done. What has only moved waits until that is due:

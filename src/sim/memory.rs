@@ -8,12 +8,12 @@ use super::sorting;
 use super::texel_paths::{TexelPaths, Unused};
 use super::transfers::capacity;
 use super::types::{
-    AtlasMap, DistanceJob, ExchangeEntry, ExchangeRow, HalfEdge, ListedTile, Motion, ObjectPair,
-    Particle, Physarum, Pose, Seam, Transfer, Triangle, Vertex,
+    DistanceJob, HalfEdge, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, Seam,
+    Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, DispatchGroups};
-use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE};
+use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries, PackedRow};
 use crate::mesh::strip::StripTriangle;
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
@@ -29,7 +29,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + count(setup.atlas.blocks.len()) * size_of::<u32>() as u64
         + count(setup.atlas.seams.len()) * SEAM
         + count(setup.atlas.exchange.rows.len()) * ROW
-        + count(setup.atlas.exchange.entries.len()) * ENTRY
+        + count(setup.atlas.exchange.packed_entries()) * ENTRIES
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
@@ -67,7 +67,7 @@ fn distance_bytes(setup: &Setup) -> u64 {
     if setup.distance.is_empty() {
         return 0;
     }
-    // Distances, nearest triangles, and places and triangles across.
+    // Distances, nearest triangles, and places, clearances and triangles across.
     let fields = FIELDS * TEXEL * setup.atlas.texel_count() as u64;
     let objects = setup.poses.len() as u64;
     fields
@@ -77,6 +77,7 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + (setup.distance.hints_len() * size_of::<u32>()) as u64
         + setup.distance.tiles_len() as u64
             * (TILE_CANDIDATES as usize * size_of::<u32>() + size_of::<ListedTile>()) as u64
+        + (setup.distance.samples_in_tiles() * size_of::<u32>()) as u64
         + ((tiles.len() + setup.distance.margins_len()) * size_of::<u32>()) as u64
         + size_of_val(&trees.faces[..]) as u64
         + size_of_val(&trees.nodes[..]) as u64
@@ -122,7 +123,8 @@ pub fn largest_atlas_of(device: &DeviceInfo, objects: usize) -> u64 {
         return largest_atlas(device);
     }
     let texels = largest_buffer(device).0 / TEXEL;
-    side_of(texels.min(device.max_texel_buffer_elements.into()))
+    // Of what lies across there are two words a texel.
+    side_of(texels.min(u64::from(device.max_texel_buffer_elements) / 2))
 }
 
 /// How many particles there may be, and which limit says so.
@@ -151,9 +153,9 @@ fn side_of(texels: u64) -> u64 {
 #[must_use]
 pub fn most_triangles(device: &DeviceInfo) -> u64 {
     let bytes = largest_buffer(device).0;
-    // The largest table that is a storage block, and the largest that is read as texels of 16 bytes.
+    // The table that is a storage block, and the largest that is read as texels of 16 bytes.
     let texels = u64::from(device.max_texel_buffer_elements);
-    (bytes / MAP).min(texels * 16 / STRIP)
+    (bytes / CORNERS).min(texels * 16 / STRIP)
 }
 
 /// How many objects there may be so that one buffer of the device holds all pairs of them.
@@ -206,9 +208,9 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     let most = most_triangles(device);
     if triangles > most {
         problems.push(format!(
-            "the meshes have {} triangles, whose maps take {}, and {holds}: use at most {}",
+            "the meshes have {} triangles, whose corners take {}, and {holds}: use at most {}",
             number(triangles),
-            human(triangles * MAP),
+            human(triangles * CORNERS),
             number(most)
         ));
     }
@@ -248,22 +250,22 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
 /// # Errors
 /// Names the table that is too large, the device's limit, and what makes it smaller.
 pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
-    // Seams and rows are read word by word, and entries as texels of two words.
+    // Seams are read word by word, rows and entries as texels of four words.
     let texels = u64::from(device.max_texel_buffer_elements);
-    let (words, pairs) = (4 * texels, 8 * texels);
+    let (words, quads) = (4 * texels, 16 * texels);
     let tables = [
         (atlas.seams.len() as u64, SEAM, words, "gutter texels"),
         (
             atlas.exchange.rows.len() as u64,
             ROW,
-            words,
+            quads,
             "texels beside seams",
         ),
         (
-            atlas.exchange.entries.len() as u64,
-            ENTRY,
-            pairs,
-            "exchanges over seams",
+            atlas.exchange.packed_entries() as u64,
+            ENTRIES,
+            quads,
+            "pairs of exchanges over seams",
         ),
     ];
     let Some((count, size, limit, what)) = tables
@@ -350,15 +352,15 @@ const WALKER: u64 = size_of::<u32>() as u64;
 const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
 /// Values a texel that distances between objects take.
-const FIELDS: u64 = 4;
+const FIELDS: u64 = 5;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
-const ROW: u64 = size_of::<ExchangeRow>() as u64;
-const ENTRY: u64 = size_of::<ExchangeEntry>() as u64;
+const ROW: u64 = size_of::<PackedRow>() as u64;
+const ENTRIES: u64 = size_of::<PackedEntries>() as u64;
 const PAIR: u64 = size_of::<ObjectPair>() as u64;
 const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
-const MAP: u64 = size_of::<AtlasMap>() as u64;
+const CORNERS: u64 = 3 * size_of::<u32>() as u64;
 const STRIP: u64 = size_of::<StripTriangle>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
@@ -373,9 +375,8 @@ fn texel_bytes(count: u64) -> u64 {
 }
 
 fn triangle_bytes(count: u64) -> u64 {
-    let corners = 3 * size_of::<u32>();
-    let each = size_of::<Triangle>() + size_of::<AtlasMap>() + size_of::<StripTriangle>() + corners;
-    count * (each as u64 + 3 * HALFEDGE)
+    let shape = size_of::<Triangle>() as u64;
+    count * (shape + STRIP + CORNERS + 3 * HALFEDGE)
 }
 
 fn texel_count(size: u64) -> u64 {

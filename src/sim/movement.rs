@@ -37,12 +37,12 @@ pub struct SavedMovement {
 }
 
 impl Movement {
-    /// At step 0, which is second 0.
+    /// At step 0, which is the second that the settings name.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
         Self {
             step: 0,
-            time: 0.0,
+            time: f64::from(settings.time.start),
             dt: f64::from(settings.time.dt),
             outside: vec![None; settings.objects.len()],
         }
@@ -159,6 +159,16 @@ impl SavedMovement {
             && movement.dt.is_finite()
             && poses.into_iter().all(|pose| check_rigid(pose).is_ok());
         is_sound.then_some(movement)
+    }
+
+    /// The same time for other objects: each was one of these, or is new and has no pose from outside.
+    #[must_use]
+    pub(super) fn of_objects(&self, from: &[Option<usize>]) -> Self {
+        let outside = from.iter().map(|was| *self.outside.get((*was)?)?);
+        Self {
+            outside: outside.collect(),
+            ..self.clone()
+        }
     }
 
     /// Objects that it was saved for.

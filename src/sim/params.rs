@@ -142,6 +142,7 @@ impl StepConstants {
             texels_in_quads,
             outgrows_block,
             band,
+            painted: false,
         };
         Self {
             advance,
@@ -156,7 +157,10 @@ impl StepConstants {
             move_border: border_constants(settings),
             transfer_out: departure_constants(settings),
             distance_tiles: DistanceTilesConstants { sign_rule },
-            distance: DistanceConstants { sign_rule },
+            distance: DistanceConstants {
+                sign_rule,
+                sees_across: sees_across(settings),
+            },
             distance_brute: DistanceBruteConstants { sign_rule },
             distance_raster: settings.uses_raster().then_some(DistanceRasterConstants {
                 depth: settings.distance.depth as u32,
@@ -181,6 +185,18 @@ impl StepConstants {
                 band,
             },
         }
+    }
+}
+
+impl StepConstants {
+    /// The same where there is a bias that sensors read, or none.
+    #[must_use]
+    pub fn with_bias(mut self, painted: bool) -> Self {
+        self.advance.painted = painted;
+        if let Some(walk_sensors) = &mut self.walk_sensors {
+            walk_sensors.painted = painted;
+        }
+        self
     }
 }
 
@@ -237,6 +253,7 @@ impl StepParams {
                 first_vertex_normal,
                 hint_count: setup.distance.hint_count(),
                 reach: settings.distance.reach * radius,
+                threshold: turn.advance.transfer_threshold,
             },
             distance_brute: DistanceBruteParams {
                 thread_count: 0,

@@ -1,11 +1,9 @@
 //! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from the same setup.
 
-use glam::Vec3;
-
 use super::distance::DistanceSetup;
 use super::params::seed_word;
-use super::start::{self, StartPlace};
+use super::start::{self, Masks, Starts};
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::RigidTrack;
@@ -13,7 +11,7 @@ use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
-use crate::scene::settings::{self, Settings, Start};
+use crate::scene::settings::{self, Settings};
 
 /// The state of a scene at step 0, on the host.
 #[derive(Clone, Debug)]
@@ -48,7 +46,8 @@ impl Setup {
     /// Lays out the atlas and starts the particles.
     ///
     /// # Errors
-    /// When the texture has no room for the triangles; the message names a size that has.
+    /// When the texture has no room for the triangles (the message names a size that has), or a start's mask cannot be
+    /// read.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -59,10 +58,11 @@ impl Setup {
     /// As [`new`](Self::new), and when it was stopped.
     pub fn with_control(scene: &Scene, control: &Control<'_>) -> Result<Self> {
         let settings = &scene.settings;
+        let masks = Masks::open(scene)?;
         let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;
         let (particles, motions) = start::start(
             &scene.surface,
-            start_place(scene),
+            &Starts::of(scene, &atlas, &masks)?,
             settings.particles.count,
             seed_word(settings.seed),
         );
@@ -128,28 +128,6 @@ pub(super) fn others(settings: &Settings) -> Vec<Vec<u32>> {
             others.map(|other| other as u32).collect()
         })
         .collect()
-}
-
-/// Where the settings let particles begin; the point is the one nearest to the place named, over all objects.
-fn start_place(scene: &Scene) -> StartPlace {
-    let particles = &scene.settings.particles;
-    let centre = || {
-        let place = scene.center + scene.radius * Vec3::from_array(particles.start_at);
-        let in_objects: Vec<Vec3> = scene
-            .world_from_object()
-            .iter()
-            .map(|world_from_object| world_from_object.inverse().transform_point3(place))
-            .collect();
-        start::nearest_point(&scene.surface, &in_objects)
-    };
-    match particles.start {
-        Start::Uniform => StartPlace::Everywhere,
-        Start::Point => StartPlace::Point(centre()),
-        Start::Ring => StartPlace::Ring {
-            centre: centre(),
-            radius: f64::from(particles.start_radius * scene.radius),
-        },
-    }
 }
 
 impl Vertex {

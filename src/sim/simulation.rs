@@ -1,6 +1,7 @@
 //! A running simulation on the GPU.
 
 mod alone;
+mod painting;
 
 use std::sync::Arc;
 
@@ -12,8 +13,8 @@ use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
 use super::raster::{self, Raster};
 use super::setup::Setup;
-use super::snapshot::Snapshot;
-use super::state::{Kernels, State};
+use super::snapshot::{Distances, Snapshot};
+use super::state::{Bias, Kernels, State};
 use super::step::{self, Changes};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, arranged};
@@ -24,11 +25,12 @@ use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
 use crate::scene::settings::Settings;
+use painting::Painter;
 
 /// A scene that grows, step by step.
 pub struct Simulation {
     ctx: Arc<Context>,
-    setup: Setup,
+    setup: Arc<Setup>,
     settings: Settings,
     constants: StepConstants,
     kernels: Kernels,
@@ -43,6 +45,8 @@ pub struct Simulation {
     /// Likewise in `state.physarums`.
     physarums: Vec<Physarum>,
     planner: DistancePlanner,
+    /// None before somebody paints.
+    painter: Option<Painter>,
     step: u64,
 }
 
@@ -94,10 +98,11 @@ impl Simulation {
             poses_of_step: setup.poses.clone(),
             poses_before: setup.poses.clone(),
             physarums: Vec::new(),
-            setup,
+            setup: Arc::new(setup),
             settings: scene.settings.clone(),
             constants,
             planner: DistancePlanner::default(),
+            painter: None,
             step: 0,
         })
     }
@@ -120,6 +125,9 @@ impl Simulation {
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
+        if self.planner.has_taken() {
+            self.state.reach = self.settings.distance.reach * self.setup.radius;
+        }
     }
 
     /// What the next step, which is recorded now, finds to be others than the one before.
@@ -183,6 +191,12 @@ impl Simulation {
         self.movement.set_pose(object, world_from_object)
     }
 
+    /// Has the object a pose that was set from outside?
+    #[must_use]
+    pub fn is_pose_set(&self, object: usize) -> bool {
+        self.movement.is_set(object)
+    }
+
     /// Where each object was in the last step, and is in pictures.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
@@ -226,7 +240,7 @@ impl Simulation {
             || settings.transfer.buffer_size != self.settings.transfer.buffer_size;
         // Whatever may fail comes first, so that a failure leaves all as it was.
         let paths = TexelPaths::of(self.ctx.info(), self.setup.atlas.texel_count() as u64);
-        let constants = StepConstants::new(settings, paths);
+        let constants = StepConstants::new(settings, paths).with_bias(self.state.bias.is_some());
         let kernels = (constants != self.constants)
             .then(|| Kernels::new(&self.ctx, &constants))
             .transpose()?;
@@ -277,6 +291,12 @@ impl Simulation {
         &self.setup
     }
 
+    /// The same, for another thread.
+    #[must_use]
+    pub fn shared_setup(&self) -> Arc<Setup> {
+        Arc::clone(&self.setup)
+    }
+
     /// Every buffer, as the last step recorded leaves it.
     #[must_use]
     pub fn state(&self) -> &State {
@@ -303,7 +323,26 @@ impl Simulation {
                 self.settings.strategy(),
                 self.setup.poses.len(),
             )?,
+            bias: match &self.state.bias {
+                Some(bias) => self.ctx.download(&bias.field)?,
+                None => Vec::new(),
+            },
         })
+    }
+
+    /// The signed distances to other objects, copied to the host like [`snapshot`](Self::snapshot). None where there is
+    /// one object, and none before the first step, also the first one after [`restore`](Self::restore).
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn distances(&self) -> Result<Option<Distances>> {
+        if !self.planner.has_taken() {
+            return Ok(None);
+        }
+        Ok(Some(Distances {
+            signed: self.ctx.download(&self.state.distances)?,
+            nearest: self.ctx.download(&self.state.nearest)?,
+        }))
     }
 
     /// Goes on from a snapshot of the same scene.
@@ -322,11 +361,20 @@ impl Simulation {
         }
         let movement = snapshot.movement_of(self.settings.objects.len());
         let movement = movement.map_err(Error::Invalid)?;
+        let bias = if snapshot.bias.is_empty() {
+            None
+        } else {
+            let bias = Bias::new(&self.ctx, self.setup.atlas.density.len())?;
+            self.ctx.upload(&bias.field, &snapshot.bias)?;
+            Some(bias)
+        };
+        self.take_bias(bias)?;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
+        self.state.reach = 0.0;
         self.step = snapshot.step;
         self.movement = movement;
         self.movement

@@ -28,6 +28,17 @@ pub struct Snapshot {
     pub deposits: Vec<u32>,
     /// Particles under way between objects, and the objects' windows.
     pub transfers: TransferState,
+    /// What was painted for sensors to read, one a texel, gutters filled; empty where nobody has.
+    pub bias: Vec<f32>,
+}
+
+/// Where other objects are, seen from every texel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distances {
+    /// Signed distance to the nearest other object, world units, within reach either way; gutters filled.
+    pub signed: Vec<f32>,
+    /// The triangle of another object that is nearest, `NONE` beyond reach; means something on owned texels only.
+    pub nearest: Vec<u32>,
 }
 
 /// How the ids of a population differ from one of each.
@@ -54,6 +65,7 @@ impl Snapshot {
             movement: SavedMovement::default(),
             last_poses: setup.poses.clone(),
             distance_poses: Vec::new(),
+            bias: Vec::new(),
         }
     }
 
@@ -115,9 +127,15 @@ impl Snapshot {
             };
             hash_words(&bytemuck::cast::<_, [u32; 16]>(particle))
         });
+        // A field in which everything was erased is as none.
+        let painted = self.bias.par_iter().enumerate();
+        let bias = painted
+            .filter(|(_, value)| **value != 0.0)
+            .map(|(texel, value)| hash_words(&[BIAS, texel as u32, value.to_bits()]));
         particles
             .chain(trail)
             .chain(in_flight)
+            .chain(bias)
             .reduce(|| 0, u64::wrapping_add)
             .wrapping_add(self.step)
     }
@@ -202,6 +220,16 @@ impl Snapshot {
                 deposited += u64::from(deposits);
             }
         }
+        if let Some(texel) = self.bias.iter().position(|value| !value.is_finite()) {
+            return Err(format!("the bias is {} at texel {texel}", self.bias[texel]));
+        }
+        if ![0, self.trail.len()].contains(&self.bias.len()) {
+            return Err(format!(
+                "there are {} texels of bias, not {}",
+                self.bias.len(),
+                self.trail.len()
+            ));
+        }
         let expected = if self.step == 0 { 0 } else { count as u64 };
         if deposited != expected {
             return Err(format!(
@@ -229,6 +257,9 @@ impl Snapshot {
         }
     }
 }
+
+/// Tells a texel's bias from its trail.
+const BIAS: u32 = 0xb1a5;
 
 /// Mixes words to 64 bits, a multiplication and a shift each (the finalizer of MurmurHash3, Appleby 2011).
 fn hash_words(words: &[u32]) -> u64 {
@@ -272,6 +303,7 @@ mod tests {
             deposits: vec![0; 4],
             transfers: TransferState::default(),
             movement: SavedMovement::default(),
+            bias: Vec::new(),
         }
     }
 
@@ -296,6 +328,12 @@ mod tests {
         let mut changed = state.clone();
         changed.particles[5].u = f32::from_bits(changed.particles[5].u.to_bits() + 1);
         assert_ne!(changed.hash(), state.hash(), "the last bit counts");
+
+        let mut painted = state.clone();
+        painted.bias = vec![0.0; 4];
+        assert_eq!(painted.hash(), state.hash(), "all erased is as none");
+        painted.bias[2] = -1.0;
+        assert_ne!(painted.hash(), state.hash(), "what was painted counts");
 
         let flight = Transfer {
             particle: 3,

@@ -1,7 +1,13 @@
-//! Where particles begin: everywhere, at a point or on a ring.
+//! Where particles begin: everywhere, at a point, on a ring, in a disc or under a mask, each object's by a rule of its
+//! own if it has one; and where they head.
 //!
 //! Everything is drawn from the particle's id and the seed, so a particle begins at the same place whatever the number
 //! of particles, of threads, or its slot.
+
+mod mask;
+mod rules;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::TAU;
 
@@ -10,27 +16,77 @@ use rayon::prelude::*;
 
 use super::types::{Motion, Particle};
 use crate::mesh::surface::Surface;
-use crate::mesh::walk::{BorderRule, SurfacePoint, walk};
+use crate::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
 use crate::rng::{Purpose, random, unit};
+
+pub use mask::{Mask, MaskTable};
+pub use rules::Masks;
 
 /// How far a ring's centre is moved into its triangle, as a share of the way to the centroid: at a vertex exactly,
 /// every direction is on an edge.
 const INSET: f64 = 1e-6;
 
+/// A direction that is this much shorter, laid onto the surface, stands upright on it.
+const UPRIGHT: f64 = 1e-6;
+
 /// Where particles begin.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum StartPlace {
-    /// On all objects, equally many for equal area, heading everywhere.
+    /// Equally many for equal area.
     Everywhere,
-    /// All at one point, heading everywhere.
+    /// All at one point.
     Point(SurfacePoint),
-    /// At one distance from a point along the surface, heading back to it.
+    /// At one distance from a point along the surface.
     Ring {
         /// The point.
         centre: SurfacePoint,
         /// Length of the straight walks from it, world units. Open borders reflect them.
         radius: f64,
     },
+    /// At that distance or less. On a plane there are equally many for equal area.
+    Disc {
+        /// The point.
+        centre: SurfacePoint,
+        /// Length of the longest of the straight walks from it.
+        radius: f64,
+    },
+    /// As many for equal area as a picture is light.
+    Mask(MaskTable),
+}
+
+/// Where particles head. Places and directions are in the space of each object, scaled as the surface is.
+#[derive(Clone, Debug)]
+pub enum StartHeading {
+    /// Inwards from a ring, else everywhere.
+    Auto,
+    /// Everywhere.
+    Random,
+    /// Along a direction.
+    Aligned(Vec<DVec3>),
+    /// Away from the place: along the walk that leads to where they begin, where one does.
+    Radial(Vec<DVec3>),
+    /// The other way round.
+    Inward(Vec<DVec3>),
+}
+
+/// Where some particles begin, and where they head.
+#[derive(Clone, Debug)]
+pub struct StartRule {
+    /// Where.
+    pub place: StartPlace,
+    /// The only object; for places that are everywhere.
+    pub object: Option<u32>,
+    /// Where they head.
+    pub heading: StartHeading,
+}
+
+/// Where all particles begin.
+#[derive(Clone, Debug)]
+pub struct Starts {
+    /// Of all whose object has no rule of its own.
+    pub scene: StartRule,
+    /// One an object. Those with a rule of their own have the particles of their share of the whole area.
+    pub own: Vec<Option<StartRule>>,
 }
 
 /// Particles 0 to `count` at their initial places, in the order of their ids, and where they are going.
@@ -40,46 +96,151 @@ pub enum StartPlace {
 #[must_use]
 pub fn start(
     surface: &Surface,
-    place: StartPlace,
+    starts: &Starts,
     count: u32,
     seed: u32,
 ) -> (Vec<Particle>, Vec<Motion>) {
-    let areas = match place {
-        StartPlace::Everywhere => AreaTable::new(surface),
-        _ => AreaTable::default(),
-    };
+    let scene = Drawer::new(surface, &starts.scene);
+    let own = starts.own.iter().map(Option::as_ref);
+    let own: Vec<Option<Drawer<'_>>> = own
+        .map(|rule| rule.map(|rule| Drawer::new(surface, rule)))
+        .collect();
+    let any_own = own.iter().any(Option::is_some);
+    let whole = any_own.then(|| AreaTable::new(surface, None));
+    let is_everywhere = matches!(starts.scene.place, StartPlace::Everywhere);
+    let stays = is_everywhere && starts.scene.object.is_none();
     (0..count)
         .into_par_iter()
         .map(|id| {
             let words = random(seed, id, 0, Purpose::Start);
-            let (sin, cos) = (TAU * f64::from(unit(words[3]))).sin_cos();
-            let heading = DVec2::new(cos, sin);
-            match place {
-                StartPlace::Everywhere => {
-                    let (u, v) = uniform_in_triangle(words);
-                    let triangle = areas.triangle_at(share(words));
-                    let particle = Particle { triangle, u, v, id };
-                    (particle, motion(heading))
-                }
-                StartPlace::Point(point) => (particle(id, point), motion(heading)),
-                StartPlace::Ring { centre, radius } => {
-                    let border = BorderRule::Reflect;
-                    let end = walk(surface, inset(centre), heading, radius, None, border);
-                    (particle(id, end.point), motion(-end.heading))
-                }
+            let Some(whole) = &whole else {
+                return scene.draw(id, words);
+            };
+            let triangle = whole.triangle_at(share(words));
+            let object = surface.triangles[triangle as usize].object;
+            // What has chosen the object would favour some places on it.
+            let fresh = || random(seed, id, 1, Purpose::Start);
+            match &own[object as usize] {
+                Some(own) => own.draw(id, fresh()),
+                None if stays => scene.draw(id, words),
+                None => scene.draw(id, fresh()),
             }
         })
         .unzip()
 }
 
+/// A rule with what it takes to draw by it.
+struct Drawer<'a> {
+    surface: &'a Surface,
+    rule: &'a StartRule,
+    areas: AreaTable,
+}
+
+impl<'a> Drawer<'a> {
+    fn new(surface: &'a Surface, rule: &'a StartRule) -> Self {
+        let areas = match rule.place {
+            StartPlace::Everywhere => AreaTable::new(surface, rule.object),
+            _ => AreaTable::default(),
+        };
+        Self {
+            surface,
+            rule,
+            areas,
+        }
+    }
+
+    fn draw(&self, id: u32, words: [u32; 4]) -> (Particle, Motion) {
+        let turn = direction(words[3]);
+        // Where it begins, where a heading by chance goes, and where the way from the centre leads on.
+        let (particle, by_chance, away) = match &self.rule.place {
+            StartPlace::Everywhere => {
+                let (u, v) = uniform_in_triangle(words);
+                let triangle = self.areas.triangle_at(share(words));
+                (Particle { triangle, u, v, id }, turn, None)
+            }
+            StartPlace::Mask(table) => {
+                let (triangle, u, v) = table.place(share(words), uniform_in_triangle(words));
+                (Particle { triangle, u, v, id }, turn, None)
+            }
+            StartPlace::Point(point) => (particle(id, *point), turn, Some(turn)),
+            StartPlace::Ring { centre, radius } => {
+                let (particle, away) = self.walk(id, *centre, turn, *radius);
+                (particle, direction(words[2]), Some(away))
+            }
+            StartPlace::Disc { centre, radius } => {
+                let length = radius * f64::from(unit(words[1])).sqrt();
+                let (particle, away) = self.walk(id, *centre, turn, length);
+                (particle, direction(words[2]), Some(away))
+            }
+        };
+        let heading = match &self.rule.heading {
+            StartHeading::Auto => match (&self.rule.place, away) {
+                (StartPlace::Ring { .. }, Some(away)) => -away,
+                _ => by_chance,
+            },
+            StartHeading::Random => by_chance,
+            StartHeading::Aligned(directions) => {
+                let along = directions[self.object(&particle)];
+                self.laid(&particle, along).unwrap_or(by_chance)
+            }
+            StartHeading::Radial(places) => self.away(&particle, away, places, by_chance),
+            StartHeading::Inward(places) => -self.away(&particle, away, places, by_chance),
+        };
+        (particle, motion(heading))
+    }
+
+    fn walk(&self, id: u32, centre: SurfacePoint, turn: DVec2, length: f64) -> (Particle, DVec2) {
+        let border = BorderRule::Reflect;
+        let end = walk(self.surface, inset(centre), turn, length, None, border);
+        (particle(id, end.point), end.heading)
+    }
+
+    fn object(&self, particle: &Particle) -> usize {
+        self.surface.triangles[particle.triangle as usize].object as usize
+    }
+
+    /// The heading away from a centre, which the walk knows or which is straight in space.
+    fn away(
+        &self,
+        particle: &Particle,
+        known: Option<DVec2>,
+        places: &[DVec3],
+        by_chance: DVec2,
+    ) -> DVec2 {
+        known.unwrap_or_else(|| {
+            let corners = self.surface.corners[particle.triangle as usize];
+            let [a, b, c] = corners.map(|i| self.surface.positions[i as usize].as_dvec3());
+            let position = a + f64::from(particle.u) * (b - a) + f64::from(particle.v) * (c - a);
+            let out = position - places[self.object(particle)];
+            self.laid(particle, out).unwrap_or(by_chance)
+        })
+    }
+
+    /// A direction laid onto the particle's triangle; none where it stands upright on it.
+    fn laid(&self, particle: &Particle, direction: DVec3) -> Option<DVec2> {
+        let frame = Frame::of(self.surface, particle.triangle);
+        let laid = DVec2::new(direction.dot(frame.p), direction.dot(frame.h));
+        (laid.length() > UPRIGHT * direction.length()).then(|| laid.normalize())
+    }
+}
+
+fn direction(word: u32) -> DVec2 {
+    let (sin, cos) = (TAU * f64::from(unit(word))).sin_cos();
+    DVec2::new(cos, sin)
+}
+
 /// The surface point that is nearest to a place, which is given in the space of each object (scaled, as the surface's
-/// positions are).
+/// positions are); on one object, if one is given.
 ///
 /// # Panics
-/// When the surface has no triangles.
+/// When there are no triangles.
 #[must_use]
-pub fn nearest_point(surface: &Surface, place_in_object: &[Vec3]) -> SurfacePoint {
-    (0..surface.corners.len() as u32)
+pub fn nearest_point(
+    surface: &Surface,
+    place_in_object: &[Vec3],
+    object: Option<u32>,
+) -> SurfacePoint {
+    triangles_of(surface, object)
         .into_par_iter()
         .map(|triangle| {
             let object = surface.triangles[triangle as usize].object;
@@ -96,25 +257,43 @@ pub fn nearest_point(surface: &Surface, place_in_object: &[Vec3]) -> SurfacePoin
         .expect("a surface has triangles")
 }
 
-/// Which triangle holds a share of the surface's area, the triangles laid end to end.
+/// The triangles of one object, or of all.
+fn triangles_of(surface: &Surface, object: Option<u32>) -> std::ops::Range<u32> {
+    match object {
+        Some(object) => {
+            let (first, end) = surface.objects[object as usize].triangles;
+            first..end
+        }
+        None => 0..surface.corners.len() as u32,
+    }
+}
+
+/// A triangle's area, world units squared.
+fn area(surface: &Surface, triangle: u32) -> f64 {
+    let shape = &surface.triangles[triangle as usize];
+    0.5 * f64::from(shape.ab) * f64::from(shape.ch)
+}
+
+/// Which triangle holds a share of the area, the triangles laid end to end.
 #[derive(Clone, Debug, Default)]
 struct AreaTable {
-    /// Per triangle: the area of all triangles up to it, itself included.
+    first: u32,
+    /// Per triangle, from the first: the area of all triangles up to it, itself included.
     up_to: Vec<f64>,
 }
 
 impl AreaTable {
-    fn new(surface: &Surface) -> Self {
+    fn new(surface: &Surface, object: Option<u32>) -> Self {
+        let triangles = triangles_of(surface, object);
+        let first = triangles.start;
         let mut sum = 0.0;
-        let up_to = surface
-            .triangles
-            .iter()
-            .map(|shape| {
-                sum += 0.5 * f64::from(shape.ab) * f64::from(shape.ch);
+        let up_to = triangles
+            .map(|triangle| {
+                sum += area(surface, triangle);
                 sum
             })
             .collect();
-        Self { up_to }
+        Self { first, up_to }
     }
 
     /// For a share in `[0, 1)`.
@@ -122,7 +301,7 @@ impl AreaTable {
         let last = self.up_to.len() - 1;
         let area = share * self.up_to[last];
         // The product may round up to the whole area.
-        self.up_to.partition_point(|&up_to| up_to <= area).min(last) as u32
+        self.first + self.up_to.partition_point(|&up_to| up_to <= area).min(last) as u32
     }
 }
 
@@ -206,189 +385,4 @@ fn nearest_in_triangle(place: DVec3, a: DVec3, b: DVec3, c: DVec3) -> (f64, f64)
     }
     let sum = weight_a + weight_b + weight_c;
     (weight_b / sum, weight_c / sum)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::Mesh;
-
-    fn surface(meshes: &[(&str, f32)]) -> Surface {
-        let meshes: Vec<(Mesh, f32)> = meshes
-            .iter()
-            .map(|&(name, scale)| (Mesh::builtin(name).unwrap(), scale))
-            .collect();
-        let objects: Vec<(&Mesh, f32)> =
-            meshes.iter().map(|(mesh, scale)| (mesh, *scale)).collect();
-        Surface::build(&objects)
-    }
-
-    fn position(surface: &Surface, particle: &Particle) -> Vec3 {
-        let corners = surface.corners[particle.triangle as usize];
-        let [a, b, c] = corners.map(|i| surface.positions[i as usize]);
-        a + particle.u * (b - a) + particle.v * (c - a)
-    }
-
-    /// Pearson's statistic, which must lie within four standard deviations of its mean: a fair draw fails once in some
-    /// ten thousand seeds, and the seeds here are fixed.
-    fn assert_fair(what: &str, observed: &[u32], expected: &[f64]) {
-        let statistic: f64 = observed
-            .iter()
-            .zip(expected)
-            .map(|(&o, &e)| (f64::from(o) - e).powi(2) / e)
-            .sum();
-        let freedom = (observed.len() - 1) as f64;
-        let off = (statistic - freedom) / (2.0 * freedom).sqrt();
-        assert!(
-            off.abs() < 4.0,
-            "{what}: chi-square {statistic} for {freedom}, off by {off}"
-        );
-    }
-
-    #[test]
-    fn particles_are_uniform_by_area() {
-        // Triangles of a torus differ by their place, those of the second object by a factor of 100 more.
-        let surface = surface(&[("torus?major=24&minor=16", 1.0), ("cube", 0.1)]);
-        let count = 400_000;
-        for seed in [1, 2, 3] {
-            let (particles, _) = start(&surface, StartPlace::Everywhere, count, seed);
-            let whole: f64 = AreaTable::new(&surface).up_to[surface.corners.len() - 1];
-            let expected: Vec<f64> = surface
-                .triangles
-                .iter()
-                .map(|t| 0.5 * f64::from(t.ab * t.ch) / whole * f64::from(count))
-                .collect();
-            let mut by_triangle = vec![0; expected.len()];
-            // The four triangles that the middles of the edges cut a triangle into.
-            let mut by_part = [0; 4];
-            for (id, p) in particles.iter().enumerate() {
-                assert!(p.u >= 0.0 && p.v >= 0.0 && p.u + p.v <= 1.0 && p.id == id as u32);
-                by_triangle[p.triangle as usize] += 1;
-                let part = [p.u + p.v < 0.5, p.u > 0.5, p.v > 0.5];
-                by_part[part.iter().position(|&inside| inside).unwrap_or(3)] += 1;
-            }
-            assert_fair("triangles", &by_triangle, &expected);
-            assert_fair("parts", &by_part, &[f64::from(count) / 4.0; 4]);
-        }
-    }
-
-    #[test]
-    fn headings_are_uniform_wherever_a_particle_begins() {
-        let surface = surface(&[("icosphere?subdivisions=1", 1.0)]);
-        let count = 200_000;
-        let (particles, motions) = start(&surface, StartPlace::Everywhere, count, 4);
-        let mut sectors = [0; 64];
-        let mut sector_and_part = [0; 32];
-        for (p, m) in particles.iter().zip(&motions) {
-            assert!((m.heading_p.hypot(m.heading_h) - 1.0).abs() < 2e-7);
-            assert_eq!((m.pending, m.flags), (0.0, 0));
-            let turn = f64::from(m.heading_h).atan2(f64::from(m.heading_p)) / TAU + 0.5;
-            sectors[(64.0 * turn) as usize % 64] += 1;
-            let part = [p.u + p.v < 0.5, p.u > 0.5, p.v > 0.5];
-            let part = part.iter().position(|&inside| inside).unwrap_or(3);
-            sector_and_part[4 * ((8.0 * turn) as usize % 8) + part] += 1;
-        }
-        assert_fair("sectors", &sectors, &[f64::from(count) / 64.0; 64]);
-        assert_fair(
-            "sectors by part",
-            &sector_and_part,
-            &[f64::from(count) / 32.0; 32],
-        );
-    }
-
-    #[test]
-    fn a_seed_and_an_id_decide_alone() {
-        let surface = surface(&[("torus?major=24&minor=16", 1.0)]);
-        let centre = SurfacePoint {
-            triangle: 5,
-            u: 0.2,
-            v: 0.3,
-        };
-        let ring = StartPlace::Ring {
-            centre,
-            radius: 0.7,
-        };
-        for place in [StartPlace::Everywhere, StartPlace::Point(centre), ring] {
-            let with = |threads, count, seed| {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                pool.unwrap()
-                    .install(|| start(&surface, place, count, seed))
-            };
-            let (particles, motions) = with(1, 5000, 9);
-            let (more_particles, more_motions) = with(3, 7001, 9);
-            assert_eq!(particles, more_particles[..5000]);
-            assert_eq!(motions, more_motions[..5000]);
-            let (_, others) = with(2, 5000, 10);
-            let same = motions.iter().zip(&others).filter(|(a, b)| a == b).count();
-            assert!(same < 5, "{same} of 5000 are the same with another seed");
-        }
-        assert_eq!(start(&surface, ring, 0, 9).0.len(), 0);
-    }
-
-    #[test]
-    fn a_ring_lies_round_its_centre_and_looks_at_it() {
-        let surface = surface(&[("plane?columns=9&rows=7", 1.0)]);
-        let middle = Vec3::new(0.05, 0.0, -0.1);
-        let centre = nearest_point(&surface, &[middle]);
-        let (particles, motions) = start(
-            &surface,
-            StartPlace::Ring {
-                centre,
-                radius: 0.6,
-            },
-            3000,
-            2,
-        );
-        let mut sum = Vec3::ZERO;
-        for (p, m) in particles.iter().zip(&motions) {
-            let out = position(&surface, p) - middle;
-            assert!((out.length() - 0.6).abs() < 1e-5, "{}", out.length());
-            let frame = crate::mesh::walk::Frame::of(&surface, p.triangle);
-            let heading = f64::from(m.heading_p) * frame.p + f64::from(m.heading_h) * frame.h;
-            assert!(heading.dot(out.as_dvec3()) < -0.6 + 1e-4);
-            sum += out;
-        }
-        assert!(sum.length() < 0.05 * 3000.0 * 0.6, "lopsided: {sum}");
-        let (particles, _) = start(&surface, StartPlace::Point(centre), 10, 2);
-        assert!(
-            particles
-                .iter()
-                .all(|p| position(&surface, p).distance(middle) < 1e-6)
-        );
-    }
-
-    #[test]
-    fn the_nearest_point_is_nearest() {
-        let surface = surface(&[("icosphere?subdivisions=2", 1.0), ("cube", 0.5)]);
-        let (samples, _) = start(&surface, StartPlace::Everywhere, 20_000, 3);
-        for k in 0..50 {
-            let place = |object| {
-                let words = random(6, k, object, Purpose::Start);
-                Vec3::from_array([0, 1, 2].map(|axis| 4.0 * unit(words[axis]) - 2.0))
-            };
-            let places = [place(0), place(1)];
-            let distance = |p: &Particle| {
-                let object = surface.triangles[p.triangle as usize].object;
-                position(&surface, p).distance(places[object as usize])
-            };
-            let found = distance(&particle(0, nearest_point(&surface, &places)));
-            let sampled = samples.iter().map(distance).fold(f32::INFINITY, f32::min);
-            assert!(
-                found <= sampled + 1e-6 && found > sampled - 0.1,
-                "{found}, {sampled}"
-            );
-        }
-    }
-
-    #[test]
-    fn every_share_of_the_area_has_a_triangle() {
-        let surface = surface(&[("cube", 1.0)]);
-        let table = AreaTable::new(&surface);
-        assert_eq!(table.triangle_at(0.0), 0);
-        assert_eq!(table.triangle_at(1.001 / 12.0), 1);
-        assert_eq!(table.triangle_at(share([u32::MAX; 4])), 11);
-        assert_eq!(share([0; 4]), 0.0);
-        assert_eq!(share([1 << 31, 0, 0, 0]), 0.5);
-        assert!(share([0, 8, 0, 0]) > 0.0 && share([u32::MAX; 4]) < 1.0);
-    }
 }

@@ -19,7 +19,7 @@ use super::sorting::Sorting;
 use super::texel_paths::{self, TexelPaths, Unused};
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    AtlasMap, DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
+    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
     SurfaceSample, Vertex,
 };
 use crate::gpu::{
@@ -181,6 +181,26 @@ impl<T: TexelScalar> PingPong<T> {
     }
 }
 
+/// What was painted for sensors to read.
+pub struct Bias {
+    /// One a texel, gutters filled: trail units that sensors read more.
+    pub field: Buffer<f32>,
+    /// The same, as kernels read and write it.
+    pub views: Views<f32>,
+}
+
+impl Bias {
+    /// Nothing is painted on so many texels.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn new(ctx: &Arc<Context>, texels: usize) -> Result<Self, GpuError> {
+        let field = Buffer::zeroed_in(ctx, "bias", texels, Domain::Texels)?;
+        let views = Views::new(ctx, &field)?;
+        Ok(Self { field, views })
+    }
+}
+
 /// Which of two buffers each have which role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Roles {
@@ -204,15 +224,19 @@ pub struct DistanceViews {
     pub candidates: Texels<u32>,
     /// Two texels each.
     pub listed: Texels<u32>,
+    /// One by one.
+    pub covered: Texels<u32>,
     /// Four texels each.
     pub pairs: Texels<u32>,
 }
 
-/// Places across, seen through texel buffers.
+/// What lies across, seen through texel buffers.
 pub struct AcrossViews {
-    /// One by one.
-    pub places: Texels<u32>,
-    /// Likewise.
+    /// Places and clearances, both at once.
+    pub both: Texels<u32>,
+    /// The same, word by word, as they are written.
+    pub words: Texels<u32>,
+    /// Triangles, one by one.
     pub triangles: Texels<u32>,
 }
 
@@ -240,9 +264,9 @@ pub struct State {
     pub density_views: Views<f32>,
     /// One a block of texels of which any is in use: its first quad.
     pub blocks: Texels<u32>,
-    /// Five words for each texel that exchanges across a seam.
+    /// Two texels of four words for each texel that exchanges across a seam.
     pub exchange_rows: Texels<u32>,
-    /// What it exchanges with; two words each.
+    /// What it exchanges with; two entries of two words each.
     pub exchange_entries: Texels<u32>,
     /// Seven words a gutter texel that is read.
     pub seams: Texels<u32>,
@@ -250,12 +274,8 @@ pub struct State {
     pub triangles: Texels<u32>,
     /// Three a triangle: its crossings.
     pub halfedges: Texels<u32>,
-    /// What walks ask for, triangle by triangle.
+    /// What walks ask for, triangle by triangle; its place in the atlas, too.
     pub strips: Texels<u32>,
-    /// One a triangle: its place in the atlas.
-    pub atlas_maps: Buffer<AtlasMap>,
-    /// The same, three texels each.
-    pub atlas_map_views: Texels<f32>,
     /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
     pub clearance: Texels<u32>,
     /// The slots of particles whose sensors must walk.
@@ -299,10 +319,14 @@ pub struct State {
     pub margins: Buffer<f32>,
     /// The tiles whose texels are looked at.
     pub listed_tiles: Buffer<ListedTile>,
+    /// Which of their samples other objects cover.
+    pub covered: Buffer<u32>,
     /// What the kernels that look at texels read.
     pub distance_views: DistanceViews,
-    /// Groups of the kernels that do that; then how many tiles they are.
+    /// Groups of the kernel that does that; then how many tiles they are.
     pub tile_groups: Buffer<DispatchGroups>,
+    /// Groups of the kernel that looks at what is covered; then how many texels they are.
+    pub covered_groups: Buffer<DispatchGroups>,
     /// One a triangle: its corners, object by object.
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
@@ -313,8 +337,9 @@ pub struct State {
     pub pseudonormals: Texels<u32>,
     /// One an owned texel, as `samples`: the triangle that owns it.
     pub owners: Buffer<u32>,
-    /// One a texel: for places that another object covers, where on that one walks go on, as packed atlas position.
-    pub across: Buffer<u32>,
+    /// Two words a texel: for places that another object covers, where on that one walks go on, as packed atlas position;
+    /// and the clearance, so that sensors get both by one look.
+    pub across: Buffer<[u32; 2]>,
     /// One a texel: on which triangle that is.
     pub across_triangles: Buffer<u32>,
     /// Both, as sensors read them.
@@ -327,8 +352,12 @@ pub struct State {
     pub distance_pairs: Buffer<ObjectPair>,
     /// How far each pair has moved since the last time.
     pub distance_moves: Buffer<f32>,
+    /// How far the distances that have been taken are told, world units; 0 while none have been.
+    pub reach: f32,
     /// What `distance_raster` draws, and what it draws into, where that is the method.
     pub raster: Option<Raster>,
+    /// What attracts, repels or may not be entered, once somebody has painted that.
+    pub bias: Option<Bias>,
 }
 
 impl State {
@@ -345,7 +374,7 @@ impl State {
         let texels = setup.atlas.density.len();
         let objects = setup.poses.len();
         let field = if objects > 1 { texels } else { 1 };
-        let exchange = setup.atlas.exchange.by_length();
+        let exchange = setup.atlas.exchange.packed(&setup.atlas.density);
         let density = Buffer::from_slice_in(ctx, "density", &setup.atlas.density, large)?;
         let distances: Buffer<f32> = Buffer::zeroed(ctx, "distances", field)?;
         let nearest = Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?;
@@ -358,11 +387,14 @@ impl State {
         )?;
         let listed_tiles: Buffer<ListedTile> =
             Buffer::zeroed(ctx, "listed_tiles", setup.distance.tiles_len())?;
+        let covered: Buffer<u32> =
+            Buffer::zeroed(ctx, "covered", setup.distance.samples_in_tiles())?;
         let distance_pairs: Buffer<ObjectPair> =
             Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?;
-        let across = Buffer::from_slice(ctx, "across", &vec![NONE; field])?;
+        let clearances = setup.clearance.iter().take(field);
+        let across: Vec<[u32; 2]> = clearances.map(|&clear| [NONE, clear.into()]).collect();
+        let across = Buffer::from_slice_in(ctx, "across", &across, large)?;
         let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
-        let atlas_maps = Buffer::from_slice(ctx, "atlas_maps", &setup.atlas.maps)?;
         let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
         let clearance = Buffer::from_slice_in(ctx, "clearance", &clearance, large)?;
         let walkers = Buffer::zeroed_in(ctx, "walkers", setup.particles.len(), large)?;
@@ -379,6 +411,7 @@ impl State {
                 hints: Texels::new(&hints, 1)?,
                 candidates: Texels::new(&candidates, 4)?,
                 listed: Texels::new(&listed_tiles, 4)?,
+                covered: Texels::new(&covered, 1)?,
                 pairs: Texels::new(&distance_pairs, 4)?,
             },
             transfers,
@@ -392,11 +425,11 @@ impl State {
             )?,
             exchange_rows: Texels::new(
                 &Buffer::from_slice_in(ctx, "exchange_rows", &exchange.rows, large)?,
-                1,
+                4,
             )?,
             exchange_entries: Texels::new(
                 &Buffer::from_slice_in(ctx, "exchange_entries", &exchange.entries, large)?,
-                2,
+                4,
             )?,
             seams: Texels::new(
                 &Buffer::from_slice_in(ctx, "seams", &setup.atlas.seams, large)?,
@@ -414,8 +447,6 @@ impl State {
                 &Buffer::from_slice_in(ctx, "strips", &setup.strips, large)?,
                 4,
             )?,
-            atlas_map_views: Texels::new(&atlas_maps, 2)?,
-            atlas_maps,
             clearance: Texels::new(&clearance, 1)?,
             walkers_view: Texels::new(&walkers, 1)?,
             walkers,
@@ -438,7 +469,9 @@ impl State {
             margins: Buffer::zeroed(ctx, "margins", setup.distance.margins_len())?,
             distance_moves: Buffer::zeroed(ctx, "distance_moves", objects * (objects - 1))?,
             listed_tiles,
+            covered,
             tile_groups: Buffer::zeroed(ctx, "tile_groups", 2)?,
+            covered_groups: Buffer::zeroed(ctx, "covered_groups", 2)?,
             faces: Texels::new(
                 &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
                 4,
@@ -457,7 +490,8 @@ impl State {
             )?,
             owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
             across_views: AcrossViews {
-                places: Texels::new(&across, 1)?,
+                both: Texels::new(&across, 2)?,
+                words: Texels::new(&across, 1)?,
                 triangles: Texels::new(&across_triangles, 1)?,
             },
             across,
@@ -465,9 +499,11 @@ impl State {
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,
             distance_pairs,
+            reach: 0.0,
             raster: (settings.uses_raster())
                 .then(|| Raster::new(ctx, setup))
                 .transpose()?,
+            bias: None,
         })
     }
 

@@ -137,7 +137,7 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         poses: &s.poses,
         distances: &s.distance_views.distances,
         physarums: &s.physarums,
-        across: &s.across_views.places,
+        across: &s.across_views.both,
         across_triangles: &s.across_views.triangles,
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
@@ -148,6 +148,8 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         walkers: &s.walkers_view,
         walker_count: &s.walker_count,
         walker_groups,
+        // Where nobody has painted, nothing reads it.
+        bias: (s.bias.as_ref()).map_or(&s.trail.front_views.texels, |bias| &bias.views.texels),
     };
     if k.walk_sensors.is_some() {
         empty_walkers(rec, s, turn);
@@ -284,7 +286,7 @@ fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             particles: &s.particles_view,
             motions: &s.motions_view,
             nearest: &s.nearest,
-            atlas_maps: &s.atlas_maps,
+            strips: &s.strips,
             departing: &s.transfers.departing,
             flux: &s.transfers.flux,
             triangles: &s.triangles,
@@ -464,7 +466,6 @@ fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams
             entries: &s.exchange_entries,
             trail: &s.trail.front_views.texels,
             deposits: &s.deposits.front_views.texels,
-            density: &s.density_views.texels,
             low_next_trail: &s.trail.back_views.low,
             high_next_trail: &s.trail.back_views.high,
         },

@@ -8,7 +8,7 @@ use myxo::sim::twin::trail::unpacked_position;
 use myxo::sim::twin::transfer::Ground;
 use myxo::sim::{Setup, Simulation, twin};
 
-use crate::common::gpu;
+use crate::common::{Gpu, gpu};
 use crate::scene;
 
 #[test]
@@ -26,7 +26,7 @@ fn unfold_agrees_with_its_twin() {
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         gpu.run(|rec| simulation.record_step(rec));
-        let kernel = gpu.ctx.download(&simulation.state().across).unwrap();
+        let kernel = places_across(&gpu, &simulation);
         let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
         twin.step();
         let (mut told, mut others) = (0, 0);
@@ -47,6 +47,12 @@ fn unfold_agrees_with_its_twin() {
         );
     }
     gpu.finish();
+}
+
+/// What sensors are told at each texel.
+fn places_across(gpu: &Gpu, simulation: &Simulation) -> Vec<u32> {
+    let across = gpu.ctx.download(&simulation.state().across).unwrap();
+    across.into_iter().map(|[place, _]| place).collect()
 }
 
 /// The place in the world of the texel that holds an atlas position.
@@ -90,7 +96,7 @@ fn what_lies_behind_the_line_is_seen_beyond_it() {
             simulation.set_pose(object, Some(pose)).unwrap();
         }
         gpu.run(|rec| simulation.record_step(rec));
-        let across = gpu.ctx.download(&simulation.state().across).unwrap();
+        let across = places_across(&gpu, &simulation);
         let setup = simulation.setup();
         let line = anywhere.matrix3 * DVec3::new(0.8, 0.0, -0.6);
         let normals = poses.map(|pose| pose.matrix3 * DVec3::Y);
@@ -150,7 +156,7 @@ fn only_who_can_change_sees_across() {
         let scene = scene(&meshes, |s| s.transfer.strategy = strategy);
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         gpu.run(|rec| simulation.record_step(rec));
-        let across = gpu.ctx.download(&simulation.state().across).unwrap();
+        let across = places_across(&gpu, &simulation);
         let sees = across.iter().any(|&word| word != NONE);
         let changes = !matches!(strategy, Strategy::None | Strategy::Respawn);
         assert_eq!(sees, changes, "{strategy:?}");
@@ -171,7 +177,7 @@ fn what_is_seen_follows_changed_settings() {
         gpu.run(|rec| simulation.record_step(rec));
         simulation.apply(settings).unwrap();
         gpu.run(|rec| simulation.record_step(rec));
-        gpu.ctx.download(&simulation.state().across).unwrap()
+        places_across(&gpu, &simulation)
     };
     let fresh = seen(&scene.settings, None);
     let mut others = vec![scene.settings.clone(); 3];

@@ -111,6 +111,11 @@ impl Folder {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
     pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
         self.0.path().join(name)
     }

@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(900);
 /// Cases that take more memory than this say so before they take it.
 const LARGE: u64 = 1 << 30;
 /// So many steps are measured at least, however long they take.
-const FEWEST_STEPS: u32 = 3;
+pub const FEWEST_STEPS: u32 = 3;
 
 /// How long a case may take.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +67,8 @@ pub struct Measured {
     pub case: Case,
     timings: Timings,
     runs_ms: Vec<f64>,
+    /// Steps before those that were measured, in the run that had the fewest.
+    warmup: u32,
     pub point: Option<Point>,
     /// Why it was left out.
     pub skipped: Option<String>,
@@ -78,9 +80,15 @@ impl Measured {
             case,
             timings: Timings::default(),
             runs_ms: Vec::new(),
+            warmup: u32::MAX,
             point: None,
             skipped: None,
         }
+    }
+
+    /// Runs that were measured.
+    pub fn runs(&self) -> usize {
+        self.runs_ms.len()
     }
 }
 
@@ -88,7 +96,7 @@ impl Measured {
 pub struct Rig {
     pub ctx: Arc<Context>,
     pub bandwidth: Option<Bandwidth>,
-    cache: Option<PathBuf>,
+    pub cache: Option<PathBuf>,
 }
 
 impl Rig {
@@ -211,12 +219,13 @@ impl Rig {
         let mut timings = frames.timings().clone();
         timings.prepend(&measured.timings);
         measured.timings = timings;
-        let point = self.point(measured, &simulation, warmup);
+        measured.warmup = measured.warmup.min(warmup);
+        let point = self.point(measured, &simulation);
         measured.point = Some(point);
         Ok(())
     }
 
-    fn point(&self, measured: &Measured, simulation: &Simulation, warmup: u32) -> Point {
+    fn point(&self, measured: &Measured, simulation: &Simulation) -> Point {
         let setup = simulation.setup();
         let report = measured.timings.report("step");
         let rows = times::rows(
@@ -241,11 +250,12 @@ impl Rig {
             triangles: setup.surface.triangles.len() as u64,
             objects: setup.poses.len(),
             memory_bytes: memory::size_in_bytes(setup, simulation.settings()),
-            warmup,
+            warmup: measured.warmup,
             steps: report.steps,
             runs_ms: measured.runs_ms.clone(),
             time,
             parts: rows,
+            ..Point::default()
         }
     }
 }
@@ -269,7 +279,7 @@ fn would_take_too_long(before: &[Measured], case: &Case, budget: &Budget) -> Opt
     let longest = budget.longest_step.as_secs_f64();
     (seconds > longest).then(|| {
         format!(
-            "a step may take {seconds:.0} s, by the one before it in its series; no more than {longest:.0} s are measured"
+            "a step may take {seconds:.1} s, by the one before it in its series; no more than {longest:.1} s are measured"
         )
     })
 }
@@ -330,7 +340,7 @@ mod tests {
         let why = would_take_too_long(&before, &next(500.0), &budget);
         let why = why.expect("5 s are too long");
         assert!(
-            why.starts_with("a step may take 5 s") && why.ends_with("1 s are measured"),
+            why.starts_with("a step may take 5.0 s") && why.ends_with("1.0 s are measured"),
             "{why}"
         );
         let other = Case {

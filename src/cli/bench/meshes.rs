@@ -1,6 +1,7 @@
 //! The suite `mesh`: loading a model from a file, putting its half-edges together, and laying it out, timed on the host.
 
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::time::Instant;
 
@@ -25,12 +26,20 @@ pub struct Model {
     times: [Vec<f64>; 3],
 }
 
+/// Subdivisions of the balls.
+pub fn sizes(extent: &Extent) -> RangeInclusive<u32> {
+    2..=extent.of(6, 8)
+}
+
+/// How many a ball has.
+pub fn triangles(subdivisions: u32) -> f64 {
+    20.0 * 4_f64.powi(subdivisions as i32)
+}
+
 /// The balls, coarse to fine, as far as the axis is to go.
 pub fn models(extent: &Extent) -> Result<Vec<Model>> {
-    let finest = extent.of(6, 8);
-    let triangles = |subdivisions: &u32| 20.0 * 4_f64.powi(*subdivisions as i32);
-    (2..=finest)
-        .filter(|subdivisions| triangles(subdivisions) <= extent.up_to)
+    sizes(extent)
+        .filter(|&subdivisions| triangles(subdivisions) <= extent.up_to)
         .map(|subdivisions| {
             Ok(Model {
                 mesh: Mesh::builtin(&format!("icosphere?subdivisions={subdivisions}"))?,

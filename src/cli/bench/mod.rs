@@ -1,5 +1,8 @@
-//! `myxo bench`: how times grow with particles, texture, edges, objects, motion, triangles.
+//! `myxo bench`: how times grow with particles, texture, edges, objects, motion, triangles; and what else could have been
+//! built.
 
+mod bars;
+mod choices;
 mod measure;
 mod meshes;
 mod plot;
@@ -11,6 +14,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use myxo::mesh::atlas::AtlasError;
+use myxo::scene::parameters::grouped;
 use myxo::{Error, Result};
 
 use super::files::{Sink, check_writable};
@@ -19,6 +23,7 @@ use super::options::DeviceOptions;
 use super::progress::Progress;
 use super::{Outcome, console, interrupt};
 use measure::{Budget, Measured, Rig};
+use plot::Picture;
 use suite::{Extent, Point, Results, Skipped, Suite, Work};
 use suites::SUITES;
 
@@ -26,7 +31,8 @@ use suites::SUITES;
 const RUNS: u32 = 3;
 const RUNS_WHEN_QUICK: u32 = 2;
 
-/// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes
+/// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes; and what else
+/// could have been built
 ///
 /// Each suite prints a table, and leaves SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or would
 /// take too long, are left out with a line that says why. Ctrl-C ends early, and keeps what was measured.
@@ -90,13 +96,11 @@ impl Bench {
         };
         for suite in &suites {
             check_writable(&self.file(suite.name, "json"))?;
-            if let Work::Scenes(cases) = suite.work {
-                cases(&extent)?;
-            }
+            self.check(suite, &extent)?;
         }
         interrupt::install()?;
-        let has_scenes = suites.iter().any(|s| matches!(s.work, Work::Scenes(_)));
-        let rig = has_scenes.then(|| Rig::open(&self.device)).transpose()?;
+        let needs_device = suites.iter().any(|s| !matches!(s.work, Work::Meshes));
+        let rig = needs_device.then(|| Rig::open(&self.device)).transpose()?;
         if self.device.validate {
             console::message("the validation layers are on: these times are not worth comparing");
         }
@@ -125,6 +129,33 @@ impl Bench {
         })
     }
 
+    /// Refuses what would measure nothing, and settings that no scene of the suite could take.
+    fn check(&self, suite: &Suite, extent: &Extent) -> Result<()> {
+        let places: Vec<f64> = match suite.work {
+            Work::Scenes(cases) => cases(extent)?.iter().map(|case| case.x).collect(),
+            Work::Meshes if !extent.set.is_empty() && self.suites.len() == 1 => {
+                return Err(Error::Invalid(format!(
+                    "the suite `{}` measures no scenes, so `--set {}` would change nothing: leave it away, or name another \
+                     suite",
+                    suite.name, extent.set[0]
+                )));
+            }
+            Work::Choices => choices::places(extent)?,
+            Work::Meshes => meshes::sizes(extent).map(meshes::triangles).collect(),
+        };
+        let first = places.iter().copied().fold(f64::INFINITY, f64::min);
+        if first > extent.up_to {
+            return Err(Error::Invalid(format!(
+                "no case of the suite `{}` lies within --up-to {}: they begin at {} {}",
+                suite.name,
+                extent.up_to,
+                grouped(first),
+                suite.axis
+            )));
+        }
+        Ok(())
+    }
+
     /// Measures one, prints its table and writes its files; also where it ended early or the device was lost.
     fn run_suite(&self, suite: &Suite, extent: &Extent, rig: Option<&Rig>) -> Result<()> {
         let runs = self.runs.unwrap_or(extent.of(RUNS_WHEN_QUICK, RUNS));
@@ -145,28 +176,31 @@ impl Bench {
                 let points = cases.into_iter().filter_map(|case| case.point);
                 (points.collect(), skipped, ended)
             }
+            (Work::Choices, Some(rig)) => choices::measure(rig, extent, runs, &budget, &mut watch)?,
             _ => {
                 let (points, ended) = meshes(extent, runs, &mut watch)?;
                 (points, Vec::new(), ended)
             }
         };
-        let is_timed_on_device = matches!(suite.work, Work::Scenes(_));
+        let is_timed_on_device = !matches!(suite.work, Work::Meshes);
         let rig = rig.filter(|_| is_timed_on_device);
         let mut results = results(suite, rig, points, skipped, watch.load());
         results.quick = self.quick;
         results.runs = runs;
         results.warmup = suite.warmup;
-        results.method = method(rig.is_some(), runs, &budget);
+        results.method = method(&suite.work, runs, &budget);
         self.finish(suite, results)?;
         ended
     }
 
     fn finish(&self, suite: &Suite, mut results: Results) -> Result<()> {
         let plots = (suite.plots)(&results.points);
-        for plot in plots.into_iter().filter(|plot| !plot.is_empty()) {
-            for (ending, content) in [("svg", plot.svg()?.into_bytes()), ("png", plot.png()?)] {
-                Sink::create(&self.file(&plot.name, ending))?.write(content)?;
-                results.plots.push(format!("{}.{ending}", plot.name));
+        for plot in &plots {
+            self.draw(plot, &mut results)?;
+        }
+        if matches!(suite.work, Work::Choices) {
+            for bars in &choices::bars(&results.points) {
+                self.draw(bars, &mut results)?;
             }
         }
         Sink::create(&self.file(suite.name, "json"))?.write(results.to_json())?;
@@ -178,15 +212,35 @@ impl Bench {
         Ok(())
     }
 
+    /// Writes a picture, if there is anything to be seen.
+    fn draw(&self, picture: &impl Picture, results: &mut Results) -> Result<()> {
+        if picture.is_empty() {
+            return Ok(());
+        }
+        let name = picture.name();
+        for (ending, content) in [
+            ("svg", picture.svg()?.into_bytes()),
+            ("png", picture.png()?),
+        ] {
+            Sink::create(&self.file(name, ending))?.write(content)?;
+        }
+        results.plots.push(format!("{name}.svg"));
+        Ok(())
+    }
+
     fn file(&self, name: &str, ending: &str) -> PathBuf {
         Path::new(&self.out).join(format!("{name}.{ending}"))
     }
 }
 
 fn skipped(measured: &Measured) -> Option<Skipped> {
+    let why = measured.skipped.clone()?;
     Some(Skipped {
         case: measured.case.name(),
-        why: measured.skipped.clone()?,
+        why: match measured.runs() {
+            0 => why,
+            runs => format!("measured in {runs} of its runs, and then: {why}"),
+        },
     })
 }
 
@@ -224,21 +278,33 @@ fn results(
     }
 }
 
-fn method(is_on_device: bool, runs: u32, budget: &Budget) -> String {
+fn method(work: &Work, runs: u32, budget: &Budget) -> String {
     let runs = match runs {
         1 => "one run of each case".to_owned(),
         _ => format!("{runs} runs of each case, in turn with the others"),
     };
-    if !is_on_device {
+    if matches!(work, Work::Meshes) {
         return format!("{runs}, by the host's clock; intervals are from the least to the most");
     }
+    if matches!(work, Work::Choices) {
+        return format!(
+            "{runs}, each from the beginning: all ways in turn, up to {} times ({:.1} s at most), by the device's timestamps\n\
+             medians of all rounds; intervals by ranks, and at least from the lowest to the highest median of a run\n\
+             off: how far, straight through space, from where a walk in double precision ends, in parts of the way\n\
+             differs: from readings by the program's own way, in parts of the mean reading",
+            budget.steps,
+            budget.time.as_secs_f64()
+        );
+    }
     format!(
-        "{runs}, each from the beginning: {} steps to warm up ({:.0} s at most), then {} ({:.1} s at most) by the device's \
-         timestamps\nmedians of all runs' steps; intervals by ranks, and at least from the lowest to the highest median of a run",
+        "{runs}, each from the beginning: {} steps to warm up (fewer after {:.0} s), then {} (fewer after {:.1} s, but {} at \
+         least) by the device's timestamps\nmedians of all runs' steps; intervals hold the true median with 95 % where there \
+         are 6 steps or more, and at least the median of every run",
         budget.warmup,
         budget.warmup_time.as_secs_f64(),
         budget.steps,
-        budget.time.as_secs_f64()
+        budget.time.as_secs_f64(),
+        measure::FEWEST_STEPS,
     )
 }
 

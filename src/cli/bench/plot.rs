@@ -10,18 +10,18 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Pixels.
-const SIZE: (u32, u32) = (960, 560);
+pub const SIZE: (u32, u32) = (960, 560);
 /// Round the plot itself; names of lines stand in the right one.
 const LEFT: i32 = 92;
 const RIGHT: i32 = 232;
-const TOP: i32 = 52;
-const BOTTOM: i32 = 64;
+pub const TOP: i32 = 52;
+pub const BOTTOM: i32 = 64;
 
 const FONT: &str = "sans-serif";
-const INK: RGBColor = RGBColor(40, 44, 52);
-const GRID: RGBColor = RGBColor(222, 224, 228);
+pub const INK: RGBColor = RGBColor(40, 44, 52);
+pub const GRID: RGBColor = RGBColor(222, 224, 228);
 /// Colours that stay apart for the colour-blind (Okabe and Ito, "Color Universal Design", 2008), darkest first.
-const COLORS: [RGBColor; 8] = [
+pub const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -83,14 +83,19 @@ pub struct Dot {
     pub high: f64,
 }
 
-impl Plot {
+/// What becomes an SVG and a PNG.
+pub trait Picture {
+    /// Of the files, without ending.
+    fn name(&self) -> &str;
+
     /// Is there anything to be seen?
-    pub fn is_empty(&self) -> bool {
-        self.lines.iter().all(|line| self.shown(line).is_empty())
-    }
+    fn is_empty(&self) -> bool;
+
+    /// Draws all of it.
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB>;
 
     /// As an SVG text.
-    pub fn svg(&self) -> Result<String> {
+    fn svg(&self) -> Result<String> {
         let mut text = String::new();
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         self.draw(&area).map_err(|error| self.failure(&error))?;
@@ -99,7 +104,7 @@ impl Plot {
     }
 
     /// As a PNG file.
-    pub fn png(&self) -> Result<Vec<u8>> {
+    fn png(&self) -> Result<Vec<u8>> {
         let (width, height) = SIZE;
         let mut pixels = vec![0; (3 * width * height) as usize];
         let area = BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area();
@@ -114,15 +119,27 @@ impl Plot {
     }
 
     fn failure(&self, error: &dyn std::fmt::Display) -> Error {
-        Error::Invalid(format!("cannot draw the plot `{}`: {error}", self.name))
+        Error::Invalid(format!("cannot draw the plot `{}`: {error}", self.name()))
     }
+}
 
+impl Plot {
     /// Those that the axes can show.
     fn shown(&self, line: &Line) -> Vec<Dot> {
         let fits = |axis: &Axis, value: f64| value.is_finite() && (!axis.is_log || value > 0.0);
         let dots = line.points.iter().copied();
         dots.filter(|dot| fits(&self.x, dot.x) && fits(&self.y, dot.y))
             .collect()
+    }
+}
+
+impl Picture for Plot {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn is_empty(&self) -> bool {
+        self.lines.iter().all(|line| self.shown(line).is_empty())
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
@@ -153,7 +170,9 @@ impl Plot {
         area.draw(&Text::new(self.y.label.clone(), (18, middle), upright))?;
         self.draw_lines(area, &x, &y)
     }
+}
 
+impl Plot {
     fn draw_lines<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, Shift>,
@@ -205,7 +224,7 @@ impl Plot {
     }
 }
 
-type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+pub type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 /// Shapes differ, for those who see no colours: a disc, a square, a ring, and again.
 fn mark<DB: DrawingBackend>(
@@ -246,14 +265,14 @@ fn draw_axes<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x: &Scale, y: &S
     area.draw(&PathElement::new(frame, INK.stroke_width(1)))
 }
 
-fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
+pub fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
     TextStyle::from((FONT, size).into_font())
         .color(&INK)
         .pos(Pos::new(across, up))
 }
 
 /// The interface's letters.
-fn load_font() {
+pub fn load_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let fonts = egui::FontDefinitions::default();
@@ -350,7 +369,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
 }
 
 /// From 0 on, about six of them, at whole numbers of 1, 2 or 5 times a power of ten.
-fn linear_ticks(high: f64) -> Vec<f64> {
+pub fn linear_ticks(high: f64) -> Vec<f64> {
     let rough = high / 6.0;
     let power = 10_f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0]

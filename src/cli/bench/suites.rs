@@ -10,7 +10,7 @@ use super::plot::{Axis, Dot, Plot};
 use super::suite::{Case, Extent, Point, Suite, Work, lines};
 
 /// All of them, in the order in which they run.
-pub static SUITES: [Suite; 7] = [
+pub static SUITES: [Suite; 8] = [
     Suite {
         name: "particles",
         about: "how the time of a step grows with the number of particles, on `torus`",
@@ -87,10 +87,20 @@ pub static SUITES: [Suite; 7] = [
         work: Work::Meshes,
         plots: mesh_plots,
     },
+    Suite {
+        name: "choices",
+        about: "what else could have been built, beside what was: walks, deposits, and how the trail is bound",
+        axis: "particles",
+        whole: "kernel",
+        parts: &[],
+        warmup: 0,
+        work: Work::Choices,
+        plots: |_| Vec::new(),
+    },
 ];
 
 /// Steps until particles have been sorted for the first time, which changes what later ones take.
-const SORTED: u32 = 34;
+pub const SORTED: u32 = 34;
 
 /// The kernels that take distances.
 const DISTANCE_KERNELS: [&str; 6] = [
@@ -103,7 +113,7 @@ const DISTANCE_KERNELS: [&str; 6] = [
 ];
 
 /// A scene, with what the suite sets and what the command line sets over it.
-fn scene(name: &str, own: &[&str], extent: &Extent) -> Result<Settings> {
+pub fn scene(name: &str, own: &[&str], extent: &Extent) -> Result<Settings> {
     let own = own.iter().map(|text| (*text).to_owned());
     let overrides = Overrides {
         set: own.chain(extent.set.iter().cloned()).collect(),

@@ -1,11 +1,16 @@
 //! The interface without a window: events go in, commands and settings come out.
 
+mod controls;
+mod hands;
+mod views;
+
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, pos2, vec2};
 use myxo::render::Camera;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Strategy};
 
 use super::*;
+use crate::lab::checks::Check;
 
 struct Harness {
     ctx: egui::Context,
@@ -32,7 +37,7 @@ impl Harness {
             time: 0.0,
             shapes: Vec::new(),
         };
-        theme::apply(&harness.ctx);
+        theme::apply(&harness.ctx, false);
         for _ in 0..3 {
             harness.frame(vec![]);
         }

@@ -107,22 +107,6 @@ impl Exchange {
         &self.entries[row.first as usize..][..row.pair_count as usize]
     }
 
-    /// As kernels take it: rows by the number of their entries, so that invocations side by side go through their loops
-    /// alike, and the entries in the order of the rows, so that they come from one place in memory.
-    #[must_use]
-    pub fn by_length(&self) -> Self {
-        let mut rows = self.rows.clone();
-        rows.par_sort_by_key(|row| (row.pair_count, row.deposit_count(), row.texel));
-        let mut entries = Vec::with_capacity(self.entries.len());
-        for row in &mut rows {
-            let first = entries.len() as u32;
-            entries.extend_from_slice(self.pairs(row));
-            entries.extend_from_slice(self.deposits(row));
-            row.first = first;
-        }
-        Self { rows, entries }
-    }
-
     /// The gutter texels whose deposits a row takes up, and its part of each.
     #[must_use]
     pub fn deposits(&self, row: &ExchangeRow) -> &[ExchangeEntry] {

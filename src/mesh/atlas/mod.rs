@@ -30,6 +30,7 @@ mod nearness;
 mod outline;
 mod overlap;
 mod own_uvs;
+mod packed;
 mod piece;
 mod pieces;
 mod pile;
@@ -44,7 +45,7 @@ mod validate;
 
 use std::fmt;
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use self::conductances::Layers;
@@ -54,6 +55,7 @@ pub use exchange::{
     BLOCK_QUADS, BLOCK_ROWS, Exchange, ExchangeEntry, ExchangeRow, GREATEST_DENSITY,
     GREATEST_DIFFUSION,
 };
+pub use packed::{PackedEntries, PackedExchange, PackedRow};
 pub use statistics::AtlasStatistics;
 
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
@@ -443,10 +445,17 @@ impl Atlas {
     /// on the triangle's edge. `None` for texels that are not owned.
     #[must_use]
     pub fn surface_point_of(&self, texel: u32) -> Option<(u32, f32, f32)> {
+        self.surface_point_in(texel, DVec2::splat(0.5))
+    }
+
+    /// The same for a place within the texel, from 0 to 1 along both sides; moved inside of the triangle where it is not.
+    #[must_use]
+    pub fn surface_point_in(&self, texel: u32, place: DVec2) -> Option<(u32, f32, f32)> {
         let triangle = self.owner[texel as usize];
         (triangle != NONE).then(|| {
-            let uv = gutter::Affine::of(&self.maps[triangle as usize])
-                .nearest_uv(self.centre_of(texel).as_dvec2());
+            let corner = self.centre_of(texel).as_dvec2() - 0.5;
+            let map = gutter::Affine::of(&self.maps[triangle as usize]);
+            let uv = map.nearest_uv(corner + place);
             (triangle, uv.x as f32, uv.y as f32)
         })
     }

@@ -120,6 +120,11 @@ impl Output {
         !matches!(self.writer, Writer::Picture(_))
     }
 
+    /// Whether transparency is kept.
+    pub fn keeps_alpha(&self) -> bool {
+        matches!(self.writer, Writer::Picture(_) | Writer::Sequence(_))
+    }
+
     /// The name that was asked for.
     pub fn path(&self) -> &Path {
         &self.path

@@ -36,6 +36,17 @@ macro_rules! word {
     };
 }
 
+macro_rules! text {
+    ($($field:ident).+, $what:literal, $is_path:literal) => {
+        Kind::Text {
+            what: $what,
+            is_path: $is_path,
+            get: |s| s.$($field).+.as_str(),
+            set: |s, value| s.$($field).+ = value,
+        }
+    };
+}
+
 macro_rules! vector {
     ($($field:ident).+, $range:expr) => {
         Kind::Vector { range: $range, get: |s| s.$($field).+, set: |s, value| s.$($field).+ = value }

@@ -1,7 +1,9 @@
 //! The rows of the parameter table for one `[[object]]`.
 
 use super::{Effect, Kind, Number, Own, Parameter, Scale};
-use crate::scene::settings::{Easing, ModelAnimation, ObjectSettings, Repeat};
+use crate::scene::settings::{
+    Easing, Heading, ModelAnimation, ObjectSettings, ObjectStart, Repeat,
+};
 
 /// The parameters of one `[[object]]`, beside its name and mesh. Poses change while a simulation runs; a scale does
 /// not, because walks and texels are measured in world lengths.
@@ -37,6 +39,54 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         help: "For the atlas method charts: texels per surface area, relative to the other objects. 4 gives an object twice the resolution.",
         effect: Effect::Restart,
         kind: real!(texel_weight, (0.01, 100.0), (0.1, 10.0), Logarithmic),
+    },
+    Parameter {
+        key: "start.place",
+        name: "Own start",
+        unit: "",
+        help: "Where the particles of this object's share of the whole area begin, on it, over the scene's particles.start. scene: with the others.",
+        effect: Effect::Restart,
+        kind: word!(start.place: ObjectStart),
+    },
+    Parameter {
+        key: "start.at",
+        name: "Own start point",
+        unit: "scene radii",
+        help: "As particles.start_at: the point of this object nearest to this place, counted from the scene's centre.",
+        effect: Effect::Restart,
+        kind: vector!(start.at, (-100.0, 100.0)),
+    },
+    Parameter {
+        key: "start.radius",
+        name: "Own start radius",
+        unit: "scene radii",
+        help: "For the own starts ring and disc: how far along the surface from the own start point particles begin.",
+        effect: Effect::Restart,
+        kind: real!(start.radius, (0.0, 10.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
+        key: "start.mask",
+        name: "Own start mask",
+        unit: "",
+        help: "As particles.start_mask, for the own start mask.",
+        effect: Effect::Restart,
+        kind: text!(start.mask, "a path relative to the scene file", true),
+    },
+    Parameter {
+        key: "start.heading",
+        name: "Own start heading",
+        unit: "",
+        help: "As particles.start_heading, for the own start.",
+        effect: Effect::Restart,
+        kind: word!(start.heading: Heading),
+    },
+    Parameter {
+        key: "start.direction",
+        name: "Own start direction",
+        unit: "",
+        help: "As particles.start_direction, for the own start heading aligned.",
+        effect: Effect::Restart,
+        kind: vector!(start.direction, (-1.0, 1.0)),
     },
     Parameter {
         key: "motion.spin",

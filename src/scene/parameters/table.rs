@@ -2,8 +2,8 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Sensing, Show, SignRule, Start,
-    Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, SignRule,
+    Start, Strategy,
 };
 
 /// Every parameter of a scene, in the order that people read them.
@@ -36,7 +36,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "particles.start",
         name: "Start",
         unit: "",
-        help: "Where particles begin: everywhere (equally many for equal area), at one point, or on a ring round it, heading inwards.",
+        help: "Where particles begin. uniform: everywhere, equally many for equal area. point: all at a marker, the start point. ring, disc: on a circle round it, or inside. mask: where a picture of the texture is light.",
         effect: Effect::Restart,
         kind: word!(particles.start: Start),
     },
@@ -44,7 +44,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "particles.start_at",
         name: "Start point",
         unit: "scene radii",
-        help: "For the starts point and ring: the surface point nearest to this place, counted from the scene's centre.",
+        help: "The marker for the starts point, ring and disc: the surface point nearest to this place, counted from the scene's centre. Also what the headings radial and inward are away from.",
         effect: Effect::Restart,
         kind: vector!(particles.start_at, (-100.0, 100.0)),
     },
@@ -52,9 +52,49 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "particles.start_radius",
         name: "Start radius",
         unit: "scene radii",
-        help: "For the start ring: how far along the surface from the start point particles begin.",
+        help: "For the starts ring and disc: how far along the surface from the start point particles begin.",
         effect: Effect::Restart,
         kind: real!(particles.start_radius, (0.0, 10.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
+        key: "particles.start_object",
+        name: "Start object",
+        unit: "",
+        help: "The name of the only object that particles begin on. Empty for all.",
+        effect: Effect::Restart,
+        kind: text!(
+            particles.start_object,
+            "the name of an object, or nothing",
+            false
+        ),
+    },
+    Parameter {
+        key: "particles.start_mask",
+        name: "Start mask",
+        unit: "",
+        help: "For the start mask: a PNG laid over the whole texture, as `myxo atlas --out` draws it; the lighter, the more particles for the area, and none where it is black.",
+        effect: Effect::Restart,
+        kind: text!(
+            particles.start_mask,
+            "a path relative to the scene file",
+            true
+        ),
+    },
+    Parameter {
+        key: "particles.start_heading",
+        name: "Start heading",
+        unit: "",
+        help: "Where particles head when they begin. auto: inward from a ring, else random. aligned: in the start direction, laid onto the surface. radial, inward: away from the start point, or towards it.",
+        effect: Effect::Restart,
+        kind: word!(particles.start_heading: Heading),
+    },
+    Parameter {
+        key: "particles.start_direction",
+        name: "Start direction",
+        unit: "",
+        help: "For the start heading aligned: a direction in the world, of any length but 0. Where it stands upright on the surface, headings are random.",
+        effect: Effect::Restart,
+        kind: vector!(particles.start_direction, (-1.0, 1.0)),
     },
     Parameter {
         key: "physarum.speed",
@@ -192,6 +232,14 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "Seconds of the objects' motion that pass in a step. 0 holds them where they are.",
         effect: Effect::Live,
         kind: real!(time.dt, (0.0, 3_600.0), (0.0, 0.1), Linear),
+    },
+    Parameter {
+        key: "time.start",
+        name: "Time at the start",
+        unit: "seconds",
+        help: "Seconds of the objects' motion that lie before the first step.",
+        effect: Effect::Restart,
+        kind: real!(time.start, (0.0, 1e6), (0.0, 60.0), Linear),
     },
     Parameter {
         key: "time.steps_per_second",
@@ -370,7 +418,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "picture.show",
         name: "Show",
         unit: "",
-        help: "The lit surface in the trail's colours, the same with every particle as a point over it, or the unwrapped atlas.",
+        help: "What pictures show. surface: the lit surface in the trail's colours. relief: the trail raised by light. glow: the trail as the only light. particles: every particle as a point. headings: the same in the hue of its heading. density: particles by area. wireframe: the edges of triangles. charts: the atlas's charts. distance: signed distance to other objects. nearest: which other object is nearest. atlas: the texture, unwrapped.",
         effect: Effect::Live,
         kind: word!(picture.show: Show),
     },
@@ -397,6 +445,40 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "Diameter of a drawn particle.",
         effect: Effect::Live,
         kind: real!(picture.particle_size, (0.1, 64.0), (0.5, 8.0), Linear),
+    },
+    Parameter {
+        key: "picture.light_azimuth",
+        name: "Light azimuth",
+        unit: "degrees",
+        help: "Where the light comes from, seen from the camera: 0 from its side of the scene, 90 from the right, -90 from the left, 180 from behind the scene.",
+        effect: Effect::Live,
+        kind: real!(
+            picture.light_azimuth,
+            (-180.0, 180.0),
+            (-180.0, 180.0),
+            Linear
+        ),
+    },
+    Parameter {
+        key: "picture.light_elevation",
+        name: "Light elevation",
+        unit: "degrees",
+        help: "How far from above the light comes, seen from the camera.",
+        effect: Effect::Live,
+        kind: real!(
+            picture.light_elevation,
+            (-90.0, 90.0),
+            (-90.0, 90.0),
+            Linear
+        ),
+    },
+    Parameter {
+        key: "picture.occlusion",
+        name: "Ambient occlusion",
+        unit: "",
+        help: "How much darker places are that see little of the sky: hollows, and what is close to another object. 0 is off.",
+        effect: Effect::Live,
+        kind: real!(picture.occlusion, (0.0, 1.0), (0.0, 1.0), Linear),
     },
     Parameter {
         key: "picture.background",

@@ -34,8 +34,63 @@ choice! {
         Uniform = "uniform",
         /// All at one point, heading everywhere.
         Point = "point",
-        /// On a circle round a point, heading inwards.
+        /// On a circle round a point.
         Ring = "ring",
+        /// Inside of such a circle.
+        Disc = "disc",
+        /// Where a picture of the texture is light.
+        Mask = "mask",
+    }
+}
+
+choice! {
+    /// Where the particles of one object begin.
+    ObjectStart {
+        /// As the scene says.
+        #[default]
+        Scene = "scene",
+        /// Everywhere on the object.
+        Uniform = "uniform",
+        /// All at one point.
+        Point = "point",
+        /// On a circle round a point.
+        Ring = "ring",
+        /// Inside of such a circle.
+        Disc = "disc",
+        /// Where a picture of the texture is light.
+        Mask = "mask",
+    }
+}
+
+impl ObjectStart {
+    /// The same as a scene's; `None` where the scene's holds.
+    #[must_use]
+    pub fn own(self) -> Option<Start> {
+        match self {
+            Self::Scene => None,
+            Self::Uniform => Some(Start::Uniform),
+            Self::Point => Some(Start::Point),
+            Self::Ring => Some(Start::Ring),
+            Self::Disc => Some(Start::Disc),
+            Self::Mask => Some(Start::Mask),
+        }
+    }
+}
+
+choice! {
+    /// Where particles head when they begin.
+    Heading {
+        /// Inwards from a ring; else everywhere.
+        #[default]
+        Auto = "auto",
+        /// Everywhere.
+        Random = "random",
+        /// In one direction, laid onto the surface.
+        Aligned = "aligned",
+        /// Away from the start's centre.
+        Radial = "radial",
+        /// Towards it.
+        Inward = "inward",
     }
 }
 
@@ -175,8 +230,24 @@ choice! {
         /// The lit surface in the trail's colours.
         #[default]
         Surface = "surface",
-        /// The same, with every particle as a point over it.
+        /// The trail raised by light.
+        Relief = "relief",
+        /// The trail as the only light.
+        Glow = "glow",
+        /// Every particle as a point.
         Particles = "particles",
+        /// The same in the hue of its heading.
+        Headings = "headings",
+        /// Particles by area.
+        Density = "density",
+        /// The edges of triangles.
+        Wireframe = "wireframe",
+        /// The atlas's charts.
+        Charts = "charts",
+        /// Signed distance to other objects.
+        Distance = "distance",
+        /// Which other object is nearest.
+        Nearest = "nearest",
         /// The atlas, unwrapped.
         Atlas = "atlas",
     }

@@ -54,6 +54,10 @@ fn nudge<T>(parameter: &Parameter<T>, target: &mut T) {
             let middle = own.slider.0 * 0.375 + own.slider.1 * 0.625;
             (own.set)(target, (own.get)(target).is_none().then_some(middle));
         }
+        Kind::Text { get, set, .. } => {
+            let text = format!("{} ä\"b", get(target));
+            set(target, text);
+        }
         Kind::Vector { range, get, set } => {
             set(
                 target,

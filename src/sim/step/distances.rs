@@ -13,11 +13,11 @@ use crate::gpu::{
 };
 use crate::scene::settings::DistanceMethod;
 
-/// Which of the groups are those of the kernels that look at texels.
-const TEXELS: usize = 0;
+/// Which of the groups of a list are those of the kernel that works on it.
+const LISTED: usize = 0;
 
-/// Groups, and how many tiles they are, while none is listed.
-const NO_TILES: [DispatchGroups; 2] = [
+/// They, and how many entries they are, while none is listed.
+const NONE_LISTED: [DispatchGroups; 2] = [
     DispatchGroups { x: 0, y: 1, z: 1 },
     DispatchGroups { x: 0, y: 0, z: 0 },
 ];
@@ -38,8 +38,9 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     );
     match params.distance_method {
         DistanceMethod::Bvh => {
-            rec.update_long(&s.tile_groups, &NO_TILES);
-            rec.barrier(Copy, Kernel, &[&s.tile_groups]);
+            rec.update_long(&s.tile_groups, &NONE_LISTED);
+            rec.update_long(&s.covered_groups, &NONE_LISTED);
+            rec.barrier(Copy, Kernel, &[&s.tile_groups, &s.covered_groups]);
             rec.dispatch(
                 &k.distance_tiles,
                 Threads(params.distance_tiles.tile_count),
@@ -79,7 +80,7 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
             rec.dispatch_indirect(
                 &k.distance,
                 &s.tile_groups,
-                TEXELS,
+                LISTED,
                 DistanceArgs {
                     pairs: &s.distance_views.pairs,
                     samples: &s.distance_views.samples,
@@ -93,16 +94,28 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     hints: &s.distance_views.hints,
                     candidates: &s.distance_views.candidates,
                     listed: &s.distance_views.listed,
-                    groups: &s.tile_groups,
+                    listed_groups: &s.tile_groups,
+                    groups: &s.covered_groups,
+                    covered: &s.covered,
+                    across_words: &s.across_views.words,
                 },
                 params.distance,
             );
-            // The next update writes other hints.
+            // The next update writes other hints; what is covered is looked at.
             rec.barrier(
                 Kernel,
                 Kernel,
-                &[&s.hints, &s.candidates, &s.listed_tiles, &s.tile_groups],
+                &[
+                    &s.hints,
+                    &s.candidates,
+                    &s.listed_tiles,
+                    &s.tile_groups,
+                    &s.covered,
+                    &s.covered_groups,
+                    &s.across,
+                ],
             );
+            rec.barrier(Kernel, Indirect, &[&s.covered_groups]);
         }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,
@@ -148,8 +161,8 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     }
     if params.distance_method == DistanceMethod::Bvh {
         // The next update lists others.
-        rec.barrier(Indirect, Copy, &[&s.tile_groups]);
-        rec.barrier(Kernel, Copy, &[&s.tile_groups]);
+        rec.barrier(Indirect, Copy, &[&s.tile_groups, &s.covered_groups]);
+        rec.barrier(Kernel, Copy, &[&s.tile_groups, &s.covered_groups]);
     }
 }
 
@@ -165,14 +178,15 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         halfedges: &s.halfedges,
         corners: &s.corners,
         vertices: &s.vertices,
-        atlas_maps: &s.atlas_maps,
-        across: &s.across,
+        strips: &s.strips,
+        across_words: &s.across_views.words,
         across_triangles: &s.across_triangles,
         listed: &s.distance_views.listed,
-        groups: &s.tile_groups,
+        groups: &s.covered_groups,
+        covered: &s.distance_views.covered,
     };
     if params.distance_method == DistanceMethod::Bvh {
-        rec.dispatch_indirect(&k.unfold, &s.tile_groups, TEXELS, args, params.unfold);
+        rec.dispatch_indirect(&k.unfold, &s.covered_groups, LISTED, args, params.unfold);
     } else {
         let threads = Threads(params.unfold.thread_count);
         rec.dispatch(&k.unfold, threads, args, params.unfold);
@@ -187,6 +201,7 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
             &s.distances,
             &s.nearest,
             &s.listed_tiles,
+            &s.covered,
         ],
     );
     rec.barrier(

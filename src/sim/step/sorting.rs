@@ -20,8 +20,7 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
         SortCountArgs {
             particles: &s.particles_view,
             motions: &s.motions_view,
-            triangles: &s.triangles,
-            atlas_maps: &s.atlas_map_views,
+            strips: &s.strips,
             bins,
         },
         params.count,
@@ -35,8 +34,7 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
         SortScatterArgs {
             particles: &s.particles_view,
             motions: &s.motions_view,
-            triangles: &s.triangles,
-            atlas_maps: &s.atlas_map_views,
+            strips: &s.strips,
             bins,
             sorted_particles: &s.sorting.particles_view,
             sorted_motions: &s.sorting.motions_view,

@@ -7,6 +7,7 @@ use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
+use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
 use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Window};
 
@@ -37,6 +38,8 @@ pub struct AdvanceInputs<'a> {
     pub across: &'a [u32],
     /// On which triangle that is.
     pub across_triangles: &'a [u32],
+    /// Trail units that sensors read more, with filled gutters.
+    pub bias: &'a [f32],
 }
 
 impl AdvanceInputs<'_> {
@@ -172,6 +175,22 @@ pub fn advance(
         w.remaining = own.speed;
         w.walk(inputs.strips, params.attempts, constants.border_reflects);
         pending += w.pending();
+        if constants.painted {
+            let bias_at = |position| inputs.bias[texel_at(position, params.pitch) as usize];
+            let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+            let position = inputs.position_of(w.triangle, [w.u, w.v]);
+            if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
+                w = StripWalk {
+                    triangle: particle.triangle,
+                    u: particle.u,
+                    v: particle.v,
+                    heading: [-motion.heading_p, -motion.heading_h],
+                    remaining: 0.0,
+                    status: WALK_DONE,
+                };
+                pending = 0.0;
+            }
+        }
 
         particles[i] = Particle {
             triangle: w.triangle,
@@ -294,6 +313,9 @@ fn sensed_at(
     }
     if constants.distance {
         value += own.distance_weight * trail_at(inputs.distances, position, params.pitch);
+    }
+    if constants.painted {
+        value += trail_at(inputs.bias, position, params.pitch);
     }
     value
 }

@@ -4,6 +4,7 @@
 
 mod advance;
 pub mod bvh;
+pub mod choices;
 pub mod crossing;
 pub mod depth;
 mod diffuse;
@@ -16,11 +17,14 @@ mod distance_tiles;
 pub mod exact;
 mod exchange_seams;
 pub mod nearest;
+mod paint;
+mod painting;
 mod respawn;
 pub mod ring;
 pub mod sign;
 pub mod sort;
 pub mod strip;
+mod summon;
 pub mod trail;
 pub mod transfer;
 pub mod transfer_queries;
@@ -40,7 +44,9 @@ pub use distance_merge::distance_merge;
 pub use distance_raster::distance_raster;
 pub use distance_tiles::{TileLooks, distance_tiles};
 pub use exchange_seams::exchange_seams;
+pub use paint::paint;
 pub use respawn::respawn;
+pub use summon::summon;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
@@ -74,6 +80,8 @@ pub struct Simulation {
     next_trail: Vec<f32>,
     deposits: Vec<u32>,
     previous_deposits: Vec<u32>,
+    /// Empty where nobody has painted any.
+    bias: Vec<f32>,
     movement: Movement,
     poses: Vec<Pose>,
     poses_before: Vec<Pose>,
@@ -115,6 +123,7 @@ impl Simulation {
             next_trail: vec![0.0; texels],
             deposits: vec![0; texels],
             previous_deposits: vec![0; texels],
+            bias: Vec::new(),
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],
             across: vec![NONE; texels],
@@ -128,7 +137,8 @@ impl Simulation {
 
     /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
     pub fn step(&mut self) -> Vec<f32> {
-        let constants = StepConstants::new(&self.settings, TexelPaths::default());
+        let constants = StepConstants::new(&self.settings, TexelPaths::default())
+            .with_bias(!self.bias.is_empty());
         let capacity = self.transfers.capacity();
         let mut params = StepParams::new(&self.settings, &self.setup, self.step, capacity);
         self.movement
@@ -352,6 +362,7 @@ impl Simulation {
             trail: self.trail.clone(),
             deposits: self.previous_deposits.clone(),
             transfers: self.transfers.state(self.settings.strategy()),
+            bias: self.bias.clone(),
         }
     }
 
@@ -373,6 +384,7 @@ impl Simulation {
         self.motions = state.motions;
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
+        self.bias.clone_from(&snapshot.bias);
         self.deposits.fill(0);
         self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
         self.step = snapshot.step;

@@ -2,7 +2,7 @@
 //! which they lie together in the atlas.
 
 use super::trail::atlas_position;
-use crate::mesh::surface::{AtlasMap, Triangle};
+use crate::mesh::strip::StripTriangle;
 use crate::sim::kernels::SortCountParams;
 use crate::sim::types::{Flow, Motion, Particle, Window};
 
@@ -11,18 +11,13 @@ use crate::sim::types::{Flow, Motion, Particle, Window};
 pub fn bin_of(
     windows: bool,
     params: &SortCountParams,
-    triangles: &[Triangle],
-    atlas_maps: &[AtlasMap],
+    strips: &[StripTriangle],
     particle: &Particle,
 ) -> u32 {
-    let map = &atlas_maps[particle.triangle as usize];
+    let StripTriangle { shape, map, .. } = &strips[particle.triangle as usize];
     let [x, y] = atlas_position(map, particle.u, particle.v).map(|x| x as u32);
     let tile = (y >> params.tile_shift) * params.tiles_a_row + (x >> params.tile_shift);
-    let object = if windows {
-        triangles[particle.triangle as usize].object
-    } else {
-        0
-    };
+    let object = if windows { shape.object } else { 0 };
     object * params.tile_count + tile
 }
 
@@ -30,15 +25,14 @@ pub fn bin_of(
 pub fn sort_count(
     windows: bool,
     params: &SortCountParams,
-    triangles: &[Triangle],
-    atlas_maps: &[AtlasMap],
+    strips: &[StripTriangle],
     particles: &[Particle],
     motions: &[Motion],
     bins: &mut [u32],
 ) {
     for (particle, motion) in particles.iter().zip(motions) {
         if !(windows && motion.in_flight()) {
-            bins[bin_of(windows, params, triangles, atlas_maps, particle) as usize] += 1;
+            bins[bin_of(windows, params, strips, particle) as usize] += 1;
         }
     }
 }
@@ -52,12 +46,10 @@ pub fn sort_scan(bins: &mut [u32]) {
 }
 
 /// Twin of `shaders/sort_scatter.comp`; the kernel may put the particles of a bin in another order.
-#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn sort_scatter(
     windows: Option<&[Window]>,
     params: &SortCountParams,
-    triangles: &[Triangle],
-    atlas_maps: &[AtlasMap],
+    strips: &[StripTriangle],
     flow: &Flow,
     bins: &mut [u32],
     (particles, motions): (&[Particle], &[Motion]),
@@ -66,7 +58,7 @@ pub fn sort_scatter(
     for (i, (particle, motion)) in particles.iter().zip(motions).enumerate() {
         let mut slot = i as u32;
         if windows.is_none() || !motion.in_flight() {
-            let bin = bin_of(windows.is_some(), params, triangles, atlas_maps, particle);
+            let bin = bin_of(windows.is_some(), params, strips, particle);
             slot = bins[bin as usize];
             bins[bin as usize] += 1;
             if let Some(windows) = windows {

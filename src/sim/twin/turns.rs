@@ -89,6 +89,7 @@ impl Simulation {
                 distances: &self.distances,
                 across: &self.across,
                 across_triangles: &self.across_triangles,
+                bias: &self.bias,
             },
             advance::Turn {
                 windows: &self.transfers.windows,

@@ -1,0 +1,26 @@
+// read_image: what sensors read, with the trail in an image, texel by texel.
+// Reads   places, trail.
+// Writes  values.
+// One invocation a particle.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+} params;
+
+layout(set = 0, binding = 2) uniform sampler2D trail;
+
+#define TRAIL_OF(column, row) texelFetch(trail, ivec2(column, row), 0).x
+#include "sensors.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    read_sensors(i);
+}

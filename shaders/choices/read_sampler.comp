@@ -1,0 +1,27 @@
+// read_sampler: what sensors read, with the trail in an image, between texels by the device's sampler.
+// Reads   places, trail.
+// Writes  values.
+// One invocation a particle.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    vec2 texel;  // a texel's part of the image
+} params;
+
+layout(set = 0, binding = 2) uniform sampler2D trail;
+
+#define SENSED(position) textureLod(trail, (position) * params.texel, 0.0).x
+#include "sensors.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    read_sensors(i);
+}

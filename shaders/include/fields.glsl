@@ -1,0 +1,24 @@
+// fields: what the two stages of `fields` share.
+
+#ifndef MYXO_FIELDS
+#define MYXO_FIELDS
+
+// What is shown; as `Field` in src/render/renderer/fields.rs.
+const uint FIELD_WIREFRAME = 0u;
+const uint FIELD_DENSITY = 1u;
+const uint FIELD_DISTANCE = 2u;
+const uint FIELD_NEAREST = 3u;
+
+layout(push_constant) uniform Params {
+    mat4 clip_from_world;
+    vec3 eye;            // world space
+    uint field;          // which one is shown
+    vec3 key_direction;  // unit vector towards the key light, world space
+    float occlusion;     // how much darker places are that see little of the sky, 0 to 1
+    uint size;           // side of the atlas, texels
+    uint pitch;          // texels from one row of the atlas to the next
+    float reach;         // how far distances to other objects are told, world units
+    float usual;         // particles in a texel of mean area, if all lay evenly
+} params;
+
+#endif

@@ -1,0 +1,24 @@
+// strip_table: what the table of triangles says of each: its edges, its shape, its place in the atlas. src/mesh/strip.rs fills it.
+// The includer declares `strips` first: a texel buffer of six times four words a triangle: three edges, the shape, and two
+// with its map to the atlas.
+
+#ifndef MYXO_STRIP_TABLE
+#define MYXO_STRIP_TABLE
+
+// The words of an edge, by four times its triangle plus its corner.
+uvec4 edge_words(uint edge) {
+    return texelFetch(strips, int(6u * (edge >> 2u) + (edge & 3u)));
+}
+
+// The shape, as float bits, and the object.
+uvec4 shape_words(uint triangle) {
+    return texelFetch(strips, int(6u * triangle + 3u));
+}
+
+AtlasMap atlas_map_of(uint triangle) {
+    vec4 first = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 4u)));
+    vec4 second = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 5u)));
+    return AtlasMap(first.xy, first.zw, second.xy);
+}
+
+#endif

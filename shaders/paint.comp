@@ -1,0 +1,44 @@
+// paint: one dab of a brush on a field of the surface: the trail, or the bias that sensors read with it.
+// Reads   dab, field.
+// Writes  field, as low_field and high_field, at the texels of the dab; each texel is listed once.
+// One invocation a texel of the dab.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+// What one view of single texels does not hold is read four texels at once, and written through two views.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+layout(constant_id = 1) const uint BAND = 0xffffffffu;  // texels of the first of two
+
+layout(push_constant) uniform Params {
+    uint texel_count;
+    float fade;      // share of the field that is taken away where the weight is 1
+    float amount;    // what is added there
+    float lowest;    // the field comes to no less
+    float highest;   // and to no more
+    float no_go;     // a field below this is no-go, of which fading leaves nothing
+} params;
+
+// The texel, and the bits of its weight, 0 to 1.
+layout(std430, set = 0, binding = 0) readonly buffer Dab { uvec2 dab[]; };
+layout(set = 0, binding = 1) uniform samplerBuffer field;
+layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_field;
+layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_field;
+
+#include "texels.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.texel_count) return;
+    uint texel = dab[i].x;
+    float weight = uintBitsToFloat(dab[i].y);
+    float before = texel_of(field, texel);
+    precise float kept = before * (1.0 - params.fade * weight);
+    bool is_freed = before < params.no_go && params.fade > 0.0;
+    precise float value = (is_freed ? 0.0 : kept) + params.amount * weight;
+    store_texel(low_field, high_field, texel, vec4(clamp(value, params.lowest, params.highest)))
+}

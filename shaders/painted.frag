@@ -1,0 +1,36 @@
+// painted: tints what attracts, repels or may not be entered, over the surface.
+// Reads   bias.
+// Writes  the tint, which covers by its alpha: green attracts, orange repels, red stripes are no-go.
+// One invocation per pixel and triangle; pixels without any bias are left alone.
+// Overflow: cannot happen; texel coordinates are clamped to the atlas.
+#version 460
+#include "types.glsl"
+#include "painted.glsl"
+
+layout(set = 0, binding = 4) uniform samplerBuffer bias;
+
+// What one view of single texels does not hold is read four texels at once.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+
+#include "texels.glsl"
+
+layout(location = 0) centroid in vec2 texel;
+
+layout(location = 0) out vec4 color;
+
+const float NO_GO = -5.0e8;
+
+void main() {
+    uvec2 at = uvec2(clamp(texel, vec2(0.0), vec2(float(params.size) - 1.0)));
+    float value = texel_of(bias, at.y * params.pitch + at.x);
+    if (value == 0.0) discard;
+    float strength = 1.0 - exp(-abs(value) / params.usual);
+    vec3 tint = value > 0.0 ? vec3(0.10, 0.75, 0.30) : vec3(0.95, 0.35, 0.05);
+    float alpha = 0.5 * strength;
+    if (value < NO_GO) {
+        float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / 12.0));
+        tint = mix(vec3(0.75, 0.02, 0.04), vec3(0.05, 0.0, 0.0), stripe);
+        alpha = 0.65;
+    }
+    color = vec4(tint, alpha);
+}

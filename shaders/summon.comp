@@ -1,0 +1,47 @@
+// summon: some particles, by chance from all over an object, are taken to places on it that a brush has touched.
+// Reads   places, place_ranges, triangles.
+// Writes  particles and motions in place.
+// One invocation a particle; those that are in flight, or whose object the brush has not touched, return.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "words.glsl"
+#include "index.glsl"
+#include "rng.glsl"
+#include "ring.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint seed;
+    uint dab;     // number of the dab, which keys who comes
+    float share;  // of the particles of an object: how many come
+} params;
+
+// Where they come to, object by object; the ids are not used.
+layout(std430, set = 0, binding = 0) readonly buffer Places { Particle places[]; };
+// One an object: its first place, and how many it has.
+layout(std430, set = 0, binding = 1) readonly buffer PlaceRanges { uvec2 place_ranges[]; };
+layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
+layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    int slot = int(i);
+    Particle particle = particle_of(imageLoad(particles, slot));
+    uint flags = imageLoad(motions, slot).w;
+    uvec2 range = place_ranges[texelFetch(triangles, int(particle.triangle)).w];
+    uvec4 words = random_words(params.seed, particle.id, params.dab, PURPOSE_PAINT);
+    if (range.y == 0u || (flags & IN_FLIGHT) != 0u || unit_float(words.x) >= params.share) return;
+    Particle place = places[range.x + words.y % range.y];
+    float angle = 6.28318530718 * unit_float(words.z);
+    // Devices may be a little off in both.
+    vec2 heading = normalize(vec2(cos(angle), sin(angle)));
+    imageStore(particles, slot, words_of(Particle(place.triangle, place.u, place.v, particle.id)));
+    imageStore(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
+}

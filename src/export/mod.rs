@@ -1,0 +1,311 @@
+//! What is taken out of a simulation: models with the trail on them, data for other programs, the scene as it stands.
+//!
+//! | ending | content | written by |
+//! | --- | --- | --- |
+//! | `.glb` | every object at its pose, with the trail as texture or vertex colours | [`glb`] |
+//! | `.ply` | one mesh in world coordinates, with normals, colours and the trail at its vertices | [`ply`] |
+//! | `.npz` | particles, texels, meshes and poses, as arrays for NumPy | [`npz`] |
+//! | `.toml` | a scene file that begins where the objects are now | [`Export::scene_file`] |
+//!
+//! **Invariant:** the same state gives the same bytes.
+
+pub mod corners;
+pub mod glb;
+pub mod npz;
+pub mod paint;
+pub mod ply;
+mod watch;
+
+use std::borrow::Cow;
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{Affine3A, DQuat, EulerRot, Vec2};
+
+use crate::error::{Error, Result};
+use crate::render::View;
+use crate::render::output::Written;
+use crate::scene::Scene;
+use crate::scene::motion::MotionSettings;
+use crate::sim::checkpoint::Checkpoint;
+use crate::sim::{Distances, Setup, Simulation, Snapshot};
+use crate::whole_file::WholeFile;
+use paint::Paint;
+pub use watch::Watch;
+use watch::Watched;
+
+/// Pictures are taken in this shape unless somebody asks for another, so the camera of a model fits it.
+const PICTURE: Vec2 = Vec2::new(1280.0, 720.0);
+
+/// What a file is, as its ending says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Binary glTF 2.0.
+    Glb,
+    /// Binary, little-endian PLY 1.0.
+    Ply,
+    /// A zip archive of NumPy arrays.
+    Npz,
+    /// A scene file.
+    Toml,
+}
+
+impl Format {
+    /// The format of a file of this name; `None` where the ending says nothing.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "glb" => Some(Self::Glb),
+            "ply" => Some(Self::Ply),
+            "npz" => Some(Self::Npz),
+            "toml" => Some(Self::Toml),
+            _ => None,
+        }
+    }
+}
+
+/// How a GLB carries the trail's colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colors {
+    /// As a texture: every texel of the trail is there, however coarse the mesh is.
+    #[default]
+    Texture,
+    /// As colours of vertices, for programs without textures: as fine as the mesh.
+    Vertex,
+}
+
+/// A state of a simulation, ready to be written.
+pub struct Export<'a> {
+    /// The scene, with the settings that its next step would use.
+    pub scene: Scene,
+    /// Surface and atlas.
+    pub setup: Arc<Setup>,
+    /// Particles and trail.
+    pub snapshot: Cow<'a, Snapshot>,
+    /// The distances between objects, where some have been taken.
+    pub distances: Option<Distances>,
+    /// Where each object was in the last step.
+    pub world_from_object: Vec<Affine3A>,
+    /// Which of them were put there from outside.
+    set_from_outside: Vec<bool>,
+    /// Seconds of the objects' motion.
+    pub time: f64,
+    /// What pictures of it look like.
+    pub view: View,
+}
+
+impl<'a> Export<'a> {
+    /// The present state of a simulation of `scene`, of which `snapshot` was taken just now.
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn of(scene: &Scene, simulation: &Simulation, snapshot: &'a Snapshot) -> Result<Self> {
+        Self::build(scene, simulation, Cow::Borrowed(snapshot))
+    }
+
+    /// The same with all that it needs, so that another thread can write it while the simulation goes on.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn apart(
+        scene: &Scene,
+        simulation: &Simulation,
+        snapshot: Snapshot,
+    ) -> Result<Export<'static>> {
+        Export::build(scene, simulation, Cow::Owned(snapshot))
+    }
+
+    fn build(scene: &Scene, simulation: &Simulation, snapshot: Cow<'a, Snapshot>) -> Result<Self> {
+        let scene = Scene {
+            settings: simulation.settings().clone(),
+            ..scene.clone()
+        };
+        let objects = 0..scene.settings.objects.len();
+        Ok(Self {
+            setup: simulation.shared_setup(),
+            snapshot,
+            distances: simulation.distances()?,
+            world_from_object: simulation.world_from_object(),
+            set_from_outside: objects.map(|i| simulation.is_pose_set(i)).collect(),
+            time: simulation.time(),
+            view: View::of(&scene, PICTURE),
+            scene,
+        })
+    }
+
+    /// The scene at this state as a scene file: every key, objects where they are and on their way. Particles and trail
+    /// are not in it; checkpoints keep those.
+    #[must_use]
+    pub fn scene_file(&self) -> String {
+        let mut scene = self.scene.clone();
+        let mut objects = scene.settings.objects.iter();
+        if objects.any(|object| !object.motion.is_still()) {
+            scene.settings.time.start = self.time as f32;
+        }
+        let poses = self.world_from_object.iter().zip(&self.set_from_outside);
+        for (object, (pose, is_set)) in scene.settings.objects.iter_mut().zip(poses) {
+            if *is_set {
+                let (_, rotation, translation) = pose.to_scale_rotation_translation();
+                let turn: DQuat = rotation.as_dquat();
+                let (z, y, x) = turn.to_euler(EulerRot::ZYX);
+                object.rotation = [x, y, z].map(|angle| angle.to_degrees() as f32);
+                object.position = translation.to_array();
+                object.motion = MotionSettings::default();
+            }
+        }
+        format!(
+            "# {}, as it was at step {}. Particles and trail begin anew from this file; a checkpoint keeps them.\n\n{}",
+            self.scene.name.replace('\n', " "),
+            self.snapshot.step,
+            scene.to_toml()
+        )
+    }
+
+    /// The colours of its trail.
+    #[must_use]
+    pub fn paint(&self) -> Paint {
+        let atlas = &self.setup.atlas;
+        Paint::new(&self.view, &self.snapshot.trail, &atlas.density)
+    }
+
+    /// How far apart vertices lie in the trail's texture, in texels, on an average over edges: what is colours of
+    /// vertices loses what is finer.
+    #[must_use]
+    pub fn texels_between_vertices(&self) -> f32 {
+        let maps = &self.setup.atlas.maps;
+        let lengths = maps.iter().map(|map| {
+            let edges = [map.du, map.dv, map.dv - map.du];
+            edges.iter().map(|edge| edge.length()).sum::<f32>() / 3.0
+        });
+        lengths.sum::<f32>() / maps.len().max(1) as f32
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// When the disk is full, or it is larger than the format allows.
+    pub fn write(
+        &self,
+        format: Format,
+        colors: Colors,
+        out: &mut (impl Write + Seek),
+    ) -> io::Result<()> {
+        match format {
+            Format::Glb => glb::write(self, colors, out),
+            Format::Ply => ply::write(self, out),
+            Format::Npz => npz::write(self, out),
+            Format::Toml => out.write_all(self.scene_file().as_bytes()),
+        }
+    }
+}
+
+/// A file to which a state will be written.
+#[derive(Debug)]
+pub struct ExportFile {
+    file: WholeFile,
+    format: Format,
+}
+
+impl ExportFile {
+    /// Begins it under a hidden name; the ending says what it will be.
+    ///
+    /// # Errors
+    /// All that can be known before there is a state: an ending that means nothing, a folder that cannot be written.
+    pub fn create(path: &Path) -> Result<Self> {
+        let format = Format::of(path).ok_or_else(|| {
+            Error::Invalid(format!(
+                "{}: cannot tell what to write; call it NAME.glb (model with texture), NAME.ply (mesh with colours), \
+                 NAME.npz (all data) or NAME.toml (scene file)",
+                path.display()
+            ))
+        })?;
+        Ok(Self {
+            file: WholeFile::create(path).map_err(failure(path))?,
+            format,
+        })
+    }
+
+    /// Does it have the trail at vertices only?
+    #[must_use]
+    pub fn is_as_fine_as_its_mesh(&self, colors: Colors) -> bool {
+        match self.format {
+            Format::Ply => true,
+            Format::Glb => colors == Colors::Vertex,
+            Format::Npz | Format::Toml => false,
+        }
+    }
+
+    /// The name that it will have.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Writes the state and gives the file its name.
+    ///
+    /// # Errors
+    /// As [`Export::write`]; then there is no file, and one that had the name before stays.
+    pub fn write(self, export: &Export<'_>, colors: Colors) -> Result<Written> {
+        self.write_watched(export, colors, &Watch::default())
+    }
+
+    /// The same, telling how far it is and stopping where it is told to.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write), and when it was stopped.
+    pub fn write_watched(
+        self,
+        export: &Export<'_>,
+        colors: Colors,
+        watch: &Watch,
+    ) -> Result<Written> {
+        let path = self.path().to_owned();
+        let whole = || -> io::Result<()> {
+            let file = Watched::new(self.file, watch);
+            let mut out = BufWriter::with_capacity(1 << 20, file);
+            export.write(self.format, colors, &mut out)?;
+            out.into_inner()?.into_inner().finish()?;
+            Ok(())
+        };
+        whole().map_err(failure(&path))?;
+        Ok(Written {
+            files: vec![path],
+            frames: 1,
+        })
+    }
+}
+
+/// Writes a state as a checkpoint, telling how far it is and stopping where it is told to.
+///
+/// # Errors
+/// As [`ExportFile::write_watched`].
+pub fn write_checkpoint(export: Export<'_>, path: &Path, watch: &Watch) -> Result<Written> {
+    let Export {
+        scene,
+        setup,
+        snapshot,
+        ..
+    } = export;
+    let checkpoint = Checkpoint::new(&scene, &setup, snapshot.into_owned());
+    let whole = || -> io::Result<()> {
+        let mut file = Watched::new(WholeFile::create(path)?, watch);
+        checkpoint.write_to(&mut file)?;
+        file.into_inner().finish()?;
+        Ok(())
+    };
+    whole().map_err(failure(path))?;
+    Ok(Written {
+        files: vec![path.to_owned()],
+        frames: 1,
+    })
+}
+
+fn failure(path: &Path) -> impl FnOnce(io::Error) -> Error {
+    let path = path.to_owned();
+    move |source| Error::Io {
+        action: "write",
+        path,
+        source,
+    }
+}

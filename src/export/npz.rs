@@ -1,0 +1,362 @@
+//! A zip archive of NumPy arrays: everything that the state is made of, in world coordinates where it can be.
+//!
+//! `docs/npz.md` is this table with explanations; N particles, S texels a side, O objects, V vertices, T triangles.
+//!
+//! | array | type | shape | unit |
+//! | --- | --- | --- | --- |
+//! | `layout_version` | `i8` | | 1 |
+//! | `step`, `seed` | `i8` | | |
+//! | `time` | `f8` | | seconds of the objects' motion |
+//! | `scene_radius` | `f8` | | world units |
+//! | `scene_name`, `scene_toml` | `U` | | |
+//! | `particle_position` | `f4` | N, 3 | world units |
+//! | `particle_heading` | `f4` | N, 3 | unit vectors, world |
+//! | `particle_object` | `i4` | N | object |
+//! | `particle_triangle` | `i4` | N | triangle |
+//! | `particle_uv` | `f4` | N, 2 | weights of corners 1 and 2 |
+//! | `particle_texel` | `f4` | N, 2 | texels: column, row |
+//! | `particle_pending` | `f4` | N | world units |
+//! | `particle_in_flight` | `?` | N | |
+//! | `trail` | `f4` | S, S | |
+//! | `deposit` | `u4` | S, S | particles in the last step |
+//! | `density` | `f4` | S, S | |
+//! | `texel_area` | `f4` | S, S | world units squared |
+//! | `texel_triangle`, `texel_object`, `texel_chart` | `i4` | S, S | -1: none |
+//! | `texel_position` | `f4` | S, S, 3 | world units; NaN: none |
+//! | `distance` | `f4` | S, S | world units; NaN: none |
+//! | `nearest_triangle` | `i4` | S, S | -1: none within reach |
+//! | `object_name` | `U` | O | |
+//! | `world_from_object` | `f8` | O, 4, 4 | |
+//! | `vertex_position` | `f4` | V, 3 | object space, scaled |
+//! | `vertex_object` | `i4` | V | object |
+//! | `triangle_vertices` | `i4` | T, 3 | vertices |
+//! | `triangle_object`, `triangle_chart` | `i4` | T | |
+//! | `triangle_texels` | `f4` | T, 3, 2 | texels: column, row |
+
+use std::io::{self, Seek, Write};
+
+use bytemuck::Pod;
+use glam::{Affine3A, Mat4, Vec3};
+use rayon::prelude::*;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+use super::Export;
+use super::corners;
+use crate::mesh::surface::NONE;
+use crate::mesh::walk::Frame;
+use crate::sim::types::{Motion, Particle};
+
+/// Grows by one where arrays change their meaning.
+const LAYOUT_VERSION: i64 = 1;
+
+/// Writes everything.
+///
+/// # Errors
+/// When the disk is full.
+pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::Result<()> {
+    let mut archive = Archive(ZipWriter::new(out));
+    archive.scalar("layout_version", LAYOUT_VERSION)?;
+    archive.scalar("step", export.snapshot.step as i64)?;
+    archive.scalar("seed", export.scene.settings.seed as i64)?;
+    archive.scalar("time", export.time)?;
+    archive.scalar("scene_radius", f64::from(export.scene.radius))?;
+    archive.texts("scene_name", &[], &[export.scene.name.as_str()])?;
+    archive.texts("scene_toml", &[], &[export.scene_file().as_str()])?;
+    write_particles(export, &mut archive)?;
+    write_texels(export, &mut archive)?;
+    write_objects(export, &mut archive)?;
+    archive.0.finish()?;
+    Ok(())
+}
+
+/// Row i is the particle with the id i, whatever slot it lies in.
+fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
+    let (surface, atlas) = (&export.setup.surface, &export.setup.atlas);
+    let state = &*export.snapshot;
+    let mut by_id: Vec<(Particle, Motion)> = state
+        .particles
+        .iter()
+        .copied()
+        .zip(state.motions.iter().copied())
+        .collect();
+    by_id.par_sort_unstable_by_key(|(particle, _)| particle.id);
+    let object_of = |particle: &Particle| surface.triangles[particle.triangle as usize].object;
+    let pose_of = |particle: &Particle| &export.world_from_object[object_of(particle) as usize];
+
+    let n = [by_id.len()];
+    to.array(
+        "particle_position",
+        &[n[0], 3],
+        &of_all(&by_id, |(particle, _)| {
+            let Particle { triangle, u, v, .. } = *particle;
+            place(export, pose_of(particle), triangle, u, v).to_array()
+        }),
+    )?;
+    to.array(
+        "particle_heading",
+        &[n[0], 3],
+        &of_all(&by_id, |(particle, motion)| {
+            let frame = Frame::of(surface, particle.triangle);
+            let heading =
+                f64::from(motion.heading_p) * frame.p + f64::from(motion.heading_h) * frame.h;
+            pose_of(particle)
+                .transform_vector3(heading.as_vec3())
+                .to_array()
+        }),
+    )?;
+    to.array(
+        "particle_object",
+        &n,
+        &of_all(&by_id, |(p, _)| object_of(p) as i32),
+    )?;
+    to.array(
+        "particle_triangle",
+        &n,
+        &of_all(&by_id, |(p, _)| p.triangle as i32),
+    )?;
+    to.array(
+        "particle_uv",
+        &[n[0], 2],
+        &of_all(&by_id, |(p, _)| [p.u, p.v]),
+    )?;
+    to.array(
+        "particle_texel",
+        &[n[0], 2],
+        &of_all(&by_id, |(p, _)| {
+            atlas.position_of(p.triangle, p.u, p.v).to_array()
+        }),
+    )?;
+    to.array(
+        "particle_pending",
+        &n,
+        &of_all(&by_id, |(_, motion)| motion.pending),
+    )?;
+    let in_flight = of_all(&by_id, |(_, motion)| u8::from(motion.in_flight()));
+    to.typed("particle_in_flight", "|b1", &n, &in_flight)
+}
+
+fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
+    let (surface, atlas) = (&export.setup.surface, &export.setup.atlas);
+    let state = &*export.snapshot;
+    let side = atlas.size as usize;
+    let shape = [side, side];
+    // Rows of buffers are padded; those of arrays are not.
+    let texels: Vec<u32> = (0..atlas.size)
+        .flat_map(|row| row * atlas.pitch..row * atlas.pitch + atlas.size)
+        .collect();
+    let owned = |texel: u32| match atlas.owner[texel as usize] {
+        NONE => None,
+        triangle => Some(triangle),
+    };
+    to.array(
+        "trail",
+        &shape,
+        &of_all(&texels, |&t| state.trail[t as usize]),
+    )?;
+    to.array(
+        "deposit",
+        &shape,
+        &of_all(&texels, |&t| state.deposits[t as usize]),
+    )?;
+    to.array(
+        "density",
+        &shape,
+        &of_all(&texels, |&t| atlas.density[t as usize]),
+    )?;
+    to.array(
+        "texel_area",
+        &shape,
+        &of_all(&texels, |&t| atlas.area[t as usize]),
+    )?;
+    let integers = |value: &(dyn Fn(u32) -> u32 + Sync)| {
+        of_all(&texels, |&texel| {
+            owned(texel).map_or(-1, |triangle| value(triangle) as i32)
+        })
+    };
+    to.array("texel_triangle", &shape, &integers(&|triangle| triangle))?;
+    let object_of = |triangle: u32| surface.triangles[triangle as usize].object;
+    to.array("texel_object", &shape, &integers(&object_of))?;
+    to.array(
+        "texel_chart",
+        &shape,
+        &integers(&|triangle| atlas.chart[triangle as usize]),
+    )?;
+    to.array(
+        "texel_position",
+        &[side, side, 3],
+        &of_all(&texels, |&texel| match atlas.surface_point_of(texel) {
+            Some((triangle, u, v)) => {
+                let pose = &export.world_from_object[object_of(triangle) as usize];
+                place(export, pose, triangle, u, v).to_array()
+            }
+            None => [f32::NAN; 3],
+        }),
+    )?;
+    let Some(distances) = &export.distances else {
+        return Ok(());
+    };
+    to.array(
+        "distance",
+        &shape,
+        &of_all(&texels, |&texel| {
+            owned(texel).map_or(f32::NAN, |_| distances.signed[texel as usize])
+        }),
+    )?;
+    to.array(
+        "nearest_triangle",
+        &shape,
+        &of_all(&texels, |&texel| {
+            let nearest = owned(texel).map(|_| distances.nearest[texel as usize]);
+            nearest
+                .filter(|&nearest| nearest != NONE)
+                .map_or(-1, |nearest| nearest as i32)
+        }),
+    )
+}
+
+fn write_objects<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
+    let (surface, atlas) = (&export.setup.surface, &export.setup.atlas);
+    let objects = &export.scene.settings.objects;
+    let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
+    to.texts("object_name", &[names.len()], &names)?;
+    let rows = export.world_from_object.iter().map(|pose| {
+        // NumPy's arrays have rows first.
+        Mat4::from(*pose).as_dmat4().transpose().to_cols_array()
+    });
+    let rows: Vec<[f64; 16]> = rows.collect();
+    to.array("world_from_object", &[rows.len(), 4, 4], &rows)?;
+
+    let positions: Vec<[f32; 3]> = surface.positions.iter().map(|p| p.to_array()).collect();
+    to.array("vertex_position", &[positions.len(), 3], &positions)?;
+    let vertices = surface
+        .objects
+        .iter()
+        .enumerate()
+        .flat_map(|(object, range)| {
+            (range.vertices.0..range.vertices.1).map(move |_| object as i32)
+        });
+    to.array(
+        "vertex_object",
+        &[positions.len()],
+        &vertices.collect::<Vec<_>>(),
+    )?;
+
+    let triangles: Vec<u32> = (0..surface.corners.len() as u32).collect();
+    let t = triangles.len();
+    to.array(
+        "triangle_vertices",
+        &[t, 3],
+        &of_all(&triangles, |&triangle| {
+            surface.corners[triangle as usize].map(|vertex| vertex as i32)
+        }),
+    )?;
+    to.array(
+        "triangle_object",
+        &[t],
+        &of_all(&triangles, |&triangle| {
+            surface.triangles[triangle as usize].object as i32
+        }),
+    )?;
+    to.array(
+        "triangle_chart",
+        &[t],
+        &of_all(&triangles, |&triangle| {
+            atlas.chart[triangle as usize] as i32
+        }),
+    )?;
+    to.array(
+        "triangle_texels",
+        &[t, 3, 2],
+        &of_all(&triangles, |&triangle| {
+            let corners = [0, 1, 2].map(|k| corners::atlas_position(atlas, 3 * triangle + k));
+            bytemuck::cast::<_, [f32; 6]>(corners)
+        }),
+    )
+}
+
+/// A point of a triangle in the world.
+fn place(export: &Export<'_>, pose: &Affine3A, triangle: u32, u: f32, v: f32) -> Vec3 {
+    let [a, b, c] = [0, 1, 2].map(|k| corners::position(&export.setup.surface, 3 * triangle + k));
+    pose.transform_point3(a + u * (b - a) + v * (c - a))
+}
+
+fn of_all<T: Sync, U: Send>(items: &[T], value: impl Fn(&T) -> U + Sync) -> Vec<U> {
+    items.par_iter().map(&value).collect()
+}
+
+/// What elements are called in the header of an array.
+trait Element: Pod {
+    const TYPE: &'static str;
+}
+
+macro_rules! elements {
+    ($($element:ty: $name:literal),*) => {
+        $(impl Element for $element {
+            const TYPE: &'static str = $name;
+        })*
+    };
+}
+
+// Little-endian, as memory is on every machine with Vulkan that Rust runs on today.
+elements!(
+    i64: "<i8", f64: "<f8", i32: "<i4", u32: "<u4", f32: "<f4",
+    [f32; 2]: "<f4", [f32; 3]: "<f4", [f32; 6]: "<f4", [i32; 3]: "<i4", [f64; 16]: "<f8"
+);
+
+/// The archive. Entries are not compressed: floats hardly get smaller, and reading takes no time so.
+struct Archive<W: Write + Seek>(ZipWriter<W>);
+
+impl<W: Write + Seek> Archive<W> {
+    fn scalar<T: Element>(&mut self, name: &str, value: T) -> io::Result<()> {
+        self.array(name, &[], &[value])
+    }
+
+    fn array<T: Element>(&mut self, name: &str, shape: &[usize], values: &[T]) -> io::Result<()> {
+        self.typed(name, T::TYPE, shape, values)
+    }
+
+    /// Texts of one length, four bytes a character, as NumPy has them.
+    fn texts(&mut self, name: &str, shape: &[usize], texts: &[&str]) -> io::Result<()> {
+        let lengths = texts.iter().map(|text| text.chars().count());
+        let length = lengths.max().unwrap_or(0).max(1);
+        let characters = texts.iter().flat_map(|text| {
+            let padding = std::iter::repeat('\0');
+            text.chars().chain(padding).take(length)
+        });
+        let characters: Vec<u32> = characters.map(u32::from).collect();
+        self.typed(name, &format!("<U{length}"), shape, &characters)
+    }
+
+    fn typed<T: Pod>(
+        &mut self,
+        name: &str,
+        kind: &str,
+        shape: &[usize],
+        values: &[T],
+    ) -> io::Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            // Sizes have 32 bits unless that is said before.
+            .large_file(bytes.len() as u64 + 1024 > u64::from(u32::MAX));
+        self.0.start_file(format!("{name}.npy"), options)?;
+        self.0.write_all(&header(kind, shape))?;
+        self.0.write_all(bytes)
+    }
+}
+
+/// What stands before an array's elements (NumPy Enhancement Proposal 1, version 1.0).
+fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
+    let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
+    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({sides}), }}");
+    const BEFORE: usize = 10;
+    // Elements begin at a multiple of 64 bytes, and the text ends with a line feed.
+    let length = (BEFORE + text.len() + 1).next_multiple_of(64) - BEFORE;
+    text.extend(std::iter::repeat_n(' ', length - 1 - text.len()));
+    text.push('\n');
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend((length as u16).to_le_bytes());
+    header.extend(text.bytes());
+    header
+}

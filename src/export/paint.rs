@@ -1,0 +1,188 @@
+//! The trail's colours as pictures have them, at a texel and as a whole texture.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::NONE;
+use crate::render::View;
+use crate::render::colormap::srgb_from_linear;
+use crate::render::exposure::{self, BIN_COUNT, Exposure};
+
+/// The material under the trail, as in `shaders/include/shading.glsl`.
+const BARE: Vec3 = Vec3::new(0.021, 0.022, 0.025);
+
+/// From trail values to colours.
+pub struct Paint {
+    /// Linear light, from no trail to the brightest.
+    table: Vec<Vec3>,
+    /// The trail value of the brightest colour.
+    pub brightest: f32,
+}
+
+impl Paint {
+    /// As a picture with this view has them; `density` says which texels belong to triangles.
+    #[must_use]
+    pub fn new(view: &View, trail: &[f32], density: &[f32]) -> Self {
+        let table = view.color_map.table();
+        Self {
+            table: table.iter().map(|color| color.truncate()).collect(),
+            brightest: match view.exposure {
+                Exposure::Fixed(brightest) => brightest.max(f32::MIN_POSITIVE),
+                Exposure::Auto { clipped_share, .. } => exposed(clipped_share, trail, density),
+            },
+        }
+    }
+
+    /// Twin of `tone` in `shaders/include/colormap.glsl`.
+    fn tone(&self, trail: f32) -> f32 {
+        let shoulder = 0.45;
+        let x = trail.max(0.0) / self.brightest;
+        ((1.0 + shoulder) * x / (x + shoulder)).min(1.0)
+    }
+
+    /// Twin of `color_of` there.
+    fn color_of(&self, brightness: f32) -> Vec3 {
+        let last = self.table.len() - 1;
+        let place = brightness.clamp(0.0, 1.0) * last as f32;
+        let entry = (place as usize).min(last - 1);
+        self.table[entry].lerp(self.table[entry + 1], place - entry as f32)
+    }
+
+    /// The colour of the surface under white light, in linear light: bare material where there is no trail.
+    #[must_use]
+    pub fn color(&self, trail: f32) -> Vec3 {
+        let brightness = self.tone(trail);
+        BARE * (1.0 - brightness) + self.color_of(brightness)
+    }
+
+    /// What of it is the trail's alone, which glows.
+    #[must_use]
+    pub fn glow(&self, trail: f32) -> Vec3 {
+        self.color_of(self.tone(trail))
+    }
+
+    /// The surface's colour as three bytes of a file.
+    #[must_use]
+    pub fn srgb(&self, trail: f32) -> [u8; 3] {
+        bytes(self.color(trail))
+    }
+
+    /// The surface's colours in the whole atlas, as an image of `size * size` pixels. Pixels beyond all charts and gutters
+    /// continue the nearest ones, so that whoever filters or shrinks the image mixes nothing foreign in.
+    #[must_use]
+    pub fn texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
+        texture(atlas, trail, |trail| self.color(trail))
+    }
+
+    /// The same of what glows.
+    #[must_use]
+    pub fn glow_texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
+        texture(atlas, trail, |trail| self.glow(trail))
+    }
+}
+
+fn bytes(light: Vec3) -> [u8; 3] {
+    let channel = |light: f32| (255.0 * srgb_from_linear(light)).round() as u8;
+    light.to_array().map(channel)
+}
+
+fn texture(atlas: &Atlas, trail: &[f32], color: impl Fn(f32) -> Vec3 + Sync) -> image::RgbImage {
+    let (size, pitch) = (atlas.size as usize, atlas.pitch as usize);
+    let mut pixels: Vec<[u8; 3]> = vec![[0; 3]; size * size];
+    let rows = pixels.par_chunks_mut(size).zip(trail.par_chunks(pitch));
+    rows.for_each(|(pixels, trail)| {
+        for (pixel, trail) in pixels.iter_mut().zip(trail) {
+            *pixel = bytes(color(*trail));
+        }
+    });
+    let mut is_known: Vec<bool> = (0..size * size)
+        .map(|i| atlas.owner[i / size * pitch + i % size] != NONE)
+        .collect();
+    for gutter in &atlas.gutter_texels {
+        let texel = gutter.texel as usize;
+        is_known[texel / pitch * size + texel % pitch] = true;
+    }
+    spread(&mut pixels, &mut is_known, size);
+    let side = atlas.size;
+    image::RgbImage::from_raw(side, side, pixels.into_flattened())
+        .expect("there is a pixel for each texel")
+}
+
+/// Gives every unknown pixel the colour of a nearest known one, going by sides, ring by ring.
+fn spread(pixels: &mut [[u8; 3]], is_known: &mut [bool], size: usize) {
+    let neighbours = |i: usize| {
+        let (x, y) = (i % size, i / size);
+        [
+            (x > 0).then(|| i - 1),
+            (x + 1 < size).then_some(i + 1),
+            (y > 0).then(|| i - size),
+            (y + 1 < size).then_some(i + size),
+        ]
+    };
+    let is_at_rim = |i: &usize| neighbours(*i).into_iter().flatten().any(|n| !is_known[n]);
+    let known = (0..is_known.len()).filter(|&i| is_known[i]);
+    let mut ring: Vec<usize> = known.filter(is_at_rim).collect();
+    while !ring.is_empty() {
+        let mut next = Vec::new();
+        for i in ring {
+            for neighbour in neighbours(i).into_iter().flatten() {
+                if !std::mem::replace(&mut is_known[neighbour], true) {
+                    pixels[neighbour] = pixels[i];
+                    next.push(neighbour);
+                }
+            }
+        }
+        ring = next;
+    }
+}
+
+/// What a picture of this trail alone takes for the brightest value.
+fn exposed(clipped_share: f32, trail: &[f32], density: &[f32]) -> f32 {
+    let count = density.len() as u32;
+    let stride = exposure::stride(count);
+    let mut histogram = vec![0; BIN_COUNT as usize];
+    exposure::trail_histogram(
+        count.div_ceil(stride),
+        stride,
+        trail,
+        density,
+        &mut histogram,
+    );
+    let mut brightest = [1.0];
+    exposure::expose(1, clipped_share, 1.0, &mut histogram, &mut brightest);
+    brightest[0].max(f32::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_spread_from_the_nearest_pixel_to_all_others() {
+        let size = 9;
+        let mut pixels = vec![[0; 3]; size * size];
+        let mut is_known = vec![false; size * size];
+        for (x, y, color) in [(0, 4, [1; 3]), (8, 4, [2; 3])] {
+            pixels[y * size + x] = color;
+            is_known[y * size + x] = true;
+        }
+        spread(&mut pixels, &mut is_known, size);
+        assert!(is_known.iter().all(|&known| known));
+        for (i, pixel) in pixels.iter().enumerate() {
+            match i % size {
+                0..=3 => assert_eq!(*pixel, [1; 3], "pixel {i}"),
+                5.. => assert_eq!(*pixel, [2; 3], "pixel {i}"),
+                _ => assert!(*pixel == [1; 3] || *pixel == [2; 3]),
+            }
+        }
+    }
+
+    /// Where nothing is known, nothing hangs.
+    #[test]
+    fn an_empty_texture_stays_as_it_is() {
+        let mut pixels = vec![[7; 3]; 4];
+        spread(&mut pixels, &mut [false; 4], 2);
+        assert_eq!(pixels, [[7; 3]; 4]);
+    }
+}

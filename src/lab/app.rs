@@ -1,0 +1,101 @@
+//! What winit calls: from events of the system to frames of the lab.
+
+use std::time::Instant;
+
+use myxo::Error;
+use myxo::scene::Scene;
+use winit::application::ApplicationHandler;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::window::WindowId;
+
+use super::LabOptions;
+use super::window::Lab;
+
+/// What winit calls.
+pub struct App {
+    options: LabOptions,
+    scene: Option<Scene>,
+    lab: Option<Lab>,
+    /// When to draw next, if nothing happens before.
+    wake: Option<Instant>,
+    /// What ended the lab, if not the user.
+    pub error: Option<Error>,
+}
+
+impl App {
+    /// An app that opens its window when the event loop runs.
+    pub fn new(scene: Scene, options: LabOptions) -> Self {
+        Self {
+            options,
+            scene: Some(scene),
+            lab: None,
+            wake: None,
+            error: None,
+        }
+    }
+
+    fn fail(&mut self, events: &ActiveEventLoop, error: Error) {
+        self.error = Some(error);
+        events.exit();
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let Some(scene) = self.scene.take() else {
+            return;
+        };
+        match Lab::open(events, scene, &self.options) {
+            Ok(lab) => self.lab = Some(lab),
+            Err(error) => self.fail(events, error),
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(lab) = &mut self.lab else {
+            return;
+        };
+        let wants_repaint = lab.take_in(&event);
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::Resized(size) => lab.resize(size.into()),
+            WindowEvent::DroppedFile(path) => lab.drop_file(path),
+            WindowEvent::RedrawRequested => match lab.frame() {
+                Ok(_) if lab.closing => events.exit(),
+                Ok(next) => self.wake = next,
+                Err(error) => self.fail(events, error),
+            },
+            _ if wants_repaint => lab.window.request_redraw(),
+            _ => {}
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(lab)) = (cause, &self.lab) {
+            lab.window.request_redraw();
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        events.set_control_flow(match self.wake {
+            Some(wake) if wake <= Instant::now() => {
+                if let Some(lab) = &self.lab {
+                    lab.window.request_redraw();
+                }
+                ControlFlow::Wait
+            }
+            Some(wake) => ControlFlow::WaitUntil(wake),
+            None => ControlFlow::Wait,
+        });
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        if let Some(lab) = self.lab.take()
+            && let Err(error) = lab.close()
+            && self.error.is_none()
+        {
+            self.error = Some(error);
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
+
+use std::path::PathBuf;
+
+use glam::Vec2;
+use myxo::mesh::atlas::AtlasError;
+use myxo::scene::file::Reader;
+use myxo::scene::settings::Settings;
+use myxo::scene::{Overrides, Scene};
+use myxo::{Error, Result};
+use winit::window::Fullscreen;
+
+use super::interface::Command;
+use super::interface::Interface;
+use super::loading::{Loaded, Loading};
+use super::out::put_look;
+use super::saving::save_scene;
+use super::stage::Stage;
+use super::window::{Lab, title};
+
+impl Lab {
+    /// Does what the interface asks for.
+    pub(super) fn obey(
+        &mut self,
+        context: &egui::Context,
+        command: Command,
+        picture_size: [u32; 2],
+    ) -> Result<()> {
+        match command {
+            Command::Apply => self.apply(context),
+            Command::Restart => self.restart(),
+            Command::Step => self.single_steps += u32::from(self.stage.is_some()),
+            Command::Screenshot => self.picture(context, picture_size),
+            Command::TakeOut(out) => self.take_out(context, out, picture_size),
+            Command::Refocus(pixel) => {
+                let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
+                let view = &self.interface.view;
+                let hit = self.stage.as_ref().and_then(|s| s.pick(view, pixel, size));
+                if let Some(hit) = hit {
+                    let Interface {
+                        navigation, view, ..
+                    } = &mut self.interface;
+                    navigation.fly_to(hit.position, view);
+                }
+            }
+            Command::Copy => {
+                if let Some(text) = self.scene_text() {
+                    context.copy_text(text);
+                    self.interface
+                        .notice(context, "The scene is in the clipboard", false);
+                }
+            }
+            Command::Paste(text) => match read_scene(&text) {
+                Ok(settings) => {
+                    let (name, folder) = (self.name.clone(), self.folder.clone());
+                    self.load(name.clone(), true, move || {
+                        Ok(Scene::from_settings(name, settings, folder)?)
+                    });
+                }
+                Err(error) => self.interface.notice(context, error.to_string(), true),
+            },
+            Command::Open(name) => self.open_file(name.into()),
+            Command::CancelLoading => {
+                if let Some(loading) = &self.loading {
+                    loading.cancel();
+                }
+            }
+            Command::Save => self.save(context),
+            Command::FullScreen => {
+                let screen = self.window.fullscreen().is_none();
+                self.window
+                    .set_fullscreen(screen.then_some(Fullscreen::Borderless(None)));
+            }
+            Command::Hand(work) => self.obey_hand(work, picture_size),
+            Command::Quit => self.closing = true,
+        }
+        Ok(())
+    }
+
+    /// Lets the running simulation take over what can change while it runs.
+    fn apply(&mut self, context: &egui::Context) {
+        let Some(stage) = &mut self.stage else {
+            return;
+        };
+        let live = self.interface.live_settings();
+        match stage.simulation.apply(&live) {
+            Ok(()) => self.interface.running = live,
+            Err(error) => self.interface.notice(context, error.to_string(), true),
+        }
+    }
+
+    /// From step 0, with the settings as they are edited.
+    pub(super) fn restart(&mut self) {
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let settings = self.interface.edited.clone();
+        let same = self.stage.as_ref().map(|stage| &stage.scene);
+        let same = same.filter(|scene| {
+            let meshes = |settings: &Settings| -> Vec<String> {
+                let objects = settings.objects.iter();
+                objects.map(|object| object.mesh.clone()).collect()
+            };
+            meshes(&scene.settings) == meshes(&settings)
+        });
+        let meshes = same.map(|scene| scene.meshes.clone());
+        self.load(name.clone(), false, move || {
+            Ok(match meshes {
+                Some(meshes) => Scene::from_meshes(name, settings, meshes, folder)?,
+                None => Scene::from_settings(name, settings, folder)?,
+            })
+        });
+    }
+
+    /// The scene as it is edited and looked at, as a scene file; none before there is one.
+    fn scene_text(&self) -> Option<String> {
+        let mut scene = self.stage.as_ref()?.scene.clone();
+        scene.settings = self.interface.edited.clone();
+        for object in &mut scene.settings.objects {
+            // The text may be read anywhere.
+            if !object.mesh.starts_with("builtin:") {
+                let path = std::path::absolute(scene.folder.join(&object.mesh)).ok()?;
+                object.mesh = path.to_string_lossy().into_owned();
+            }
+        }
+        put_look(&self.interface.view, scene.center, &mut scene.settings);
+        Some(scene.to_toml())
+    }
+
+    fn save(&mut self, context: &egui::Context) {
+        let Some(text) = self.scene_text() else {
+            return;
+        };
+        let painted = (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some());
+        let without = if painted {
+            ", without the areas that were painted: scene files have none, checkpoints keep them"
+        } else {
+            ""
+        };
+        let folder = PathBuf::from(self.interface.out.folder.trim());
+        match save_scene(&folder, &self.name, &text) {
+            Ok(path) => {
+                let text = format!("Saved {}{without}", path.display());
+                self.interface.notice(context, text, false)
+            }
+            Err(error) => self.interface.notice(context, error.to_string(), true),
+        }
+    }
+
+    /// Begins to load a scene by name, or from a file: a scene or a model.
+    pub fn open_file(&mut self, path: PathBuf) {
+        let name = path.file_stem().unwrap_or(path.as_os_str());
+        let name = name.to_string_lossy().into_owned();
+        self.load(name, true, move || {
+            Ok(Scene::load(&path, &Overrides::default())?)
+        });
+    }
+
+    /// Begins to load a scene; one that is on its way is given up for it.
+    pub(super) fn load(
+        &mut self,
+        name: String,
+        is_new_scene: bool,
+        load: impl FnOnce() -> Result<Scene> + Send + 'static,
+    ) {
+        self.hand.carry = None;
+        let (info, atlases) = (self.ctx.info(), self.atlases.clone());
+        self.loading = Some(Loading::begin(name, is_new_scene, info, atlases, load));
+        self.window.request_redraw();
+    }
+
+    /// Shows the scene that was loaded, if it is ready. If something was wrong with it, what runs goes on.
+    pub(super) fn take_loaded(&mut self) {
+        let Some(result) = self.loading.as_mut().and_then(Loading::take) else {
+            return;
+        };
+        let Some(loading) = self.loading.take() else {
+            return;
+        };
+        let shown = result.and_then(|loaded| self.show(loaded, loading.is_new_scene));
+        let context = self.egui.egui_ctx().clone();
+        match shown {
+            Ok(()) => {}
+            Err(Error::Atlas(AtlasError::Cancelled)) => {
+                let text = format!("{} was not loaded", loading.name);
+                self.interface.notice(&context, text, false);
+            }
+            Err(error) => self.interface.notice(&context, error.to_string(), true),
+        }
+    }
+
+    fn show(&mut self, loaded: Loaded, is_new_scene: bool) -> Result<()> {
+        self.leave_stage();
+        // What runs makes room only when the next one is there.
+        let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
+        self.carry_over(&mut stage)?;
+        stage.take_canvas(self.stage.take());
+        let scene = &stage.scene;
+        self.name.clone_from(&scene.name);
+        self.folder.clone_from(&scene.folder);
+        self.window.set_title(&title(&scene.name));
+        if is_new_scene {
+            self.interface.open(scene);
+        } else {
+            self.interface.restarted(scene);
+        }
+        self.clocks.restart(&mut self.frames, &stage);
+        self.stage = Some(stage);
+        if let Some(checks) = &mut self.checks {
+            checks.restart();
+        }
+        self.pacer.restart();
+        self.moved = std::time::Instant::now();
+        Ok(())
+    }
+}
+
+/// A scene's settings from text, such as the clipboard's.
+fn read_scene(text: &str) -> Result<Settings> {
+    let mut reader = Reader::new(Settings::default());
+    reader.text("clipboard", text);
+    Ok(reader
+        .finish()
+        .map_err(|problems| myxo::scene::SceneError::Problems {
+            scene: "clipboard".into(),
+            problems,
+        })?)
+}

@@ -1,0 +1,147 @@
+//! The bar of tools over the picture.
+
+use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
+use myxo::mesh::builtin::BUILTINS;
+
+use super::super::interface::{Command, Interface};
+use super::super::places::{Marked as _, note_value};
+use super::super::theme;
+use super::{RADII, Tool, Work};
+
+/// Of the bar's contents, points.
+const WIDTH: f32 = 108.0;
+
+impl Interface {
+    /// Shows the bar at the right side of the picture.
+    pub(in super::super) fn show_tools(
+        &mut self,
+        ctx: &egui::Context,
+        picture: Rect,
+        commands: &mut Vec<Command>,
+    ) {
+        // A picture that small is for looking.
+        if picture.width() < 260.0 || picture.height() < 330.0 {
+            return;
+        }
+        egui::Area::new("tools".into())
+            .pivot(Align2::RIGHT_TOP)
+            .fixed_pos(picture.right_top() + vec2(-10.0, 10.0))
+            .show(ctx, |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.set_width(WIDTH);
+                    ui.spacing_mut().item_spacing.y = 2.0;
+                    self.tools(ui);
+                    if self.hands.tool.is_brush() {
+                        ui.separator();
+                        self.brush_controls(ui);
+                    }
+                    ui.separator();
+                    self.object_controls(ui, commands);
+                });
+            });
+    }
+
+    fn tools(&mut self, ui: &mut Ui) {
+        for tool in Tool::ALL {
+            let is_taken = self.hands.tool == tool;
+            let button =
+                egui::Button::selectable(is_taken, label(tool)).min_size(vec2(WIDTH, 20.0));
+            let button = ui.add(button).on_hover_text(tool.hint());
+            if button.marked(&format!("tool={}", tool.word())).clicked() {
+                self.hands.take(tool);
+            }
+        }
+        note_value(ui.ctx(), "tool", || self.hands.tool.word().to_owned());
+        let probe =
+            egui::Button::selectable(self.hands.probe, "🔍 probe").min_size(vec2(WIDTH, 20.0));
+        let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
+        if ui.add(probe).on_hover_text(hint).marked("probe").clicked() {
+            self.hands.probe = !self.hands.probe;
+        }
+    }
+
+    fn brush_controls(&mut self, ui: &mut Ui) {
+        ui.spacing_mut().slider_width = WIDTH - 50.0;
+        ui.spacing_mut().interact_size.x = 42.0;
+        let (least, most) = RADII;
+        ui.label(RichText::new("radius").small().color(theme::weak(ui)));
+        let slider = Slider::new(&mut self.hands.radius, least..=most)
+            .logarithmic(true)
+            .max_decimals(3)
+            .update_while_editing(false);
+        ui.add(slider)
+            .on_hover_text("Of the brush, scene radii (Shift and the wheel)")
+            .marked("brush.radius");
+        note_value(ui.ctx(), "brush.radius", || {
+            format!("{:.3}", self.hands.radius)
+        });
+        let has_strength = self.hands.tool != Tool::NoGo;
+        ui.label(RichText::new("strength").small().color(theme::weak(ui)));
+        let slider = Slider::new(&mut self.hands.strength, 0.1..=30.0)
+            .logarithmic(true)
+            .max_decimals(1)
+            .update_while_editing(false);
+        ui.add_enabled(has_strength, slider)
+            .on_hover_text(
+                "How much in a second: for trail, attraction and repulsion in tenfold means of the trail; \
+                 for erasing and particles, how quickly they go and come",
+            )
+            .on_disabled_hover_text("A place is no-go or is not")
+            .marked("brush.strength");
+        note_value(ui.ctx(), "brush.strength", || {
+            format!("{:.1}", self.hands.strength)
+        });
+    }
+
+    fn object_controls(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        let menu = ui.menu_button("+ object", |ui| {
+            ui.set_min_width(150.0);
+            for (name, hint) in BUILTINS {
+                let entry = ui.button(*name).on_hover_text(*hint);
+                if entry.marked(&format!("add={name}")).clicked() {
+                    commands.push(Command::Hand(Work::Add(format!("builtin:{name}"))));
+                    ui.close();
+                }
+            }
+        });
+        menu.response
+            .on_hover_text(
+                "Puts a mesh into the scene; files of meshes can be dropped onto the window",
+            )
+            .marked("add");
+        let has_picked = self.hands.selected.is_some();
+        let remove = egui::Button::new("− object");
+        let remove = ui
+            .add_enabled(has_picked, remove)
+            .on_hover_text("Takes the picked object out of the scene (Delete)")
+            .on_disabled_hover_text("Pick an object first: click on it")
+            .marked("remove");
+        if remove.clicked() {
+            let ctx = ui.ctx().clone();
+            self.remove_selected(&ctx, commands);
+        }
+        let selected = self.hands.selected.and_then(|i| self.edited.objects.get(i));
+        note_value(ui.ctx(), "picked", || {
+            selected.map_or(String::new(), |object| object.name.clone())
+        });
+        let running = self
+            .hands
+            .selected
+            .and_then(|i| self.running.objects.get(i));
+        note_value(ui.ctx(), "picked.scale", || {
+            running.map_or(String::new(), |object| object.scale.to_string())
+        });
+    }
+}
+
+fn label(tool: Tool) -> &'static str {
+    match tool {
+        Tool::Look => "👁 look",
+        Tool::Trail => "✏ trail",
+        Tool::Erase => "✖ erase",
+        Tool::Attract => "➕ attract",
+        Tool::Repel => "➖ repel",
+        Tool::NoGo => "🚫 no-go",
+        Tool::Particles => "✨ particles",
+    }
+}

@@ -1,0 +1,414 @@
+//! Hands on what grows: brushes on the surface, objects that are picked and moved, and the probe.
+//!
+//! The interface knows the tool, the pointer and what the window told it lies under it; what needs the simulation it asks
+//! for by [`Work`], which `work.rs` does.
+
+mod bar;
+mod gizmo;
+mod overlay;
+mod work;
+
+use std::path::PathBuf;
+
+use egui::{PointerButton, Response, Ui};
+use glam::{Affine3A, Vec2, Vec3};
+use myxo::scene::Scene;
+use myxo::scene::settings::{Settings, Show};
+use myxo::sim::paint::Brush;
+
+use super::interface::{Command, Facts, Interface};
+use gizmo::Grab;
+pub use work::Hand;
+
+/// Vertices of an object that its outline is drawn round, at the most.
+const OUTLINE_VERTICES: usize = 3000;
+/// Of a brush, in scene radii.
+const RADII: (f32, f32) = (0.01, 1.0);
+/// A notch of the wheel changes the radius by this factor.
+const RADIUS_PER_POINT: f32 = 0.004;
+/// A picture that took longer does not paint more.
+const LONGEST_FRAME: f32 = 0.1;
+
+/// What the pointer does in the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tool {
+    /// Turns the camera, and picks objects.
+    #[default]
+    Look,
+    /// Adds trail.
+    Trail,
+    /// Takes away what was painted and what grew.
+    Erase,
+    /// Draws particles to a place.
+    Attract,
+    /// Keeps them away.
+    Repel,
+    /// Forbids them to enter.
+    NoGo,
+    /// Takes particles to a place.
+    Particles,
+}
+
+impl Tool {
+    /// In the order of the bar.
+    pub const ALL: [Self; 7] = [
+        Self::Look,
+        Self::Trail,
+        Self::Erase,
+        Self::Attract,
+        Self::Repel,
+        Self::NoGo,
+        Self::Particles,
+    ];
+
+    /// What it is called, for tests and in the bar.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Look => "look",
+            Self::Trail => "trail",
+            Self::Erase => "erase",
+            Self::Attract => "attract",
+            Self::Repel => "repel",
+            Self::NoGo => "no-go",
+            Self::Particles => "particles",
+        }
+    }
+
+    fn hint(self) -> &'static str {
+        match self {
+            Self::Look => {
+                "Drag turns the scene, a click picks an object (B for the brush used last, Esc to come back)"
+            }
+            Self::Trail => "Adds trail, which spreads and decays as any other",
+            Self::Erase => "Takes away trail, and what attracts, repels or forbids",
+            Self::Attract => "Sensors read more here, so particles come; stays until it is erased",
+            Self::Repel => {
+                "Sensors read less here, so particles go elsewhere; stays until it is erased"
+            }
+            Self::NoGo => {
+                "Particles do not enter and turn round; those inside may leave. Stays until it is erased"
+            }
+            Self::Particles => {
+                "Particles come here, by chance from all over the same object; their number stays what it is"
+            }
+        }
+    }
+
+    /// Does it paint?
+    pub fn is_brush(self) -> bool {
+        self != Self::Look
+    }
+}
+
+/// What lies under the pointer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Under {
+    /// The pixel that was asked about.
+    pub pixel: Vec2,
+    /// Global triangle id.
+    pub triangle: u32,
+    /// Weights of the corners B and C.
+    pub uv: [f32; 2],
+    /// Column and row in the atlas.
+    pub texel: [u32; 2],
+    /// Which object.
+    pub object: usize,
+    /// In world space.
+    pub position: Vec3,
+    /// Unit normal of the triangle, turned to the eye.
+    pub normal: Vec3,
+    /// The trail at the texel, when it has come from the device.
+    pub trail: Option<f32>,
+    /// Signed distance to the other objects, scene radii, likewise; none with one object.
+    pub distance: Option<f32>,
+    /// What sensors read more there, once something was painted, likewise.
+    pub bias: Option<f32>,
+}
+
+/// What the window knows for the hands.
+#[derive(Clone, Debug, Default)]
+pub struct HandFacts {
+    /// The pixel that was looked at last, if any was asked for.
+    pub looked: Option<Vec2>,
+    /// Under the pointer, if it was asked for and there is something.
+    pub under: Option<Under>,
+    /// World from object, one an object.
+    pub poses: Vec<Affine3A>,
+    /// Seconds of the objects' motion.
+    pub time: f64,
+    /// The mean of the trail where particles deposit as they do and it decays as it does: what brushes measure by.
+    pub mean_trail: f32,
+    /// Scene radius, world units.
+    pub radius: f32,
+    /// Reach of signed distances, scene radii.
+    pub reach: f32,
+}
+
+/// What needs the simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    /// A brush was drawn from one pixel of the picture to another.
+    Stroke {
+        /// Where it was.
+        from: Vec2,
+        /// Where it is.
+        to: Vec2,
+        /// What a single dab does.
+        brush: Brush,
+        /// Scene radii.
+        radius: f32,
+    },
+    /// Takes an object out of the scene.
+    Remove(usize),
+    /// Puts a mesh into the scene: `builtin:NAME`, or a file.
+    Add(String),
+    /// Multiplies an object's scale.
+    Scale(usize, f32),
+}
+
+/// The state of the hands.
+#[derive(Clone, Debug)]
+pub struct Hands {
+    /// What the pointer does.
+    pub tool: Tool,
+    /// The brush used last.
+    last_brush: Tool,
+    /// Of brushes, scene radii.
+    pub radius: f32,
+    /// Of brushes: how much in a second.
+    pub strength: f32,
+    /// Is the probe shown?
+    pub probe: bool,
+    /// The object that is picked.
+    pub selected: Option<usize>,
+    /// A handle of the gizmo that is held.
+    grab: Option<Grab>,
+    /// What the pointer is on, pixels of the picture, while that is asked for.
+    pub pointer: Option<Vec2>,
+    /// Where a click waits to hear what it has picked.
+    click: Option<Vec2>,
+    /// Where the brush was in the frame before.
+    stroke: Option<Vec2>,
+    /// Some vertices of each object, for its outline.
+    vertices: Vec<Vec<Vec3>>,
+}
+
+impl Hands {
+    /// Empty hands.
+    pub fn new() -> Self {
+        Self {
+            tool: Tool::Look,
+            last_brush: Tool::Trail,
+            radius: 0.12,
+            strength: 3.0,
+            probe: false,
+            selected: None,
+            grab: None,
+            pointer: None,
+            click: None,
+            stroke: None,
+            vertices: Vec::new(),
+        }
+    }
+
+    /// A scene begins, or begins anew.
+    pub fn restarted(&mut self, scene: &Scene) {
+        let surface = &scene.surface;
+        self.vertices = (surface.objects.iter())
+            .map(|range| {
+                let (first, end) = (range.vertices.0 as usize, range.vertices.1 as usize);
+                let stride = ((end - first) / OUTLINE_VERTICES).max(1);
+                let own = surface.positions[first..end].iter();
+                own.step_by(stride).copied().collect()
+            })
+            .collect();
+        self.grab = None;
+        self.stroke = None;
+        self.selected = self.selected.filter(|object| *object < self.vertices.len());
+    }
+
+    /// Leaves a tool or an object; false where there was nothing to leave.
+    pub fn back(&mut self) -> bool {
+        self.stroke = None;
+        if self.tool.is_brush() {
+            self.tool = Tool::Look;
+            return true;
+        }
+        self.selected.take().is_some()
+    }
+
+    /// Takes a tool.
+    pub fn take(&mut self, tool: Tool) {
+        self.tool = tool;
+        if tool.is_brush() {
+            self.last_brush = tool;
+            self.selected = None;
+        }
+    }
+
+    /// The brush used last, or none.
+    pub fn toggle_brush(&mut self) {
+        let tool = if self.tool.is_brush() {
+            Tool::Look
+        } else {
+            self.last_brush
+        };
+        self.take(tool);
+    }
+
+    /// What a stroke of so many seconds does in all.
+    fn brush(&self, seconds: f32, mean_trail: f32) -> Option<Brush> {
+        let amount = 10.0 * self.strength * mean_trail * seconds;
+        let share = |rate: f32| 1.0 - (-rate * self.strength * seconds).exp();
+        match self.tool {
+            Tool::Look => None,
+            Tool::Trail => Some(Brush::Trail { amount }),
+            Tool::Erase => Some(Brush::Erase { share: share(4.0) }),
+            Tool::Attract => Some(Brush::Attract { amount }),
+            Tool::Repel => Some(Brush::Attract { amount: -amount }),
+            Tool::NoGo => Some(Brush::NoGo),
+            Tool::Particles => Some(Brush::Particles { share: share(0.03) }),
+        }
+    }
+}
+
+impl Interface {
+    /// The pointer as the hands use it. Did they, so that nobody else may?
+    pub(super) fn use_hands(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) -> bool {
+        let scale = ui.ctx().pixels_per_point();
+        let to_pixel = |at: egui::Pos2| {
+            let from_corner = (at - response.rect.min) * scale;
+            Vec2::new(from_corner.x, from_corner.y)
+        };
+        let hovered = response.hover_pos().map(to_pixel);
+        let is_held = response.is_pointer_button_down_on()
+            && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
+        let is_solid = matches!(self.view.show, Show::Surface | Show::Particles);
+        let asks = is_solid && (self.hands.tool.is_brush() || self.hands.probe || is_held);
+        self.hands.pointer = hovered.filter(|_| asks);
+        if !is_solid {
+            self.hands.stroke = None;
+            self.hands.grab = None;
+            self.hands.click = None;
+            return false;
+        }
+        if self.hands.tool.is_brush() {
+            self.change_radius(ui, response);
+            let takes = is_held && !ui.input(|i| i.modifiers.shift);
+            let Some(to) = hovered.filter(|_| takes) else {
+                self.hands.stroke = None;
+                return false;
+            };
+            let from = self.hands.stroke.replace(to).unwrap_or(to);
+            let seconds = ui.input(|i| i.stable_dt).min(LONGEST_FRAME);
+            if let Some(brush) = self.hands.brush(seconds, facts.hand.mean_trail) {
+                commands.push(Command::Hand(Work::Stroke {
+                    from,
+                    to,
+                    brush,
+                    radius: self.hands.radius,
+                }));
+            }
+            // A brush that is held still goes on.
+            ui.ctx().request_repaint();
+            return true;
+        }
+        if self.use_gizmo(ui, response, facts, commands) {
+            return true;
+        }
+        if response.clicked_by(PointerButton::Primary) {
+            self.hands.click = hovered;
+        }
+        if let Some(click) = self.hands.click {
+            // A quick click is over before the window has looked.
+            if facts.hand.looked == Some(click) {
+                let under = facts.hand.under.as_ref();
+                self.hands.selected = under.map(|under| under.object);
+                self.hands.click = None;
+            } else {
+                self.hands.pointer = Some(click);
+                ui.ctx().request_repaint();
+            }
+        }
+        false
+    }
+
+    /// Shift and the wheel.
+    fn change_radius(&mut self, ui: &Ui, response: &Response) {
+        // With Shift, the wheel goes sideways on most systems.
+        let turned = ui.input(|i| {
+            let delta = i.smooth_scroll_delta();
+            if i.modifiers.shift {
+                delta.x + delta.y
+            } else {
+                0.0
+            }
+        });
+        if response.hovered() && turned != 0.0 {
+            let (least, most) = RADII;
+            let radius = self.hands.radius * (turned * RADIUS_PER_POINT).exp();
+            self.hands.radius = radius.clamp(least, most);
+        }
+    }
+
+    /// The picked object goes, unless it is the last one.
+    pub(super) fn remove_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        let Some(object) = self.hands.selected else {
+            self.notice(ctx, "Pick an object first: click on it", false);
+            return;
+        };
+        if self.running.objects.len() < 2 {
+            let text = "The last object stays: a scene has at least one. Add another one first";
+            self.notice(ctx, text, true);
+            return;
+        }
+        self.hands.selected = None;
+        commands.push(Command::Hand(Work::Remove(object)));
+    }
+}
+
+/// A file that was dropped: a mesh joins the scene, everything else is opened.
+pub fn is_mesh(path: &std::path::Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    ending.is_some_and(|ending| ["obj", "glb", "gltf"].iter().any(|known| ending == *known))
+}
+
+/// The settings with one object more.
+pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: Vec3) -> Settings {
+    let mut settings = settings.clone();
+    settings
+        .objects
+        .push(myxo::scene::settings::ObjectSettings {
+            mesh: mesh.to_owned(),
+            position: position.to_array(),
+            scale,
+            ..Default::default()
+        });
+    settings
+}
+
+/// The settings without an object; others no longer ask for their distance to it.
+pub fn without_object(settings: &Settings, object: usize) -> Settings {
+    let mut settings = settings.clone();
+    let gone = settings.objects.remove(object);
+    for other in &mut settings.objects {
+        // Whose distances were taken to nobody else now has them taken to all.
+        other.distance_to.retain(|name| *name != gone.name);
+    }
+    settings
+}
+
+/// A path as scenes name meshes.
+fn mesh_name(path: &std::path::Path) -> String {
+    let path = std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path));
+    path.to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,245 @@
+//! What the hands show over the picture: the brush as a ring on the surface, the outline of the picked object, the probe.
+
+use std::time::Duration;
+
+use egui::{Pos2, Rect, RichText, Stroke, Ui, vec2};
+use glam::Vec3;
+
+use myxo::sim::paint::NO_GO_BELOW;
+
+use super::super::interface::{Facts, Interface};
+use super::super::places::note_value;
+use super::super::rows::grouped;
+use super::super::theme;
+use super::gizmo::Screen;
+use super::{Tool, Under};
+
+const PARTS: u32 = 64;
+/// How often the probe looks again while nothing else happens.
+const PROBE_INTERVAL: Duration = Duration::from_millis(50);
+
+impl Interface {
+    /// Draws it over the picture.
+    pub(in super::super) fn show_hands(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
+        let screen = Screen::of(ui, picture);
+        self.outline_picked(ui, screen, facts);
+        if self.hands.pointer.is_none() {
+            return;
+        }
+        let Some(under) = &facts.hand.under else {
+            return;
+        };
+        if self.hands.tool.is_brush() {
+            self.ring(ui, screen, facts, under);
+        }
+        if self.hands.probe {
+            self.probe(ui, picture, facts, under);
+        }
+    }
+
+    fn ring(&self, ui: &Ui, screen: Screen, facts: &Facts, under: &Under) {
+        let radius = self.hands.radius * facts.hand.radius;
+        let side = under.normal.any_orthonormal_vector();
+        let other = under.normal.cross(side);
+        let points = (0..=PARTS).filter_map(|i| {
+            let angle = i as f32 / PARTS as f32 * std::f32::consts::TAU;
+            let (sin, cos) = angle.sin_cos();
+            let place = under.position + radius * (cos * side + sin * other);
+            screen.point(&self.view.camera, place)
+        });
+        let points: Vec<Pos2> = points.collect();
+        let painter = ui.painter_at(screen.rect);
+        let color = match self.hands.tool {
+            Tool::Repel | Tool::NoGo => theme::error(ui),
+            Tool::Erase => egui::Color32::WHITE,
+            _ => theme::accent(ui),
+        };
+        // Seen on light and on dark.
+        let dark = egui::Color32::from_black_alpha(140);
+        painter.line(points.clone(), Stroke::new(3.5, dark));
+        painter.line(points, Stroke::new(1.5, color));
+        if let Some(middle) = screen.point(&self.view.camera, under.position) {
+            painter.circle_filled(middle, 2.0, color);
+        }
+    }
+
+    /// A line round the picked object, and its name.
+    fn outline_picked(&self, ui: &Ui, screen: Screen, facts: &Facts) {
+        let Some(object) = self.hands.selected else {
+            return;
+        };
+        let (Some(pose), Some(vertices)) = (
+            facts.hand.poses.get(object),
+            self.hands.vertices.get(object),
+        ) else {
+            return;
+        };
+        let scale = self.hands.scaled();
+        let seen = vertices.iter().filter_map(|vertex| {
+            let place = pose.transform_point3(scale * *vertex);
+            screen.point(&self.view.camera, place)
+        });
+        let hull = hull(seen.collect());
+        let painter = ui.painter_at(screen.rect);
+        let Some(top) = hull.iter().copied().min_by(|a, b| a.y.total_cmp(&b.y)) else {
+            return;
+        };
+        // Lines on the picture are not those of the interface: it is dark in both.
+        let color = egui::Color32::WHITE;
+        let dark = egui::Color32::from_black_alpha(150);
+        for stroke in [Stroke::new(4.5, dark), Stroke::new(1.5, color)] {
+            painter.add(egui::Shape::closed_line(hull.clone(), stroke));
+        }
+        let name = self
+            .edited
+            .objects
+            .get(object)
+            .map(|object| object.name.as_str());
+        painter.text(
+            top - vec2(0.0, 6.0),
+            egui::Align2::CENTER_BOTTOM,
+            name.unwrap_or_default(),
+            egui::TextStyle::Small.resolve(ui.style()),
+            color,
+        );
+    }
+
+    fn probe(&self, ui: &Ui, picture: Rect, facts: &Facts, under: &Under) {
+        let Some(at) = ui.input(|i| i.pointer.latest_pos()) else {
+            return;
+        };
+        // What comes from the device comes with the next frames.
+        ui.ctx().request_repaint_after(PROBE_INTERVAL);
+        let name = (self.running.objects.get(under.object)).map(|object| object.name.clone());
+        let number = |value: Option<f32>| match value {
+            Some(value) => format!("{value:.4}"),
+            None => "...".to_owned(),
+        };
+        let mut lines = vec![
+            ("object", name.unwrap_or_default()),
+            ("triangle", grouped(f64::from(under.triangle))),
+            ("uv", format!("{:.3}  {:.3}", under.uv[0], under.uv[1])),
+            ("texel", format!("{}  {}", under.texel[0], under.texel[1])),
+            ("trail", number(under.trail)),
+        ];
+        if self.running.objects.len() > 1 {
+            let is_far = (under.distance).is_some_and(|away| away.abs() > 0.999 * facts.hand.reach);
+            let away = match under.distance {
+                Some(_) if is_far => format!("over {}", facts.hand.reach),
+                away => number(away),
+            };
+            lines.push(("to others", format!("{away} radii")));
+        }
+        if let Some(bias) = under.bias {
+            let told = match bias {
+                bias if bias < NO_GO_BELOW => "no-go".to_owned(),
+                0.0 => "nothing".to_owned(),
+                bias => format!("{bias:+.3}"),
+            };
+            lines.push(("painted", told));
+        }
+        for (what, value) in &lines {
+            note_value(ui.ctx(), &format!("probe.{what}"), || value.clone());
+        }
+        let room = vec2(190.0, 130.0);
+        let right = at.x + 18.0 + room.x < picture.right();
+        let below = at.y + 18.0 + room.y < picture.bottom();
+        let corner = vec2(
+            if right { 18.0 } else { -room.x },
+            if below { 18.0 } else { -room.y },
+        );
+        egui::Area::new("probe".into())
+            .fixed_pos(at + corner)
+            .interactable(false)
+            .show(ui.ctx(), |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    egui::Grid::new("probe")
+                        .num_columns(2)
+                        .spacing(vec2(10.0, 2.0))
+                        .show(ui, |ui| {
+                            for (what, value) in lines {
+                                ui.label(RichText::new(what).small().color(theme::weak(ui)));
+                                ui.label(RichText::new(value).small().monospace());
+                                ui.end_row();
+                            }
+                        });
+                });
+            });
+    }
+}
+
+impl super::Hands {
+    /// How much larger the picked object shall become, while a hand makes it so.
+    fn scaled(&self) -> f32 {
+        self.grab.as_ref().map_or(1.0, |grab| grab.scaled)
+    }
+}
+
+/// The convex hull of points, in order round it (Andrew's monotone chain, 1979).
+fn hull(mut points: Vec<Pos2>) -> Vec<Pos2> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let mut chain: Vec<Pos2> = Vec::new();
+    let turns_right = |chain: &[Pos2], next: Pos2| {
+        let [.., a, b] = chain else { return false };
+        let (ab, ac) = (*b - *a, next - *a);
+        ab.x * ac.y - ab.y * ac.x <= 0.0
+    };
+    let half = |chain: &mut Vec<Pos2>, points: &mut dyn Iterator<Item = Pos2>| {
+        let first = chain.len();
+        for point in points {
+            while chain.len() > first + 1 && turns_right(&chain[first..], point) {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        // The last point is the first of the other half.
+        chain.pop();
+    };
+    half(&mut chain, &mut points.iter().copied());
+    half(&mut chain, &mut points.iter().rev().copied());
+    chain
+}
+
+/// A triangle's normal, turned to the eye.
+pub(super) fn normal_towards(corners: [Vec3; 3], eye: Vec3) -> Vec3 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
+    if normal.dot(eye - a) < 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::pos2;
+
+    #[test]
+    fn a_hull_goes_round_all_points_once() {
+        let mut points: Vec<Pos2> = (0..60)
+            .map(|i| {
+                let angle = i as f32 * 0.7;
+                pos2(angle.cos(), angle.sin()) + vec2(3.0, -2.0)
+            })
+            .collect();
+        points.extend([pos2(3.0, -2.0), pos2(3.1, -2.2)]);
+        let round = hull(points.clone());
+        assert_eq!(round.len(), 60);
+        let square = [
+            pos2(0.0, 0.0),
+            pos2(1.0, 1.0),
+            pos2(1.0, 0.0),
+            pos2(0.0, 1.0),
+        ];
+        let inside = pos2(0.4, 0.6);
+        let round = hull(square.into_iter().chain([inside]).collect());
+        assert_eq!(round.len(), 4);
+        assert!(!round.contains(&inside));
+    }
+}

@@ -1,0 +1,56 @@
+//! Scenes with an object more or less, and what brushes come to.
+
+use super::*;
+
+fn two() -> Settings {
+    let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, Vec3::X);
+    for (object, name) in settings.objects.iter_mut().zip(["ring", "box"]) {
+        object.name = name.to_owned();
+    }
+    settings
+}
+
+#[test]
+fn objects_come_and_go() {
+    let mut settings = two();
+    assert_eq!(settings.objects.len(), 2);
+    let cube = &settings.objects[1];
+    assert_eq!((cube.scale, cube.position), (0.5, [1.0, 0.0, 0.0]));
+    settings.objects[0].distance_to = vec!["box".to_owned()];
+    let left = without_object(&settings, 1);
+    assert_eq!(left.objects.len(), 1);
+    assert!(
+        left.objects[0].distance_to.is_empty(),
+        "it names nobody who is gone"
+    );
+    assert!(is_mesh(std::path::Path::new("a/b.GLB")) && !is_mesh(std::path::Path::new("a.toml")));
+}
+
+#[test]
+fn brushes_do_as_much_in_a_second_at_any_frame_rate() {
+    let mut hands = Hands::new();
+    assert_eq!(hands.brush(0.1, 12.0), None);
+    for tool in Tool::ALL.into_iter().filter(|tool| tool.is_brush()) {
+        hands.take(tool);
+        assert_eq!(hands.tool, tool);
+        let (one, half) = (hands.brush(0.1, 12.0), hands.brush(0.05, 12.0));
+        match (one.unwrap(), half.unwrap()) {
+            (Brush::Trail { amount: a }, Brush::Trail { amount: b })
+            | (Brush::Attract { amount: a }, Brush::Attract { amount: b }) => {
+                assert!((a - 2.0 * b).abs() < 1e-4 && (a > 0.0) == (tool != Tool::Repel));
+            }
+            (Brush::Erase { share: a }, Brush::Erase { share: b })
+            | (Brush::Particles { share: a }, Brush::Particles { share: b }) => {
+                assert!(((1.0 - a) - (1.0 - b) * (1.0 - b)).abs() < 1e-5 && a < 1.0);
+            }
+            (Brush::NoGo, Brush::NoGo) => {}
+            others => panic!("{others:?}"),
+        }
+    }
+    assert!(hands.back() && hands.tool == Tool::Look && !hands.back());
+    hands.toggle_brush();
+    assert_eq!(hands.tool, Tool::Particles, "the one used last");
+    hands.selected = Some(0);
+    hands.toggle_brush();
+    assert!(hands.back() && hands.selected.is_none());
+}

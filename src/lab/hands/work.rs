@@ -1,0 +1,334 @@
+//! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, what lies under it, objects
+//! that come, go and grow.
+
+use glam::{Vec2, Vec3};
+use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
+use myxo::scene::Scene;
+use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::sim::carry::carried;
+use myxo::sim::paint::{Brush, Dab};
+use myxo::{Error, Result};
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::super::stage::Stage;
+use super::super::window::Lab;
+use super::overlay::normal_towards;
+use super::{HandFacts, Under, Work, is_mesh, mesh_name, with_object, without_object};
+
+/// Dabs of one frame, at the most.
+const MOST_DABS: f32 = 6.0;
+/// From one dab to the next, as a share of their radius.
+const SPACING: f32 = 0.35;
+/// Copies of what is probed that may be on their way to the host.
+const PROBES_UNDER_WAY: usize = 4;
+/// Values that are probed.
+const PROBED: usize = 3;
+/// A new object's radius, as a share of the scene's.
+const NEW_OBJECT: f32 = 0.4;
+
+/// What the hands have on the device.
+#[derive(Default)]
+pub struct Hand {
+    /// Dabs that the next frame records.
+    dabs: Vec<Dab>,
+    /// How many there were.
+    dab_count: u32,
+    probe: Option<Probe>,
+    /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
+    pub carry: Option<Vec<Option<usize>>>,
+}
+
+/// Trail and distance at one texel, read some frames later.
+struct Probe {
+    values: Buffer<f32>,
+    readback: Readback<f32>,
+    /// What was read last: trail, distance, bias.
+    last: Option<[f32; PROBED]>,
+}
+
+impl Probe {
+    fn new(ctx: &Arc<Context>) -> Result<Self> {
+        Ok(Self {
+            values: Buffer::zeroed(ctx, "probe", PROBED)?,
+            readback: Readback::new(ctx, "probe", PROBED, PROBES_UNDER_WAY)?,
+            last: None,
+        })
+    }
+
+    fn record(&mut self, rec: &mut Recorder, stage: &Stage, texel: usize) {
+        let state = stage.simulation.state();
+        let mut sources = vec![&state.trail.front];
+        // Where there is one object, nobody reads its distance.
+        let has_distances = state.distances.len() > texel;
+        sources.push(if has_distances {
+            &state.distances
+        } else {
+            &state.trail.front
+        });
+        sources.extend(state.bias.as_ref().map(|bias| &bias.field));
+        for (i, source) in sources.into_iter().enumerate() {
+            rec.barrier(Access::Kernel, Access::Copy, &[source]);
+            rec.copy_range(source, texel..texel + 1, &self.values, i);
+            rec.barrier(Access::Copy, Access::Copy, &[&self.values]);
+            rec.barrier(Access::Copy, Access::Kernel, &[source]);
+        }
+        self.readback.record(rec, &self.values, texel as u64);
+        rec.barrier(Access::Copy, Access::Copy, &[&self.values]);
+    }
+}
+
+impl Lab {
+    /// Does what the hands ask for.
+    pub(in super::super) fn obey_hand(&mut self, work: Work, size: [u32; 2]) {
+        match work {
+            Work::Stroke {
+                from,
+                to,
+                brush,
+                radius,
+            } => self.stroke([from, to], brush, radius, size),
+            Work::Remove(object) => self.remove_object(object),
+            Work::Add(mesh) => self.add_object(mesh),
+            Work::Scale(object, factor) => {
+                if let Some(object) = self.interface.edited.objects.get_mut(object) {
+                    object.scale *= factor;
+                    let count = self.interface.edited.objects.len();
+                    self.restart();
+                    self.hand.carry = Some((0..count).map(Some).collect());
+                }
+            }
+        }
+    }
+
+    /// A mesh that was dropped joins the scene; everything else is opened.
+    pub fn drop_file(&mut self, path: PathBuf) {
+        if is_mesh(&path) && self.stage.is_some() {
+            self.add_object(mesh_name(&path));
+        } else {
+            self.open_file(path);
+        }
+    }
+
+    /// Lists the dabs between two pixels of the picture, from where the surface is seen there.
+    fn stroke(&mut self, [from, to]: [Vec2; 2], brush: Brush, radius: f32, size: [u32; 2]) {
+        let Some(stage) = &self.stage else {
+            return;
+        };
+        let size = Vec2::new(size[0] as f32, size[1] as f32);
+        let view = &self.interface.view;
+        let eye = view.camera.eye();
+        let radius = radius * stage.scene.radius;
+        let pixels = stage.pick(view, to, size).map(|hit| {
+            let half_height = (0.5 * view.camera.vertical_fov).tan();
+            radius / (2.0 * half_height * hit.distance) * size.y
+        });
+        let spacing = SPACING * pixels.unwrap_or(40.0).max(1.0);
+        let count = (from.distance(to) / spacing).ceil().clamp(1.0, MOST_DABS);
+        let brush = share_of(brush, count);
+        for i in 1..=count as u32 {
+            let pixel = from.lerp(to, i as f32 / count);
+            let Some(hit) = stage.pick(view, pixel, size) else {
+                continue;
+            };
+            let number = self.hand.dab_count;
+            self.hand.dab_count = number.wrapping_add(1);
+            self.hand.dabs.push(Dab {
+                brush,
+                center: hit.position,
+                radius,
+                eye: Some(eye),
+                number,
+            });
+        }
+    }
+
+    /// Records what was painted since the last frame, and what the probe wants to know.
+    pub(in super::super) fn record_hands(
+        &mut self,
+        rec: &mut Recorder,
+        context: &egui::Context,
+    ) -> Result<()> {
+        let dabs = std::mem::take(&mut self.hand.dabs);
+        let Some(stage) = &mut self.stage else {
+            return Ok(());
+        };
+        for dab in dabs {
+            match stage.simulation.paint(rec, &dab) {
+                Ok(painted) if painted.count() > 0 => stage.forget_picture(),
+                Ok(_) => {}
+                Err(Error::Invalid(problem)) => self.interface.notice(context, problem, true),
+                Err(error) => return Err(error),
+            }
+        }
+        let Some(under) = self.clocks.facts.hand.under.as_ref() else {
+            return Ok(());
+        };
+        if self.interface.hands.probe {
+            if self.hand.probe.is_none() {
+                self.hand.probe = Some(Probe::new(&self.ctx)?);
+            }
+            if let Some(probe) = &mut self.hand.probe {
+                let pitch = stage.simulation.setup().atlas.pitch;
+                let [column, row] = under.texel;
+                probe.record(rec, stage, (row * pitch + column) as usize);
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells the interface what lies under the pointer and where objects are.
+    pub(in super::super) fn look_under_hand(&mut self, size: [u32; 2]) {
+        let Some(stage) = &self.stage else {
+            self.clocks.facts.hand = HandFacts::default();
+            return;
+        };
+        let simulation = &stage.simulation;
+        let (settings, setup) = (simulation.settings(), simulation.setup());
+        let particles = f64::from(settings.particles.count);
+        let decay = f64::from(settings.trail.decay).clamp(0.0, 0.999);
+        let mean = f64::from(settings.physarum.deposit) * particles
+            / f64::from(setup.atlas.owned_count.max(1))
+            * (decay / (1.0 - decay)).max(1.0);
+        let size = Vec2::new(size[0] as f32, size[1] as f32);
+        let view = &self.interface.view;
+        let poses = simulation.world_from_object();
+        let pixel = self.interface.hands.pointer;
+        let hit = pixel.and_then(|pixel| Some((pixel, stage.pick(view, pixel, size)?)));
+        if let Some(probe) = &mut self.hand.probe {
+            while let Some((_, values)) = probe.readback.poll() {
+                probe.last = values.try_into().ok();
+            }
+        }
+        let last = self.hand.probe.as_ref().and_then(|probe| probe.last);
+        let under = hit.map(|(pixel, hit)| {
+            let surface = &setup.surface;
+            let object = surface.triangles[hit.triangle as usize].object as usize;
+            let corners = surface.corners[hit.triangle as usize]
+                .map(|vertex| poses[object].transform_point3(surface.positions[vertex as usize]));
+            let texel = setup.atlas.texel_of(hit.triangle, hit.u, hit.v);
+            // What was read a little beside is better than nothing.
+            let has_bias = simulation.state().bias.is_some();
+            let has_distance = settings.objects.len() > 1;
+            Under {
+                pixel,
+                triangle: hit.triangle,
+                uv: [hit.u, hit.v],
+                texel: [texel % setup.atlas.pitch, texel / setup.atlas.pitch],
+                object,
+                position: hit.position,
+                normal: normal_towards(corners, view.camera.eye()),
+                trail: last.map(|[trail, ..]| trail),
+                distance: last
+                    .filter(|_| has_distance)
+                    .map(|[_, distance, _]| distance / setup.radius),
+                bias: last.filter(|_| has_bias).map(|[.., bias]| bias),
+            }
+        });
+        self.clocks.facts.hand = HandFacts {
+            looked: pixel,
+            under,
+            poses,
+            time: simulation.time(),
+            mean_trail: (mean as f32).clamp(1e-3, 1e4),
+            radius: setup.radius,
+            reach: settings.distance.reach,
+        };
+    }
+
+    /// One mesh more, at the right side of what the camera looks at.
+    fn add_object(&mut self, mesh: String) {
+        let Some(stage) = &self.stage else {
+            return;
+        };
+        let radius = stage.scene.radius;
+        let camera = &self.interface.view.camera;
+        let place = camera.target + 0.8 * radius * camera.right();
+        let settings = self.interface.edited.clone();
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let count = settings.objects.len();
+        // Picked when it is there.
+        self.interface.hands.selected = Some(count);
+        self.load(name.clone(), false, move || {
+            let alone = Settings {
+                objects: vec![ObjectSettings {
+                    mesh: mesh.clone(),
+                    ..ObjectSettings::default()
+                }],
+                radius: 0.0,
+                ..settings.clone()
+            };
+            let alone = Scene::from_settings(mesh.clone(), alone, folder.clone())?;
+            let scale = NEW_OBJECT * radius / alone.radius;
+            let position: Vec3 = place - scale * alone.center;
+            let settings = with_object(&settings, &mesh, scale, position);
+            Ok(Scene::from_settings(name, settings, folder)?)
+        });
+        self.hand.carry = Some((0..count).map(Some).chain([None]).collect());
+    }
+
+    fn remove_object(&mut self, object: usize) {
+        let settings = &self.interface.edited;
+        if object >= settings.objects.len() || settings.objects.len() < 2 {
+            return;
+        }
+        let count = settings.objects.len();
+        let settings = without_object(settings, object);
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        self.load(name.clone(), false, move || {
+            Ok(Scene::from_settings(name, settings, folder)?)
+        });
+        let kept = (0..count).filter(|other| *other != object);
+        self.hand.carry = Some(kept.map(Some).collect());
+    }
+
+    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning.
+    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<()> {
+        let (Some(from), Some(left)) = (self.hand.carry.take(), &self.stage) else {
+            return Ok(());
+        };
+        let state = left.simulation.snapshot()?;
+        let carried = carried(
+            &state,
+            left.simulation.setup(),
+            next.simulation.setup(),
+            &from,
+        );
+        carried.map_or(Ok(()), |state| next.simulation.restore(&state))
+    }
+}
+
+/// One of `count` dabs that together do what one would.
+fn share_of(brush: Brush, count: f32) -> Brush {
+    let part = |share: f32| 1.0 - (1.0 - share).max(0.0).powf(1.0 / count);
+    match brush {
+        Brush::Trail { amount } => Brush::Trail {
+            amount: amount / count,
+        },
+        Brush::Attract { amount } => Brush::Attract {
+            amount: amount / count,
+        },
+        Brush::Erase { share } => Brush::Erase { share: part(share) },
+        Brush::Particles { share } => Brush::Particles { share: part(share) },
+        Brush::NoGo => Brush::NoGo,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dabs_of_a_stroke_do_together_what_one_would() {
+        let Brush::Trail { amount } = share_of(Brush::Trail { amount: 6.0 }, 4.0) else {
+            panic!("another brush")
+        };
+        assert_eq!(amount, 1.5);
+        let Brush::Erase { share } = share_of(Brush::Erase { share: 0.5 }, 3.0) else {
+            panic!("another brush")
+        };
+        assert!(((1.0 - share).powi(3) - 0.5).abs() < 1e-6);
+        assert_eq!(share_of(Brush::NoGo, 5.0), Brush::NoGo);
+    }
+}

@@ -1,0 +1,271 @@
+//! Undo, looks, the gallery, loading, and numbers that are typed.
+
+use super::*;
+
+#[test]
+fn changes_are_undone_and_redone_by_keys() {
+    let mut harness = Harness::new();
+    let first = harness.interface.edited.clone();
+    for decay in [0.5, 0.6] {
+        harness.interface.edited.trail.decay = decay;
+        harness.frame(vec![]);
+    }
+    let pressed = |harness: &mut Harness, modifiers, key| {
+        let event = |pressed| Event::Key {
+            key,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers,
+        };
+        harness.frame(vec![Event::ModifiersChanged(modifiers)]);
+        let commands = harness.frame(vec![event(true)]).commands;
+        harness.frame(vec![event(false), Event::ModifiersChanged(Modifiers::NONE)]);
+        commands
+    };
+    let control = Modifiers::CTRL.plus(Modifiers::COMMAND);
+    for expected in [0.5, first.trail.decay] {
+        assert_eq!(pressed(&mut harness, control, Key::Z), [Command::Apply]);
+        assert_eq!(harness.interface.edited.trail.decay, expected);
+    }
+    assert_eq!(
+        pressed(&mut harness, control, Key::Z),
+        [],
+        "nothing is left"
+    );
+    assert_eq!(harness.interface.edited, first);
+    let shift = control.plus(Modifiers::SHIFT);
+    assert_eq!(pressed(&mut harness, shift, Key::Z), [Command::Apply]);
+    assert_eq!(harness.interface.edited.trail.decay, 0.5);
+    assert_eq!(pressed(&mut harness, control, Key::S), [Command::Save]);
+    assert!(harness.interface.playing, "S alone would hold it");
+}
+
+#[test]
+fn presets_are_taken_by_keys_at_once_or_slowly() {
+    let mut harness = Harness::new();
+    let first = &myxo::scene::builtin::PRESETS[0];
+    let second = &myxo::scene::builtin::PRESETS[1];
+    assert_eq!(harness.press(Key::CloseBracket), [Command::Apply]);
+    assert_eq!(harness.interface.preset, Some(first.name));
+    harness.interface.morph_seconds = 1.0;
+    let to = presets::with_preset(&harness.interface.edited, second);
+    harness.press(Key::CloseBracket);
+    assert_ne!(harness.interface.edited, to, "on the way");
+    harness.time += 0.5;
+    assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
+    harness.time += 0.6;
+    assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
+    assert_eq!(harness.interface.edited, to);
+    assert_eq!(harness.frame(vec![]).commands, [], "it has arrived");
+    harness.interface.morph_seconds = 0.0;
+    assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
+    assert_eq!(harness.interface.preset, Some(first.name));
+    let before = harness.interface.edited.clone();
+    assert_eq!(harness.press(Key::D), [Command::Apply]);
+    assert_ne!(harness.interface.edited, before);
+    assert_eq!(harness.interface.preset, None);
+}
+
+#[test]
+fn the_gallery_opens_scenes_and_takes_presets() {
+    let mut harness = Harness::new();
+    harness.press(Key::G);
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let card = |harness: &Harness, name: &str| {
+        let places = harness.places_of(name);
+        let place = places.iter().find(|place| place.x > 340.0);
+        *place.unwrap_or_else(|| panic!("{name}: {places:?}")) + vec2(0.0, -40.0)
+    };
+    let at = card(&harness, "gyroid");
+    assert_eq!(harness.click(at), [Command::Open("gyroid")]);
+    assert!(!harness.interface.gallery.open, "the picture is seen");
+    harness.press(Key::G);
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let at = card(&harness, "spots");
+    assert_eq!(harness.click(at), [Command::Apply]);
+    assert_eq!(harness.interface.preset, Some("spots"));
+    assert!(harness.interface.gallery.open, "others can be tried");
+    harness.press(Key::Escape);
+    assert!(!harness.interface.gallery.open);
+}
+
+#[test]
+fn things_are_taken_out_by_keys_and_buttons() {
+    let mut harness = Harness::new();
+    let record = Command::TakeOut(Out::Record);
+    assert_eq!(harness.press(Key::F9), std::slice::from_ref(&record));
+    harness.interface.out.open = true;
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let place = |harness: &Harness, words: &str| {
+        let places = harness.places_of(words);
+        let place = places.iter().find(|place| place.x > 340.0);
+        *place.unwrap_or_else(|| panic!("{words}: {places:?}"))
+    };
+    for (words, command) in [
+        ("📷 Save picture", Command::Screenshot),
+        ("⏺ Record", record),
+        ("🎬 Film 300 frames", Command::TakeOut(Out::Film)),
+        (
+            "NPZ",
+            Command::TakeOut(Out::Export(crate::lab::out::Model::Npz)),
+        ),
+    ] {
+        let at = place(&harness, words);
+        assert_eq!(harness.click(at), [command], "{words}");
+    }
+    // What is under way is told, and one thing waits for another.
+    harness.facts.out.recording = Some(crate::lab::out::Recorded {
+        seconds: 65.0,
+        frames: 1950,
+        dropped: 3,
+        is_ending: false,
+    });
+    harness.facts.out.making = Some(crate::lab::out::Making {
+        name: "film_000001.mp4".to_owned(),
+        doing: "frame 7 of 300".to_owned(),
+        done: Some(0.02),
+        is_cancelled: false,
+    });
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    for words in [
+        "1:05  1950 frames",
+        "3 dropped",
+        "film_000001.mp4",
+        "frame 7",
+        "■ Stop",
+    ] {
+        place(&harness, words);
+    }
+    let at = place(&harness, "🎬 Film 300 frames");
+    assert_eq!(harness.click(at), [], "one thing at a time");
+    let at = place(&harness, "Cancel");
+    assert_eq!(harness.click(at), [Command::TakeOut(Out::Cancel)]);
+    harness.press(Key::Escape);
+    assert!(!harness.interface.out.open);
+}
+
+#[test]
+fn the_picture_can_be_alone() {
+    let mut harness = Harness::new();
+    harness.press(Key::F10);
+    let picture = harness.frame(vec![]).picture;
+    assert_eq!((picture.min, picture.size()), (Pos2::ZERO, SCREEN));
+    harness.press(Key::Escape);
+    assert!(harness.frame(vec![]).picture.left() > 300.0);
+    assert_eq!(harness.press(Key::F11), [Command::FullScreen]);
+    let dark = harness.ctx.theme();
+    harness.press(Key::T);
+    assert!(harness.interface.light && harness.ctx.theme() != dark);
+}
+
+#[test]
+fn what_is_loading_is_told_and_can_be_given_up() {
+    let mut harness = Harness::new();
+    let waiting = Waiting {
+        name: "gears".to_owned(),
+        doing: "packing charts",
+        done: 0.4,
+        is_cancelled: false,
+    };
+    harness.facts.loading = Some(waiting.clone());
+    for _ in 0..2 {
+        harness.frame(vec![]);
+    }
+    assert_eq!(harness.places_of("packing charts").len(), 1);
+    assert_eq!(harness.press(Key::Escape), [Command::CancelLoading]);
+    let [cancel] = harness.places_of("Cancel")[..] else {
+        panic!("{:?}", harness.places_of("Cancel"));
+    };
+    assert_eq!(harness.click(cancel), [Command::CancelLoading]);
+    harness.facts.loading = Some(Waiting {
+        is_cancelled: true,
+        ..waiting
+    });
+    harness.frame(vec![]);
+    assert_eq!(harness.click(cancel), [], "once is enough");
+    assert_eq!(harness.places_of("ending").len(), 1);
+}
+
+/// With one object, nobody changes objects.
+#[test]
+fn what_has_no_effect_cannot_be_turned() {
+    let mut harness = Harness::new();
+    harness.interface.filter = "transfer strategy".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    let direct = |harness: &Harness| match harness.places_of("direct")[..] {
+        [place] => place,
+        _ => panic!("{:?}", harness.places_of("direct")),
+    };
+    let at = direct(&harness);
+    assert_eq!(harness.click(at), []);
+    let object = harness.interface.edited.objects[0].clone();
+    harness.interface.edited.objects.push(object);
+    for _ in 0..2 {
+        harness.frame(vec![]);
+    }
+    let at = direct(&harness);
+    assert_eq!(harness.click(at), [Command::Apply]);
+    let strategy = harness.interface.edited.transfer.strategy;
+    assert_eq!(strategy, Strategy::Direct);
+}
+
+/// What appears above a number does not take the keyboard from it.
+#[test]
+fn a_number_that_restarts_can_be_typed_to_its_end() {
+    let mut harness = Harness::new();
+    harness.interface.filter = "particle count".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    // The line of facts below has it, too.
+    let places = harness.places_of("500,000");
+    let number = places.iter().find(|place| place.y < 0.9 * SCREEN.y);
+    harness.click(*number.unwrap_or_else(|| panic!("{places:?}")));
+    for digit in ["1", "2", "0", "0"] {
+        harness.frame(vec![Event::Text(digit.to_owned())]);
+        harness.frame(vec![]);
+    }
+    harness.press(Key::Enter);
+    assert!(harness.interface.is_pending());
+    assert_eq!(harness.interface.edited.particles.count, 1200);
+}
+
+/// Though its first digit alone would be too little.
+#[test]
+fn a_number_with_a_least_value_can_be_typed() {
+    let mut harness = Harness::new();
+    harness.interface.filter = "atlas size".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    let [number] = harness.places_of("1024")[..] else {
+        panic!("{:?}", harness.places_of("1024"));
+    };
+    harness.click(number);
+    for digit in ["5", "1", "2"] {
+        harness.frame(vec![Event::Text(digit.to_owned())]);
+        harness.frame(vec![]);
+    }
+    harness.press(Key::Enter);
+    assert_eq!(harness.interface.edited.atlas.size, 512);
+    // What is less than the least becomes the least.
+    harness.frame(vec![]);
+    let [number] = harness.places_of("512")[..] else {
+        panic!("{:?}", harness.places_of("512"));
+    };
+    harness.click(number);
+    harness.frame(vec![Event::Text("3".to_owned())]);
+    harness.press(Key::Enter);
+    assert_eq!(harness.interface.edited.atlas.size, 16);
+}

@@ -1,0 +1,247 @@
+//! Brushes, picked objects and their handles, by events of a pointer and keys.
+
+use glam::Affine3A;
+use myxo::scene::settings::ObjectSettings;
+use myxo::sim::paint::Brush;
+
+use super::super::super::hands::{Tool, Under};
+use super::*;
+
+const LEFT: PointerButton = PointerButton::Primary;
+
+fn button(pos: Pos2, pressed: bool) -> Event {
+    Event::PointerButton {
+        pos,
+        button: LEFT,
+        pressed,
+        modifiers: Modifiers::NONE,
+    }
+}
+
+/// With two objects, of which the first is where the pointer will be.
+fn harness() -> Harness {
+    let mut harness = Harness::new();
+    let second = ObjectSettings {
+        name: "second".to_owned(),
+        ..ObjectSettings::default()
+    };
+    for settings in [
+        &mut harness.interface.edited,
+        &mut harness.interface.running,
+    ] {
+        settings.objects.push(second.clone());
+    }
+    harness.facts.hand.poses = vec![Affine3A::IDENTITY; 2];
+    harness.facts.hand.mean_trail = 10.0;
+    harness.facts.hand.radius = 1.0;
+    // What the window would have noted.
+    let edited = harness.interface.edited.clone();
+    let view = harness.interface.view;
+    harness.interface.undo.note(&edited, &view);
+    harness
+}
+
+fn under() -> Under {
+    Under {
+        pixel: Vec2::ZERO,
+        triangle: 5,
+        uv: [0.2, 0.3],
+        texel: [7, 9],
+        object: 0,
+        position: Vec3::ZERO,
+        normal: Vec3::Z,
+        trail: Some(1.5),
+        distance: None,
+        bias: None,
+    }
+}
+
+/// Drags, and gives every command on the way.
+fn dragged(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
+    harness.frame(vec![Event::PointerMoved(from)]);
+    let mut commands = harness.frame(vec![button(from, true)]).commands;
+    for step in 1..=4 {
+        let at = from + (to - from) * (step as f32 / 4.0);
+        commands.extend(harness.frame(vec![Event::PointerMoved(at)]).commands);
+    }
+    commands.extend(harness.frame(vec![button(to, false)]).commands);
+    commands
+}
+
+#[test]
+fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
+    let mut harness = harness();
+    harness.interface.playing = false;
+    let camera = harness.interface.view.camera;
+    harness.press(Key::B);
+    assert_eq!(harness.interface.hands.tool, Tool::Trail);
+    let to = IN_PICTURE + vec2(60.0, 20.0);
+    let commands = dragged(&mut harness, IN_PICTURE, to);
+    assert_eq!(harness.interface.view.camera, camera);
+    let strokes: Vec<_> = (commands.iter())
+        .map(|command| match command {
+            Command::Hand(Work::Stroke {
+                from, to, brush, ..
+            }) => (*from, *to, *brush),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(strokes.len() >= 5, "one a frame, from the press on");
+    for pair in strokes.windows(2) {
+        assert_eq!(pair[0].1, pair[1].0, "without a gap");
+    }
+    let drawn = strokes[strokes.len() - 1].1 - strokes[0].0;
+    assert!((drawn - Vec2::new(60.0, 20.0)).length() < 1e-3, "{drawn}");
+    for (_, _, brush) in strokes {
+        assert!(matches!(brush, Brush::Trail { amount } if amount > 0.0));
+    }
+    // The other button still pans.
+    let pans = PointerButton::Secondary;
+    harness.drag(pans, Modifiers::NONE, IN_PICTURE, to);
+    assert_ne!(harness.interface.view.camera.target, camera.target);
+    harness.press(Key::Escape);
+    assert_eq!(harness.interface.hands.tool, Tool::Look);
+}
+
+#[test]
+fn shift_and_the_wheel_change_the_brush_and_nothing_else() {
+    let mut harness = harness();
+    harness.interface.hands.take(Tool::Erase);
+    let (camera, radius) = (
+        harness.interface.view.camera,
+        harness.interface.hands.radius,
+    );
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    harness.frame(vec![
+        Event::ModifiersChanged(Modifiers::SHIFT),
+        Event::MouseWheel {
+            unit: MouseWheelUnit::Line,
+            delta: vec2(0.0, 2.0),
+            modifiers: Modifiers::SHIFT,
+            phase: egui::TouchPhase::Move,
+        },
+    ]);
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    assert!(harness.interface.hands.radius > 1.1 * radius);
+    assert_eq!(harness.interface.view.camera, camera);
+}
+
+#[test]
+fn a_click_picks_and_escape_lets_go() {
+    let mut harness = harness();
+    harness.facts.hand.under = Some(under());
+    // Not on the handles, which stand at the object's middle.
+    let beside = IN_PICTURE + vec2(-120.0, 150.0);
+    harness.click(beside);
+    assert_eq!(
+        harness.interface.hands.selected, None,
+        "it has not been told"
+    );
+    let pixel = harness.interface.hands.pointer;
+    assert!(pixel.is_some(), "it asks");
+    harness.facts.hand.looked = pixel;
+    harness.frame(vec![]);
+    assert_eq!(harness.interface.hands.selected, Some(0));
+    harness.press(Key::Escape);
+    assert_eq!(harness.interface.hands.selected, None);
+    harness.click(beside);
+    harness.facts.hand.under = None;
+    harness.time += 2.0;
+    harness.click(beside);
+    assert_eq!(harness.interface.hands.selected, None, "on nothing");
+}
+
+#[test]
+fn the_last_object_stays() {
+    let mut harness = harness();
+    harness.press(Key::Delete);
+    let notice = |harness: &Harness| harness.interface.notice.clone().map(|notice| notice.text);
+    assert!(notice(&harness).is_some_and(|text| text.contains("Pick an object first")));
+    harness.interface.hands.selected = Some(1);
+    let commands = harness.press(Key::Delete);
+    assert_eq!(commands, [Command::Hand(Work::Remove(1))]);
+    harness.interface.running.objects.pop();
+    harness.interface.edited.objects.pop();
+    harness.interface.hands.selected = Some(0);
+    assert_eq!(harness.press(Key::Delete), []);
+    assert!(notice(&harness).is_some_and(|text| text.contains("The last object stays")));
+    assert_eq!(harness.interface.hands.selected, Some(0));
+}
+
+/// Where the middle of the first object is seen.
+fn middle(harness: &mut Harness) -> Pos2 {
+    let picture = harness.frame(vec![]).picture;
+    let size = Vec2::new(picture.width(), picture.height());
+    let at = harness
+        .interface
+        .view
+        .camera
+        .pixel(Vec3::ZERO, size)
+        .unwrap();
+    picture.min + vec2(at.x, at.y)
+}
+
+#[test]
+fn a_dragged_object_goes_along_and_undo_brings_it_back() {
+    let mut harness = harness();
+    harness.interface.hands.selected = Some(0);
+    let camera = harness.interface.view.camera;
+    let from = middle(&mut harness);
+    let commands = dragged(&mut harness, from, from + vec2(80.0, 0.0));
+    assert!(commands.len() > 2 && commands.iter().all(|command| *command == Command::Apply));
+    let position = Vec3::from_array(harness.interface.edited.objects[0].position);
+    assert!(position.dot(camera.right()) > 0.1, "{position}");
+    assert!(position.dot(camera.up()).abs() < 1e-3, "{position}");
+    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.edited.objects[1].position, [0.0; 3]);
+    assert!(!{
+        harness.interface.running = harness.interface.edited.clone();
+        harness.interface.is_pending()
+    });
+    harness.frame(vec![]);
+    let mut commands = Vec::new();
+    harness.interface.undo(&mut commands);
+    assert_eq!(commands, [Command::Apply]);
+    assert_eq!(harness.interface.edited.objects[0].position, [0.0; 3]);
+}
+
+#[test]
+fn the_box_beside_the_middle_scales() {
+    let mut harness = harness();
+    harness.interface.hands.selected = Some(0);
+    let from = middle(&mut harness) + vec2(30.0, -30.0);
+    let commands = dragged(&mut harness, from, from + vec2(40.0, -10.0));
+    let [Command::Hand(Work::Scale(0, factor))] = commands[..] else {
+        panic!("{commands:?}")
+    };
+    assert!((factor - 0.5_f32.exp()).abs() < 1e-3, "{factor}");
+}
+
+#[test]
+fn every_tool_has_its_button() {
+    let mut harness = harness();
+    for (words, tool) in [
+        ("✏ trail", Tool::Trail),
+        ("✖ erase", Tool::Erase),
+        ("➕ attract", Tool::Attract),
+        ("➖ repel", Tool::Repel),
+        ("🚫 no-go", Tool::NoGo),
+        ("✨ particles", Tool::Particles),
+        ("👁 look", Tool::Look),
+    ] {
+        let [at] = harness.places_of(words)[..] else {
+            panic!("{words}: {:?}", harness.places_of(words))
+        };
+        harness.click(at);
+        assert_eq!(harness.interface.hands.tool, tool);
+    }
+    harness.press(Key::I);
+    assert!(harness.interface.hands.probe);
+    harness.facts.hand.under = Some(under());
+    for _ in 0..3 {
+        harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    }
+    assert_eq!(harness.places_of("1.5000").len(), 1, "the trail is told");
+}

@@ -1,0 +1,216 @@
+//! What the picture shows, the atlas beside it, the light, flight, and sides to look from.
+
+use super::*;
+
+const DRAG: egui::Vec2 = vec2(60.0, -20.0);
+
+impl Harness {
+    /// Holds a key for some frames, and lets it go; gives what these asked for.
+    fn hold(&mut self, key: Key, frames: usize) -> Vec<Command> {
+        let event = |pressed| Event::Key {
+            key,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        let mut commands = self.frame(vec![event(true)]).commands;
+        for _ in 1..frames {
+            commands.extend(self.frame(vec![]).commands);
+        }
+        commands.extend(self.frame(vec![event(false)]).commands);
+        commands
+    }
+
+    /// Clicks the text that begins so; the first of them.
+    fn click_text(&mut self, words: &str) {
+        let place = *self.places_of(words).first().expect("it is shown");
+        self.click(place);
+        self.frame(vec![]);
+    }
+
+    /// Opens a part of the panel, and waits until it stands still.
+    fn open(&mut self, title: &str) {
+        self.click_text(title);
+        for _ in 0..30 {
+            self.frame(vec![]);
+        }
+    }
+}
+
+#[test]
+fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
+    let mut harness = Harness::new();
+    for (key, show) in [
+        (Key::Num4, Show::Relief),
+        (Key::Num5, Show::Glow),
+        (Key::Num6, Show::Headings),
+        (Key::Num7, Show::Density),
+        (Key::Num8, Show::Wireframe),
+    ] {
+        harness.press(key);
+        assert_eq!(harness.interface.view.show, show);
+    }
+    for key in [Key::Num9, Key::Num0] {
+        harness.press(key);
+        assert_eq!(harness.interface.view.show, Show::Wireframe);
+        let notice = harness.interface.notice.take().expect("it is told");
+        assert!(
+            notice.text.contains("needs a second object"),
+            "{}",
+            notice.text
+        );
+    }
+    harness.frame(vec![]);
+    harness.click_text("Distance");
+    assert_eq!(harness.interface.view.show, Show::Wireframe, "it is grey");
+    harness.click_text("Glow");
+    assert_eq!(harness.interface.view.show, Show::Glow);
+    let other = harness.interface.running.objects[0].clone();
+    harness.interface.running.objects.push(other);
+    harness.press(Key::Num9);
+    assert_eq!(harness.interface.view.show, Show::Distance);
+    harness.frame(vec![]);
+    assert!(!harness.places_of("inside of it").is_empty(), "a legend");
+}
+
+#[test]
+fn a_scene_that_asks_for_what_it_has_not_shows_its_trail() {
+    let mut settings = Settings::default();
+    settings.picture.show = Show::Nearest;
+    let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
+    assert_eq!(Interface::new(&scene).view.show, Show::Surface);
+}
+
+#[test]
+fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
+    let mut harness = Harness::new();
+    let whole = harness.frame(vec![]);
+    assert_eq!(whole.beside, None);
+    harness.press(Key::U);
+    for _ in 0..2 {
+        harness.frame(vec![]);
+    }
+    let shown = harness.frame(vec![]);
+    let beside = shown.beside.expect("it is there");
+    assert_eq!(shown.picture.left_top(), whole.picture.left_top());
+    assert_eq!(beside.right_bottom(), whole.picture.right_bottom());
+    assert_eq!(shown.picture.right(), beside.left());
+    let before = harness.interface.view;
+    let none = Modifiers::NONE;
+    let middle = beside.center();
+    harness.interface.view.atlas.zoom = 4.0;
+    assert!(harness.drag(PointerButton::Primary, none, middle, middle + DRAG));
+    let after = harness.interface.view;
+    assert_eq!(after.camera, before.camera);
+    assert!(after.atlas.middle.x < before.atlas.middle.x - 0.01);
+    let middle = shown.picture.center();
+    harness.drag(PointerButton::Primary, none, middle, middle + DRAG);
+    assert_ne!(harness.interface.view.camera, before.camera);
+    assert_eq!(harness.interface.view.atlas, after.atlas);
+    // What shows the atlas alone needs it not twice.
+    harness.press(Key::Num3);
+    assert_eq!(harness.frame(vec![]).beside, None);
+}
+
+#[test]
+fn the_light_moves_with_its_key_and_nothing_else_does() {
+    let mut harness = Harness::new();
+    let before = harness.interface.view;
+    let key = |pressed| Event::Key {
+        key: Key::L,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    };
+    harness.frame(vec![key(true)]);
+    let none = Modifiers::NONE;
+    harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);
+    harness.frame(vec![key(false)]);
+    let after = harness.interface.view;
+    assert!(after.light.azimuth > before.light.azimuth + 1.0);
+    assert!(after.light.elevation > before.light.elevation + 1.0);
+    assert_eq!(after.camera, before.camera);
+    harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);
+    assert_eq!(harness.interface.view.light, after.light);
+    assert_ne!(harness.interface.view.camera, before.camera);
+    let mut commands = Vec::new();
+    harness.interface.undo(&mut commands);
+    assert_eq!(harness.interface.view.light, before.light);
+    assert_eq!(commands, [Command::Apply]);
+}
+
+#[test]
+fn flight_has_its_own_keys_hand_and_wheel() {
+    let mut harness = Harness::new();
+    harness.press(Key::V);
+    assert!(harness.interface.navigation.is_flying() && harness.interface.playing);
+    let start = harness.interface.view.camera;
+    for (key, way) in [
+        (Key::W, -start.backward()),
+        (Key::S, start.backward()),
+        (Key::D, start.right()),
+        (Key::A, -start.right()),
+        (Key::E, start.up()),
+        (Key::Q, -start.up()),
+    ] {
+        let before = harness.interface.view.camera;
+        assert_eq!(harness.hold(key, 6), [], "{key:?} means nothing else");
+        let gone = harness.interface.view.camera.eye() - before.eye();
+        assert!(gone.normalize().dot(way) > 0.999, "{key:?} goes {gone}");
+    }
+    assert!(harness.interface.playing, "S alone would hold it");
+    let before = harness.interface.view.camera;
+    let none = Modifiers::NONE;
+    harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);
+    let turned = harness.interface.view.camera;
+    assert!(turned.eye().distance(before.eye()) < 1e-4 && turned.yaw != before.yaw);
+
+    let speed = |harness: &Harness| harness.interface.navigation.flying.expect("it flies").speed;
+    let slow = speed(&harness);
+    harness.frame(vec![Event::MouseWheel {
+        unit: MouseWheelUnit::Line,
+        delta: vec2(0.0, 2.0),
+        modifiers: Modifiers::NONE,
+        phase: egui::TouchPhase::Move,
+    }]);
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    assert!(speed(&harness) > 1.1 * slow);
+    assert_eq!(harness.interface.view.camera.distance, turned.distance);
+
+    harness.press(Key::Escape);
+    assert!(!harness.interface.navigation.is_flying());
+    let there = harness.interface.view.camera;
+    assert_eq!(harness.hold(Key::S, 2), [Command::Step]);
+    assert_eq!(harness.interface.view.camera, there);
+}
+
+#[test]
+fn the_camera_looks_from_sides_and_goes_home() {
+    let mut harness = Harness::new();
+    let home = harness.interface.view.camera;
+    harness.open("Camera");
+    for (title, towards) in [
+        ("Front", Vec3::Z),
+        ("Left", Vec3::NEG_X),
+        ("Top", Vec3::Y),
+        ("Bottom", Vec3::NEG_Y),
+    ] {
+        harness.click_text(title);
+        let backward = harness.interface.view.camera.backward();
+        assert!(backward.dot(towards) > 0.999, "{title}");
+    }
+    harness.click_text("Home");
+    assert_eq!(harness.interface.view.camera, home);
+    // A wider view is a change that can be taken back.
+    harness.interface.view.camera.set_field_of_view(1.2);
+    harness.frame(vec![]);
+    let mut commands = Vec::new();
+    harness.interface.undo(&mut commands);
+    let back = harness.interface.view.camera;
+    assert!((back.vertical_fov - home.vertical_fov).abs() < 1e-5);
+    assert!((back.distance - home.distance).abs() < 1e-3);
+}

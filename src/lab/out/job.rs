@@ -1,0 +1,365 @@
+//! What is being made: a picture, a film or an export. The window's thread does the part that needs the device, in small
+//! pieces; other threads do the rest.
+
+use std::panic::resume_unwind;
+use std::path::Path;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use myxo::Result;
+use myxo::export::{self, Colors, Export, ExportFile, Watch};
+use myxo::gpu::{Context, Format, Frames};
+use myxo::render::exposure::Exposure;
+use myxo::render::offscreen;
+use myxo::render::output::{Output, Written};
+use myxo::render::{View, output};
+use myxo::scene::Scene;
+
+use super::encoder::{Encoder, Frame};
+use super::names::Reserved;
+use super::panel::OutPanel;
+use super::shot::Shot;
+use super::{Making, Model};
+use crate::lab::stage::Stage;
+
+/// What of a window's frame is spent on it.
+const MOMENT: Duration = Duration::from_millis(45);
+/// In a film the exposure follows the trail with each picture by this share at the least.
+const SLOWEST_ADAPTATION: f32 = 0.12;
+
+/// What is being made.
+pub enum Job {
+    /// One picture.
+    Picture(Picture),
+    /// A film at a fixed step.
+    Film(Film),
+    /// A file of the state.
+    Export(ExportJob),
+}
+
+impl Job {
+    /// Goes on for a moment.
+    pub fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
+        match self {
+            Self::Picture(picture) => picture.advance(frames, stage),
+            Self::Film(film) => film.advance(frames, stage),
+            Self::Export(_) => Ok(()),
+        }
+    }
+
+    /// What came of it, once, when it has ended.
+    pub fn take(&mut self) -> Option<Result<Written>> {
+        match self {
+            Self::Picture(Picture { writer, .. }) => writer.take(),
+            Self::Film(film) => film.encoder.take(),
+            Self::Export(export) => export.writer.take(),
+        }
+    }
+
+    /// It is not wanted any more.
+    pub fn cancel(&mut self) {
+        match self {
+            Self::Picture(picture) => {
+                picture.is_cancelled = true;
+                // What is being written already is done in a moment.
+                if matches!(picture.writer, Writer::NotYet) {
+                    picture.writer = Writer::nothing();
+                }
+            }
+            Self::Film(film) => film.encoder.cancel(),
+            Self::Export(export) => export.watch.cancel(),
+        }
+    }
+
+    /// Does the simulation stand as it is, or go on only by it?
+    pub fn holds(&self) -> bool {
+        match self {
+            Self::Picture(picture) => matches!(picture.writer, Writer::NotYet),
+            Self::Film(film) => !film.is_filmed(),
+            Self::Export(_) => false,
+        }
+    }
+
+    /// For the interface.
+    pub fn told(&self) -> Making {
+        match self {
+            Self::Picture(picture) => Making {
+                name: name_of(picture.name.path()),
+                doing: match picture.writer {
+                    Writer::NotYet => "drawing".to_owned(),
+                    _ => "writing".to_owned(),
+                },
+                done: Some(0.8 * picture.shot.share()),
+                is_cancelled: picture.is_cancelled,
+            },
+            Self::Film(film) => film.told(),
+            Self::Export(export) => Making {
+                name: export.name.clone(),
+                doing: format!("{:.1} MB written", export.watch.written() as f64 / 1e6),
+                done: None,
+                is_cancelled: export.watch.is_cancelled(),
+            },
+        }
+    }
+
+    /// Ends it with the window.
+    pub fn close(self) -> Option<Result<Written>> {
+        match self {
+            Self::Picture(picture) => picture.writer.wait(),
+            Self::Film(mut film) => {
+                film.stop();
+                film.encoder.wait()
+            }
+            Self::Export(export) => {
+                export.watch.cancel();
+                // That it was cancelled is no news.
+                export.writer.wait().filter(Result::is_ok)
+            }
+        }
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// A thread that writes a file, once there is something to be written.
+pub enum Writer {
+    /// There is nothing yet.
+    NotYet,
+    /// It is at work; `None` when it was asked for its result.
+    Thread(Option<JoinHandle<Result<Written>>>),
+}
+
+impl Writer {
+    fn begin(write: impl FnOnce() -> Result<Written> + Send + 'static) -> Self {
+        Self::Thread(Some(thread::spawn(write)))
+    }
+
+    fn nothing() -> Self {
+        Self::begin(|| {
+            Ok(Written {
+                files: Vec::new(),
+                frames: 0,
+            })
+        })
+    }
+
+    fn take(&mut self) -> Option<Result<Written>> {
+        let Self::Thread(thread) = self else {
+            return None;
+        };
+        let thread = thread.take_if(|thread| thread.is_finished())?;
+        Some(thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    }
+
+    fn wait(self) -> Option<Result<Written>> {
+        let Self::Thread(Some(thread)) = self else {
+            return None;
+        };
+        Some(thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    }
+}
+
+/// A picture of any size.
+pub struct Picture {
+    shot: Shot,
+    view: View,
+    name: Arc<Reserved>,
+    writer: Writer,
+    is_cancelled: bool,
+}
+
+impl Picture {
+    /// Nothing is drawn.
+    pub fn begin(
+        ctx: &Arc<Context>,
+        size: [u32; 2],
+        format: Format,
+        mut view: View,
+        name: Reserved,
+    ) -> Result<Self> {
+        // As bright as the window is now.
+        if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
+            *adaptation = 0.0;
+        }
+        Ok(Self {
+            shot: Shot::new(ctx, size, format)?,
+            view,
+            name: Arc::new(name),
+            writer: Writer::NotYet,
+            is_cancelled: false,
+        })
+    }
+
+    fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
+        let begun = Instant::now();
+        while matches!(self.writer, Writer::NotYet) && begun.elapsed() < MOMENT {
+            if self.shot.advance(frames, stage, &self.view)? {
+                let frame = self.shot.take(0);
+                let (name, is_transparent) = (Arc::clone(&self.name), self.view.is_transparent);
+                self.writer = Writer::begin(move || write(frame, is_transparent, &name));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn write(frame: Frame, is_transparent: bool, name: &Reserved) -> Result<Written> {
+    let mut picture = frame.into_picture();
+    if is_transparent {
+        offscreen::unmultiply(&mut picture);
+    }
+    let mut file = output::Output::create(name.path(), picture.dimensions(), 1.0)?;
+    file.frame(&picture)?;
+    Ok(file.finish()?)
+}
+
+/// A film at a fixed step: so many steps, a picture, and so on, however long each takes.
+pub struct Film {
+    shot: Shot,
+    view: View,
+    encoder: Encoder,
+    name: String,
+    /// Steps from one picture to the next.
+    every: u64,
+    /// Pictures in all, and those that were handed over.
+    all: u64,
+    done: u64,
+    /// The step that the next picture is of.
+    step: u64,
+    begun: Instant,
+}
+
+impl Film {
+    /// Begins with a picture of the state as it is.
+    #[expect(clippy::too_many_arguments, reason = "each is asked for once")]
+    pub fn begin(
+        ctx: &Arc<Context>,
+        output: Output,
+        size: [u32; 2],
+        format: Format,
+        view: View,
+        name: Reserved,
+        panel: &OutPanel,
+        step: u64,
+    ) -> Result<Self> {
+        let shot = Shot::new(ctx, size, format)?;
+        Ok(Self {
+            shot,
+            view,
+            name: name_of(name.path()),
+            encoder: Encoder::begin(output, size, name),
+            every: u64::from(panel.every),
+            all: panel.film_frames(),
+            done: 0,
+            step,
+            begun: Instant::now(),
+        })
+    }
+
+    /// Are all its pictures taken?
+    fn is_filmed(&self) -> bool {
+        self.done == self.all || self.encoder.is_cancelled()
+    }
+
+    /// Ends it with the pictures that it has.
+    pub fn stop(&mut self) {
+        self.all = self.done;
+        self.encoder.end(self.done);
+    }
+
+    /// Steps and parts of pictures, one by one. Where the writer is slower, it is waited for: no picture is left out.
+    fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
+        let begun = Instant::now();
+        while !self.is_filmed() && begun.elapsed() < MOMENT {
+            if stage.simulation.step() < self.step {
+                let mut rec = frames.begin()?;
+                rec.scope("step", |rec| stage.simulation.record_step(rec));
+                frames.submit(rec)?;
+                frames.wait_idle()?;
+                continue;
+            }
+            if !self.encoder.has_room() {
+                break;
+            }
+            if let Exposure::Auto { adaptation, .. } = &mut self.view.exposure {
+                *adaptation = (1.0 / (self.done as f32 + 2.0)).max(SLOWEST_ADAPTATION);
+            }
+            if self.shot.advance(frames, stage, &self.view)? {
+                self.encoder.push(self.shot.take(self.done));
+                self.done += 1;
+                self.step += self.every;
+                if self.done == self.all {
+                    self.encoder.end(self.all);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn told(&self) -> Making {
+        let (written, _) = self.encoder.told();
+        let left = if self.done > 0 && !self.is_filmed() {
+            let each = self.begun.elapsed().as_secs_f64() / self.done as f64;
+            format!(", {:.0} s left", each * (self.all - self.done) as f64)
+        } else {
+            String::new()
+        };
+        Making {
+            name: self.name.clone(),
+            doing: format!("frame {} of {}{left}", written, self.all),
+            done: Some(self.done as f32 / self.all.max(1) as f32),
+            is_cancelled: self.encoder.is_cancelled(),
+        }
+    }
+}
+
+/// A file of the state, which another thread writes.
+pub struct ExportJob {
+    watch: Arc<Watch>,
+    writer: Writer,
+    name: String,
+}
+
+impl ExportJob {
+    /// Takes the state from the device and begins. All that was recorded has been submitted and waited for.
+    pub fn begin(
+        stage: &Stage,
+        view: &View,
+        model: Model,
+        colors: Colors,
+        name: Reserved,
+    ) -> Result<Self> {
+        let simulation = &stage.simulation;
+        let snapshot = simulation.snapshot()?;
+        let scene = Scene {
+            settings: stage.settings_as_seen(view),
+            ..stage.scene.clone()
+        };
+        let mut export = Export::apart(&scene, simulation, snapshot)?;
+        export.scene.settings.camera = scene.settings.camera;
+        export.scene.settings.picture = scene.settings.picture;
+        export.view.camera = view.camera;
+        export.view.color_map = view.color_map;
+        export.view.charts = view.charts;
+        if let Exposure::Fixed(_) = view.exposure {
+            export.view.exposure = view.exposure;
+        }
+        let watch = Arc::new(Watch::default());
+        let (theirs, told) = (Arc::clone(&watch), name_of(name.path()));
+        let writer = Writer::begin(move || match model {
+            Model::Checkpoint => export::write_checkpoint(export, name.path(), &theirs),
+            _ => ExportFile::create(name.path())?.write_watched(&export, colors, &theirs),
+        });
+        Ok(Self {
+            watch,
+            writer,
+            name: told,
+        })
+    }
+}

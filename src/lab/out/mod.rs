@@ -1,0 +1,394 @@
+//! Taking out: pictures of any size, recordings of the window, films at a fixed step, models and data; all beside what
+//! runs.
+
+mod encoder;
+mod job;
+mod names;
+mod panel;
+mod recording;
+mod shot;
+
+use std::path::PathBuf;
+
+use myxo::render::View;
+use myxo::render::output::{Output, Written};
+use myxo::scene::settings::Settings;
+use myxo::{Error, Result};
+
+use super::stage::Stage;
+use super::window::Lab;
+use job::{ExportJob, Film, Job, Picture};
+pub use names::Reserved;
+use recording::Recording;
+
+use panel::Kind;
+pub use panel::OutPanel;
+pub use recording::Recorded;
+
+/// The largest picture of a film, pixels a side.
+pub const LARGEST_FILM: u32 = 4096;
+
+/// What the interface asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Out {
+    /// Begin to record the window, or end it.
+    Record,
+    /// A film at a fixed step.
+    Film,
+    /// A file of the present state.
+    Export(Model),
+    /// Give up what is being made.
+    Cancel,
+}
+
+/// What a state is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// A model with the trail on it.
+    Glb,
+    /// A mesh with colours.
+    Ply,
+    /// All data for NumPy.
+    Npz,
+    /// A scene file.
+    Scene,
+    /// Everything, to go on from.
+    Checkpoint,
+}
+
+impl Model {
+    /// Every one, in the order of the panel.
+    pub const ALL: [Self; 5] = [
+        Self::Glb,
+        Self::Ply,
+        Self::Npz,
+        Self::Scene,
+        Self::Checkpoint,
+    ];
+
+    /// The ending of its files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Ply => "ply",
+            Self::Npz => "npz",
+            Self::Scene => "toml",
+            Self::Checkpoint => "ckpt",
+        }
+    }
+}
+
+/// What is being made, for the interface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Making {
+    /// The file's name.
+    pub name: String,
+    /// How far it is, in words.
+    pub doing: String,
+    /// The share that is done, where that is known.
+    pub done: Option<f32>,
+    /// The user does not want it any more.
+    pub is_cancelled: bool,
+}
+
+/// What the interface shows of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutFacts {
+    /// A recording under way.
+    pub recording: Option<Recorded>,
+    /// Anything else.
+    pub making: Option<Making>,
+}
+
+/// What is under way.
+#[derive(Default)]
+pub struct TakeOut {
+    recording: Option<Recording>,
+    job: Option<Job>,
+}
+
+impl TakeOut {
+    /// For the interface.
+    pub fn told(&self) -> OutFacts {
+        OutFacts {
+            recording: self.recording.as_ref().map(Recording::told),
+            making: self.job.as_ref().map(Job::told),
+        }
+    }
+
+    /// Does the simulation stand as it is, or go on only when a film asks for it?
+    pub fn holds(&self) -> bool {
+        self.job.as_ref().is_some_and(Job::holds)
+    }
+
+    /// Is there something to be done, or to be shown as it goes on?
+    pub fn is_busy(&self) -> bool {
+        self.job.is_some() || self.recording.is_some()
+    }
+}
+
+impl Lab {
+    /// Where files go.
+    fn folder_out(&self) -> PathBuf {
+        PathBuf::from(self.interface.out.folder.trim())
+    }
+
+    /// Does what the interface asks for; what is wrong is said.
+    pub(super) fn take_out(&mut self, context: &egui::Context, out: Out, picture: [u32; 2]) {
+        let done = match out {
+            Out::Record => self.record(context, picture),
+            Out::Film => self.film(picture),
+            Out::Export(model) => self.export(model),
+            Out::Cancel => {
+                if let Some(job) = &mut self.out.job {
+                    job.cancel();
+                }
+                Ok(())
+            }
+        };
+        if let Err(error) = done {
+            self.interface.notice(context, error.to_string(), true);
+        }
+        self.window.request_redraw();
+    }
+
+    /// Begins a picture of the size that is chosen.
+    pub(super) fn picture(&mut self, context: &egui::Context, picture: [u32; 2]) {
+        let begun = self.begin_picture(picture);
+        if let Err(error) = begun {
+            self.interface.notice(context, error.to_string(), true);
+        }
+    }
+
+    fn begin_picture(&mut self, picture: [u32; 2]) -> Result<()> {
+        if self.stage.is_none() {
+            return Ok(());
+        }
+        self.is_free()?;
+        let panel = &self.interface.out;
+        let size = panel.size.pixels(picture, panel.custom);
+        let most = self.ctx.info().max_image_side;
+        check_size(size, most)?;
+        let name = Reserved::next(&self.folder_out(), "screenshot", "png")?;
+        let mut view = scaled(&self.interface.view, picture, size);
+        view.is_transparent = panel.transparent;
+        let made = Picture::begin(&self.ctx, size, self.format, view, name);
+        self.out.job = Some(Job::Picture(made.map_err(|error| too_large(size, error))?));
+        Ok(())
+    }
+
+    /// One thing at a time, or files would be made of different states.
+    fn is_free(&self) -> Result<()> {
+        match &self.out.job {
+            None => Ok(()),
+            Some(job) => Err(Error::Invalid(format!(
+                "{} is being made: wait for it, or cancel it",
+                job.told().name
+            ))),
+        }
+    }
+
+    fn record(&mut self, context: &egui::Context, picture: [u32; 2]) -> Result<()> {
+        if let Some(recording) = &mut self.out.recording {
+            if !recording.is_ending() {
+                self.frames.wait_idle()?;
+                recording.stop();
+            }
+            return Ok(());
+        }
+        if self.stage.is_none() || picture.contains(&0) {
+            return Ok(());
+        }
+        let panel = &self.interface.out;
+        let (kind, fps) = (panel.kind, panel.fps);
+        let (name, output) = self.output("recording", kind, picture, fps)?;
+        let (ctx, format) = (&self.ctx, self.format);
+        let recording = Recording::begin(ctx, output, picture, name, fps, format);
+        self.out.recording = Some(recording);
+        self.interface
+            .notice(context, "Recording: F9 ends it", false);
+        Ok(())
+    }
+
+    fn film(&mut self, picture: [u32; 2]) -> Result<()> {
+        let Some(stage) = &self.stage else {
+            return Ok(());
+        };
+        let first_step = stage.simulation.step();
+        self.is_free()?;
+        let panel = self.interface.out.clone();
+        let size = panel.film_size.pixels(picture, panel.custom);
+        check_size(size, LARGEST_FILM)?;
+        let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
+        let view = scaled(&self.interface.view, picture, size);
+        let film = Film::begin(
+            &self.ctx,
+            output,
+            size,
+            self.format,
+            view,
+            name,
+            &panel,
+            first_step,
+        );
+        self.out.job = Some(Job::Film(film.map_err(|error| too_large(size, error))?));
+        Ok(())
+    }
+
+    fn output(
+        &self,
+        stem: &str,
+        kind: Kind,
+        size: [u32; 2],
+        fps: u32,
+    ) -> Result<(Reserved, Output)> {
+        let name = Reserved::next(&self.folder_out(), stem, kind.ending())?;
+        let path = match kind {
+            Kind::Png => name.as_folder(),
+            Kind::Mp4 | Kind::Gif => name.path().to_owned(),
+        };
+        let output = Output::create(&path, size.into(), f64::from(fps))?;
+        Ok((name, output))
+    }
+
+    fn export(&mut self, model: Model) -> Result<()> {
+        self.is_free()?;
+        let Some(stage) = &self.stage else {
+            return Ok(());
+        };
+        let stem = self.name.replace(std::path::is_separator, "_");
+        let name = Reserved::next(&self.folder_out(), &stem, model.ending())?;
+        self.frames.wait_idle()?;
+        let colors = self.interface.out.colors;
+        let job = ExportJob::begin(stage, &self.interface.view, model, colors, name)?;
+        self.out.job = Some(Job::Export(job));
+        Ok(())
+    }
+
+    /// Goes on with what is being made, for a moment, and tells what has come of it.
+    pub(super) fn make(&mut self, context: &egui::Context) -> Result<()> {
+        if let Some(job) = &mut self.out.job
+            && let Some(stage) = &mut self.stage
+            && let Err(error) = job.advance(&mut self.frames, stage)
+        {
+            self.out.job = None;
+            return Err(error);
+        }
+        let ended = self.out.job.as_mut().and_then(Job::take);
+        if let Some(ended) = ended {
+            let name = self.out.job.take().map(|job| job.told());
+            match name {
+                Some(making) if making.is_cancelled => {
+                    let text = format!("{} was given up", making.name);
+                    self.interface.notice(context, text, false);
+                }
+                _ => self.tell_written(context, ended, 0),
+            }
+        }
+        let recording = self.out.recording.as_mut();
+        if let Some(ended) = recording.and_then(Recording::take) {
+            let told = self.out.recording.take().map(|recording| recording.told());
+            self.tell_written(context, ended, told.unwrap_or_default().dropped);
+        }
+        Ok(())
+    }
+
+    fn tell_written(&mut self, context: &egui::Context, ended: Result<Written>, dropped: u64) {
+        match ended {
+            Ok(written) => {
+                let mut text = format!("Saved {written}");
+                if dropped > 0 {
+                    text += &format!("; {dropped} pictures came too fast and were left out");
+                }
+                self.interface.notice(context, text, false);
+            }
+            Err(error) => self.interface.notice(context, error.to_string(), true),
+        }
+    }
+
+    /// Another scene comes: films end with what they have, pictures are given up.
+    pub(super) fn leave_stage(&mut self) {
+        match &mut self.out.job {
+            Some(Job::Film(film)) => film.stop(),
+            Some(job @ Job::Picture(_)) => job.cancel(),
+            _ => {}
+        }
+    }
+
+    /// The window closes: what is being recorded or filmed becomes a whole file, anything else leaves nothing. What went
+    /// wrong is said in the log.
+    pub(super) fn end_taking_out(&mut self) {
+        let mut results = Vec::new();
+        if let Some(mut recording) = self.out.recording.take() {
+            if !recording.is_ending() {
+                recording.stop();
+            }
+            results.extend(recording.wait());
+        }
+        if let Some(job) = self.out.job.take() {
+            results.extend(job.close());
+        }
+        for result in results {
+            match result {
+                Ok(written) if written.frames > 0 => log::info!("saved {written}"),
+                Ok(_) => {}
+                Err(error) => log::error!("{error}"),
+            }
+        }
+    }
+
+    /// Copies the picture of this frame, if one is being recorded.
+    pub(super) fn look_on(
+        recording: &mut TakeOut,
+        rec: &mut myxo::gpu::Recorder,
+        picture: &myxo::gpu::Image,
+    ) -> Result<()> {
+        match &mut recording.recording {
+            Some(recording) => recording.look(rec, picture),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The view for a picture of another size: points of particles keep their share of it.
+fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
+    let mut view = *view;
+    if from[1] > 0 {
+        view.particle_size *= to[1] as f32 / from[1] as f32;
+    }
+    view
+}
+
+/// What of the look a scene file holds.
+pub fn put_look(view: &View, center: glam::Vec3, settings: &mut Settings) {
+    settings.camera = view.camera.to_settings(center);
+    view.tell(&mut settings.picture);
+}
+
+fn check_size(size: [u32; 2], most: u32) -> Result<()> {
+    if size.iter().all(|side| (1..=most).contains(side)) {
+        return Ok(());
+    }
+    let [width, height] = size;
+    Err(Error::Invalid(format!(
+        "a picture of {width} x {height} cannot be made: each side must be 1 to {most}"
+    )))
+}
+
+fn too_large([width, height]: [u32; 2], error: Error) -> Error {
+    match error {
+        Error::Gpu(error) => Error::Invalid(format!(
+            "there is no room for a picture of {width} x {height}: {error}: choose a smaller size"
+        )),
+        error => error,
+    }
+}
+
+impl Stage {
+    /// The settings that run, with a look.
+    fn settings_as_seen(&self, view: &View) -> Settings {
+        let mut settings = self.simulation.settings().clone();
+        put_look(view, self.scene.center, &mut settings);
+        settings
+    }
+}

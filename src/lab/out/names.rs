@@ -1,0 +1,125 @@
+//! Names of files that are taken out: numbered, none over another, also where several windows write to one folder.
+
+use std::fs::{self, File};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use myxo::{Error, Result};
+
+/// A name that nobody else takes as long as this lives.
+#[derive(Debug)]
+pub struct Reserved {
+    path: PathBuf,
+    /// A hidden, empty file beside it.
+    mark: PathBuf,
+}
+
+impl Reserved {
+    /// `stem_000001.ending` in the folder, which is made where there is none, or the next number that is free; without an
+    /// ending a folder's name.
+    pub fn next(folder: &Path, stem: &str, ending: &str) -> Result<Self> {
+        let failure = |path: &Path| {
+            let path = path.to_owned();
+            move |source| Error::Io {
+                action: "write",
+                path,
+                source,
+            }
+        };
+        if !folder.as_os_str().is_empty() {
+            fs::create_dir_all(folder).map_err(failure(folder))?;
+        }
+        let dot = if ending.is_empty() { "" } else { "." };
+        for number in 1.. {
+            let name = format!("{stem}_{number:06}{dot}{ending}");
+            let path = folder.join(&name);
+            if path.exists() {
+                continue;
+            }
+            let mark = folder.join(format!(".{name}.taken"));
+            match File::create_new(&mark) {
+                Ok(_) => {}
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                Err(error) => return Err(failure(&path)(error)),
+            }
+            let reserved = Self { path, mark };
+            // Whoever had the mark before may have finished just now.
+            if !reserved.path.exists() {
+                return Ok(reserved);
+            }
+        }
+        unreachable!("numbers do not end")
+    }
+
+    /// The name.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The same for what takes folders by the separator at their end.
+    pub fn as_folder(&self) -> PathBuf {
+        self.path.join("")
+    }
+}
+
+impl Drop for Reserved {
+    fn drop(&mut self) {
+        // Nothing depends on it but a number.
+        let _ = fs::remove_file(&self.mark);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_free_and_nobody_elses() {
+        let folder = tempfile::tempdir().unwrap();
+        let below = folder.path().join("new/pictures");
+        let next = || Reserved::next(&below, "film", "mp4").unwrap();
+        let (first, second) = (next(), next());
+        assert!(first.path().ends_with("film_000001.mp4"));
+        assert!(second.path().ends_with("film_000002.mp4"));
+        fs::write(second.path(), "it").unwrap();
+        drop((first, second));
+        assert!(next().path().ends_with("film_000001.mp4"));
+        fs::write(below.join("film_000001.mp4"), "it").unwrap();
+        assert!(next().path().ends_with("film_000003.mp4"));
+        let frames = Reserved::next(&below, "film", "").unwrap();
+        assert!(
+            frames
+                .as_folder()
+                .to_string_lossy()
+                .ends_with("film_000001/")
+        );
+        drop(frames);
+        let left = fs::read_dir(&below).unwrap().count();
+        assert_eq!(left, 2, "marks are gone");
+        let file = below.join("film_000001.mp4");
+        let error = Reserved::next(&file, "film", "mp4").unwrap_err();
+        assert!(error.to_string().contains("film_000001.mp4"), "{error}");
+    }
+
+    #[test]
+    fn many_hands_take_different_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let hands: Vec<_> = (0..8)
+            .map(|_| {
+                let folder = folder.path().to_owned();
+                std::thread::spawn(move || {
+                    (0..20)
+                        .map(|_| {
+                            let name = Reserved::next(&folder, "shot", "png").unwrap();
+                            File::create_new(name.path()).expect("nobody has it");
+                        })
+                        .count()
+                })
+            })
+            .collect();
+        for hand in hands {
+            assert_eq!(hand.join().unwrap(), 20);
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 160);
+    }
+}

@@ -1,0 +1,446 @@
+//! What the interface has for taking out: the card with its choices, the red dot, and how far things are.
+
+use egui::{Align2, DragValue, Rect, RichText, Ui, vec2};
+use myxo::export::Colors;
+
+use super::{Making, Model, Out, Recorded};
+use crate::lab::interface::{Command, Facts, Interface};
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+
+/// The size of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// As the window shows it.
+    Window,
+    /// 1920 x 1080.
+    Hd,
+    /// 3840 x 2160.
+    Uhd,
+    /// As it is typed.
+    Custom,
+}
+
+impl Size {
+    const ALL: [(Self, &'static str, &'static str); 4] = [
+        (
+            Self::Window,
+            "window",
+            "As large as the picture is in the window",
+        ),
+        (Self::Hd, "1080p", "1920 x 1080 pixels"),
+        (Self::Uhd, "4K", "3840 x 2160 pixels"),
+        (Self::Custom, "custom", "Width and height as you type them"),
+    ];
+
+    /// Width and height.
+    pub fn pixels(self, window: [u32; 2], custom: [u32; 2]) -> [u32; 2] {
+        match self {
+            Self::Window => window,
+            Self::Hd => [1920, 1080],
+            Self::Uhd => [3840, 2160],
+            Self::Custom => custom,
+        }
+    }
+}
+
+/// What a film is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A video, by ffmpeg.
+    Mp4,
+    /// An animated picture.
+    Gif,
+    /// A folder of pictures.
+    Png,
+}
+
+impl Kind {
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (Self::Mp4, "MP4", "A video; needs the program ffmpeg"),
+        (
+            Self::Gif,
+            "GIF",
+            "An animated picture of 256 colours, at most 50 frames a second",
+        ),
+        (Self::Png, "PNG", "A folder with a picture for each frame"),
+    ];
+
+    /// The ending of its files; none for a folder.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Mp4 => "mp4",
+            Self::Gif => "gif",
+            Self::Png => "",
+        }
+    }
+}
+
+/// The choices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutPanel {
+    /// Is the card shown?
+    pub open: bool,
+    /// Where files go; empty for the folder that the program was started in.
+    pub folder: String,
+    /// Of pictures.
+    pub size: Size,
+    /// Of films.
+    pub film_size: Size,
+    /// Width and height where they are typed.
+    pub custom: [u32; 2],
+    /// Pictures without their background.
+    pub transparent: bool,
+    /// Of recordings and films.
+    pub kind: Kind,
+    /// Frames a second of recordings.
+    pub fps: u32,
+    /// Frames a second of films.
+    pub film_fps: u32,
+    /// The length of films.
+    pub seconds: f64,
+    /// Steps from one frame of a film to the next.
+    pub every: u32,
+    /// What carries the colours of a model.
+    pub colors: Colors,
+}
+
+impl Default for OutPanel {
+    fn default() -> Self {
+        Self {
+            open: false,
+            folder: String::new(),
+            size: Size::Window,
+            film_size: Size::Hd,
+            custom: [2048, 2048],
+            transparent: false,
+            kind: Kind::Mp4,
+            fps: 30,
+            film_fps: 30,
+            seconds: 10.0,
+            every: 2,
+            colors: Colors::Texture,
+        }
+    }
+}
+
+impl OutPanel {
+    /// How many frames a film has.
+    pub fn film_frames(&self) -> u64 {
+        (self.seconds * f64::from(self.film_fps)).round().max(1.0) as u64
+    }
+}
+
+impl Interface {
+    /// The card, the red dot and how far things are.
+    pub(in crate::lab) fn show_out(
+        &mut self,
+        ctx: &egui::Context,
+        picture: Rect,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) {
+        if self.out.open {
+            let mut open = true;
+            egui::Window::new("Take it out")
+                .open(&mut open)
+                .collapsible(false)
+                .resizable(false)
+                .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
+                .show(ctx, |ui| {
+                    ui.set_width(330.0);
+                    let room = (picture.height() - 80.0).max(120.0);
+                    egui::ScrollArea::vertical()
+                        .max_height(room)
+                        .min_scrolled_height(room)
+                        .show(ui, |ui| self.out_card(ui, facts, commands));
+                });
+            self.out.open &= open;
+        }
+        if let Some(recording) = &facts.out.recording {
+            show_dot(ctx, picture, recording);
+        }
+        if let Some(making) = &facts.out.making {
+            show_making(ctx, picture, making, commands);
+        }
+    }
+
+    fn out_card(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+        let out = &mut self.out;
+        let is_free = facts.out.making.is_none();
+        title(
+            ui,
+            "Folder",
+            "Where all files go. Names are numbered; nothing is overwritten.",
+        );
+        let here = std::env::current_dir().unwrap_or_default();
+        ui.add(
+            egui::TextEdit::singleline(&mut out.folder)
+                .hint_text(here.to_string_lossy().into_owned())
+                .desired_width(f32::INFINITY),
+        )
+        .on_hover_text("Where files go; empty for the folder that the program was started in. Kept for next time.")
+        .marked("out.folder");
+        note_value(ui.ctx(), "out.folder", || out.folder.clone());
+
+        title(
+            ui,
+            "Picture",
+            "A PNG without the interface, with smooth edges and every particle.",
+        );
+        sizes(ui, "out.size", &mut out.size);
+        if out.size == Size::Custom {
+            custom(ui, &mut out.custom);
+        }
+        ui.horizontal(|ui| {
+            if ui
+                .add_enabled(is_free, egui::Button::new("📷 Save picture"))
+                .on_hover_text("Writes it (F12)")
+                .on_disabled_hover_text("One thing at a time")
+                .marked("out.picture")
+                .clicked()
+            {
+                commands.push(Command::Screenshot);
+            }
+            ui.checkbox(&mut out.transparent, "transparent")
+                .on_hover_text("Leaves out the background")
+                .marked("out.transparent");
+        });
+
+        title(ui, "Recording and film", "What they are written as.");
+        ui.horizontal(|ui| {
+            for (kind, label, hint) in Kind::ALL {
+                ui.selectable_value(&mut out.kind, kind, label)
+                    .on_hover_text(hint)
+                    .marked(&format!("out.kind={label}"));
+            }
+        });
+
+        title(
+            ui,
+            "Record the window",
+            "The picture as it is shown, at the pace of the clock.",
+        );
+        ui.horizontal(|ui| {
+            let is_on = facts
+                .out
+                .recording
+                .is_some_and(|recording| !recording.is_ending);
+            let label = if is_on { "■ Stop" } else { "⏺ Record" };
+            if ui
+                .button(label)
+                .on_hover_text("Begins to record what the window shows, or ends it (F9)")
+                .marked("out.record")
+                .clicked()
+            {
+                commands.push(Command::TakeOut(Out::Record));
+            }
+            number(ui, "out.fps", &mut out.fps, 1..=60, " fps").on_hover_text(
+                "Frames a second. Where the window is slower, pictures stay for longer.",
+            );
+        });
+
+        title(
+            ui,
+            "Film at a fixed step",
+            "Goes on from here by so many steps a frame, however long each takes; no frame is left out. The camera stays as it is now.",
+        );
+        sizes(ui, "out.film_size", &mut out.film_size);
+        if out.film_size == Size::Custom && out.size != Size::Custom {
+            custom(ui, &mut out.custom);
+        }
+        ui.horizontal(|ui| {
+            ui.add(
+                DragValue::new(&mut out.seconds)
+                    .range(0.1..=3600.0)
+                    .speed(0.1)
+                    .max_decimals(1)
+                    .update_while_editing(false)
+                    .suffix(" s"),
+            )
+            .on_hover_text("How long the film plays")
+            .marked("out.seconds");
+            number(ui, "out.film_fps", &mut out.film_fps, 1..=120, " fps")
+                .on_hover_text("Frames a second when it plays");
+            number(ui, "out.every", &mut out.every, 1..=1000, " steps a frame")
+                .on_hover_text("Steps from one frame to the next");
+        });
+        note_value(ui.ctx(), "out.seconds", || format!("{}", out.seconds));
+        let label = format!("🎬 Film {} frames", out.film_frames());
+        if ui
+            .add_enabled(is_free, egui::Button::new(label))
+            .on_hover_text("Makes the film; the window shows how far it is")
+            .on_disabled_hover_text("One thing at a time")
+            .marked("out.film")
+            .clicked()
+        {
+            commands.push(Command::TakeOut(Out::Film));
+        }
+
+        title(
+            ui,
+            "Export the state",
+            "Models, data and files to go on from, as `myxo export` writes them.",
+        );
+        ui.horizontal(|ui| {
+            for model in Model::ALL {
+                let (label, hint) = words(model);
+                if ui
+                    .add_enabled(is_free, egui::Button::new(label))
+                    .on_hover_text(hint)
+                    .on_disabled_hover_text("One thing at a time")
+                    .marked(&format!("out.export={label}"))
+                    .clicked()
+                {
+                    commands.push(Command::TakeOut(Out::Export(model)));
+                }
+            }
+        });
+        ui.horizontal(|ui| {
+            for (colors, label, hint) in [
+                (
+                    Colors::Texture,
+                    "texture",
+                    "A GLB has the trail as texture, as fine as it is",
+                ),
+                (
+                    Colors::Vertex,
+                    "vertex colours",
+                    "A GLB has colours of vertices, as fine as its mesh",
+                ),
+            ] {
+                ui.selectable_value(&mut out.colors, colors, label)
+                    .on_hover_text(hint)
+                    .marked(&format!("out.colors={label}"));
+            }
+        });
+    }
+}
+
+fn words(model: Model) -> (&'static str, &'static str) {
+    match model {
+        Model::Glb => (
+            "GLB",
+            "A model with the trail on it, for Blender, the web and engines",
+        ),
+        Model::Ply => ("PLY", "A mesh with the trail at its vertices"),
+        Model::Npz => ("NPZ", "Particles, trail and all fields as arrays for NumPy"),
+        Model::Scene => (
+            "Scene",
+            "A scene file that begins where the objects are now, seen as now",
+        ),
+        Model::Checkpoint => (
+            "Checkpoint",
+            "Everything, to go on from by `myxo render SCENE --resume FILE`",
+        ),
+    }
+}
+
+fn title(ui: &mut Ui, text: &str, hint: &str) {
+    ui.add_space(6.0);
+    ui.label(RichText::new(text).strong()).on_hover_text(hint);
+}
+
+fn sizes(ui: &mut Ui, key: &str, size: &mut Size) {
+    ui.horizontal(|ui| {
+        for (choice, label, hint) in Size::ALL {
+            ui.selectable_value(size, choice, label)
+                .on_hover_text(hint)
+                .marked(&format!("{key}={label}"));
+        }
+    });
+}
+
+fn custom(ui: &mut Ui, size: &mut [u32; 2]) {
+    ui.horizontal(|ui| {
+        let [width, height] = size;
+        number(ui, "out.width", width, 16..=16_384, " wide").on_hover_text("Width in pixels");
+        number(ui, "out.height", height, 16..=16_384, " high").on_hover_text("Height in pixels");
+    });
+}
+
+fn number(
+    ui: &mut Ui,
+    key: &str,
+    value: &mut u32,
+    range: std::ops::RangeInclusive<u32>,
+    suffix: &str,
+) -> egui::Response {
+    let response = ui.add(
+        DragValue::new(value)
+            .range(range)
+            .update_while_editing(false)
+            .suffix(suffix),
+    );
+    note_value(ui.ctx(), key, || format!("{value}"));
+    response.marked(key)
+}
+
+/// The red dot, with time and frames; over the picture and not in it.
+fn show_dot(ctx: &egui::Context, picture: Rect, recording: &Recorded) {
+    egui::Area::new("recording".into())
+        .pivot(Align2::RIGHT_TOP)
+        .fixed_pos(picture.right_top() + vec2(-14.0, 14.0))
+        .interactable(false)
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    let red = egui::Color32::from_rgb(0xe5, 0x3e, 0x3e);
+                    let (rect, _) = ui.allocate_exact_size(vec2(12.0, 12.0), egui::Sense::hover());
+                    ui.painter().circle_filled(rect.center(), 5.5, red);
+                    let seconds = recording.seconds as u64;
+                    let text = format!(
+                        "{}:{:02}  {} frames",
+                        seconds / 60,
+                        seconds % 60,
+                        recording.frames
+                    );
+                    ui.label(RichText::new(text).monospace());
+                    if recording.dropped > 0 {
+                        let text = format!("{} dropped", recording.dropped);
+                        ui.label(RichText::new(text).color(theme::pending(ui)));
+                    }
+                    if recording.is_ending {
+                        ui.label(RichText::new("writing").color(theme::weak(ui)));
+                    }
+                });
+            });
+        });
+}
+
+/// A card below the dot: what is being made, how far it is, and a way out.
+fn show_making(ctx: &egui::Context, picture: Rect, making: &Making, commands: &mut Vec<Command>) {
+    egui::Area::new("making".into())
+        .pivot(Align2::RIGHT_TOP)
+        .fixed_pos(picture.right_top() + vec2(-14.0, 58.0))
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style())
+                .inner_margin(12.0)
+                .show(ui, |ui| {
+                    ui.set_width(230.0_f32.min((picture.width() - 64.0).max(60.0)));
+                    ui.label(RichText::new(&making.name).strong());
+                    let doing = if making.is_cancelled {
+                        "ending"
+                    } else {
+                        &making.doing
+                    };
+                    ui.label(RichText::new(doing).color(theme::weak(ui)));
+                    if let Some(done) = making.done {
+                        ui.add(
+                            egui::ProgressBar::new(done)
+                                .fill(theme::accent(ui))
+                                .desired_height(4.0),
+                        );
+                    }
+                    let cancel = egui::Button::new("Cancel");
+                    if ui
+                        .add_enabled(!making.is_cancelled, cancel)
+                        .on_hover_text("Give it up; it leaves no file")
+                        .marked("out.cancel")
+                        .clicked()
+                    {
+                        commands.push(Command::TakeOut(Out::Cancel));
+                    }
+                });
+        });
+}

@@ -1,0 +1,146 @@
+//! What is kept from one time to the next: the look of the interface and the size of the window.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use myxo::whole_file::WholeFile;
+use serde::{Deserialize, Serialize};
+
+/// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Preferences {
+    /// A light interface; else a dark one.
+    pub light: bool,
+    /// Is the panel shown?
+    pub panel: bool,
+    /// How much larger everything is than the system asks for.
+    pub zoom: f32,
+    /// Of the window, in pixels.
+    pub size: [u32; 2],
+    /// Where files go that are taken out; empty for where the program is started.
+    pub folder: String,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            light: false,
+            panel: true,
+            zoom: 1.0,
+            size: [1440, 900],
+            folder: String::new(),
+        }
+    }
+}
+
+impl Preferences {
+    /// Where they are kept; `None` where the user has no such folder.
+    pub fn file() -> Option<PathBuf> {
+        directories::ProjectDirs::from("", "", "myxo")
+            .map(|dirs| dirs.config_dir().join("lab.toml"))
+    }
+
+    /// From a file. One that is broken is told of in the log, and not used.
+    pub fn read(file: &Path) -> Self {
+        let text = match std::fs::read_to_string(file) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Self::default(),
+            Err(error) => {
+                log::warn!("cannot read {}: {error}", file.display());
+                return Self::default();
+            }
+        };
+        match toml::from_str::<Self>(&text) {
+            Ok(preferences) => preferences.sane(),
+            Err(error) => {
+                let reason = error
+                    .message()
+                    .lines()
+                    .next()
+                    .unwrap_or_default()
+                    .to_owned();
+                log::warn!("{} is not used: {reason}", file.display());
+                Self::default()
+            }
+        }
+    }
+
+    /// Into a file, whole or not at all; two windows that end at the same time leave those of one of them.
+    pub fn write(&self, file: &Path) -> std::io::Result<()> {
+        let mut whole = WholeFile::create(file)?;
+        let text = toml::to_string(self).expect("plain values");
+        whole.write_all(text.as_bytes())?;
+        whole.finish()?;
+        Ok(())
+    }
+
+    /// What another window has kept since this one opened, but for what was changed in this one.
+    pub fn over(&self, opened: &Self, kept: &Self) -> Self {
+        fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
+            if now == opened { kept } else { now }.clone()
+        }
+        Self {
+            light: pick(&self.light, &opened.light, &kept.light),
+            panel: pick(&self.panel, &opened.panel, &kept.panel),
+            zoom: pick(&self.zoom, &opened.zoom, &kept.zoom),
+            size: pick(&self.size, &opened.size, &kept.size),
+            folder: pick(&self.folder, &opened.folder, &kept.folder),
+        }
+    }
+
+    /// Nothing that nobody could see or read.
+    fn sane(mut self) -> Self {
+        if !(0.5..=4.0).contains(&self.zoom) {
+            self.zoom = 1.0;
+        }
+        self.size = [
+            self.size[0].clamp(480, 16_384),
+            self.size[1].clamp(320, 16_384),
+        ];
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_kept_comes_back_and_nonsense_does_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("new/lab.toml");
+        assert_eq!(Preferences::read(&file), Preferences::default());
+        let kept = Preferences {
+            light: true,
+            panel: false,
+            zoom: 1.5,
+            size: [800, 600],
+            folder: "out".to_owned(),
+        };
+        kept.write(&file).unwrap();
+        assert_eq!(Preferences::read(&file), kept);
+        // Two windows that were open at once: each keeps what was changed in it.
+        let opened = Preferences::default();
+        let other = Preferences {
+            light: false,
+            zoom: 2.0,
+            ..opened.clone()
+        };
+        let both = other.over(&opened, &kept);
+        assert_eq!((both.light, both.zoom, both.size), (true, 2.0, [800, 600]));
+        assert_eq!(both.folder, "out");
+        std::fs::write(&file, "light = true\nzoom = 1e9\nsize = [1, 1]\n").unwrap();
+        let read = Preferences::read(&file);
+        assert!(read.light && read.panel && read.zoom == 1.0);
+        assert_eq!(read.size, [480, 320]);
+        std::fs::write(&file, "light = \"very\"").unwrap();
+        assert_eq!(Preferences::read(&file), Preferences::default());
+        std::fs::write(&file, [0xff, 0xfe]).unwrap();
+        assert_eq!(Preferences::read(&file), Preferences::default());
+        assert_eq!(
+            std::fs::read_dir(file.parent().unwrap()).unwrap().count(),
+            1
+        );
+    }
+}

@@ -1,0 +1,223 @@
+//! Presets in the panel: taken over at once or over some seconds, stepped through, and made up by chance.
+
+use myxo::scene::builtin::{Builtin, PRESETS};
+use myxo::scene::file::Reader;
+use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
+use myxo::scene::settings::Settings;
+
+/// A look that changes into another.
+#[derive(Clone, Debug)]
+pub struct Morph {
+    from: Settings,
+    to: Settings,
+    /// What it came to last; if that is no longer so, a hand has been at it, and the morph ends.
+    last: Settings,
+    began: f64,
+    seconds: f64,
+}
+
+impl Morph {
+    /// From what is to what is to be, beginning at a time in seconds.
+    pub fn new(from: &Settings, to: Settings, began: f64, seconds: f64) -> Self {
+        Self {
+            from: from.clone(),
+            to,
+            last: from.clone(),
+            began,
+            seconds,
+        }
+    }
+
+    /// Brings settings to where they should be at this time; true where that was the end.
+    pub fn advance(&mut self, settings: &mut Settings, time: f64) -> bool {
+        if *settings != self.last {
+            return true;
+        }
+        let share = (time - self.began) / self.seconds;
+        if share >= 1.0 {
+            settings.clone_from(&self.to);
+            return true;
+        }
+        *settings = between(&self.from, &self.to, share.max(0.0));
+        self.last.clone_from(settings);
+        false
+    }
+}
+
+/// Does a look consist of it?
+fn is_look(parameter: &Parameter) -> bool {
+    matches!(parameter.section(), "physarum" | "trail")
+}
+
+/// A share of the way from a look to another: numbers in between, by factors where their sliders are; words of the first.
+pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
+    let mut settings = from.clone();
+    for parameter in PARAMETERS.iter().filter(|parameter| is_look(parameter)) {
+        let Kind::Number(number) = &parameter.kind else {
+            continue;
+        };
+        if parameter.effect != Effect::Live {
+            continue;
+        }
+        let [a, b] = [from, to].map(number.get);
+        let by_factors = number.scale == Scale::Logarithmic && a > 0.0 && b > 0.0;
+        let value = if by_factors {
+            a * (b / a).powf(share)
+        } else {
+            a + share * (b - a)
+        };
+        (number.set)(&mut settings, value);
+    }
+    settings
+}
+
+/// The settings with a preset over them.
+pub fn with_preset(settings: &Settings, preset: &Builtin) -> Settings {
+    let mut reader = Reader::new(settings.clone());
+    reader.text(preset.name, preset.text);
+    // Those that come with the program are right, as a test sees to.
+    reader.finish().unwrap_or_else(|_| settings.clone())
+}
+
+/// The preset after or before the one with this name; the first or the last one if there is none.
+pub fn neighbour(name: Option<&str>, forward: bool) -> &'static Builtin {
+    let count = PRESETS.len();
+    let place = name.and_then(|name| PRESETS.iter().position(|preset| preset.name == name));
+    let place = match (place, forward) {
+        (Some(place), true) => (place + 1) % count,
+        (Some(place), false) => (place + count - 1) % count,
+        (None, true) => 0,
+        (None, false) => count - 1,
+    };
+    &PRESETS[place]
+}
+
+/// What chance may choose, and within which bounds: a part of what sliders offer, in which something grows.
+const BY_CHANCE: &[(&str, f64, f64)] = &[
+    ("physarum.speed", 0.002, 0.008),
+    ("physarum.rotation_angle", 8.0, 60.0),
+    ("physarum.sensor_angle", 10.0, 70.0),
+    ("physarum.sensor_offset", 0.008, 0.07),
+    ("trail.diffusion", 0.15, 0.9),
+    ("trail.decay", 0.82, 0.975),
+];
+
+/// How often chance lets particles avoid a crowd or seek a density.
+const SELDOM: f64 = 0.3;
+
+/// A look made up by chance; the same seed makes the same.
+pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
+    let mut state = seed;
+    let mut chance = || {
+        // SplitMix64 (Steele, Lea and Flood, 2014).
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) as f64 / u64::MAX as f64
+    };
+    let mut settings = settings.clone();
+    let mut set = |key: &str, value: f64| {
+        if let Some(Kind::Number(number)) = find(key).map(|parameter| &parameter.kind) {
+            (number.set)(&mut settings, value);
+        }
+    };
+    for &(key, low, high) in BY_CHANCE {
+        set(key, low * (high / low).powf(chance()));
+    }
+    let sometimes = [chance(), chance()].map(|chance| chance < SELDOM);
+    let [crowd, favourite] = [chance(), chance()];
+    let sometimes = sometimes.map(f64::from);
+    set("physarum.decrowding_weight", sometimes[0] * crowd);
+    set(
+        "physarum.favourite_density",
+        sometimes[1] * (4.0 + 26.0 * favourite),
+    );
+    settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::scene::parameters::out_of_range;
+
+    #[test]
+    fn every_preset_can_be_taken_over_and_changes_nothing_but_the_look() {
+        let settings = Settings::default();
+        for preset in PRESETS {
+            let mut with = with_preset(&settings, preset);
+            assert_eq!(out_of_range(&with), []);
+            let again = with_preset(&with, preset);
+            assert_eq!(with, again, "{}", preset.name);
+            for parameter in PARAMETERS.iter().filter(|p| is_look(p)) {
+                assert!(!parameter.restarts(&settings, &with), "{}", parameter.key);
+                parameter.copy(&settings, &mut with);
+            }
+            assert_eq!(with, settings, "{}", preset.name);
+        }
+        let looks: Vec<Settings> = PRESETS.iter().map(|p| with_preset(&settings, p)).collect();
+        for (i, look) in looks.iter().enumerate() {
+            assert!(!looks[..i].contains(look), "{}", PRESETS[i].name);
+        }
+    }
+
+    #[test]
+    fn presets_follow_one_another_in_a_ring() {
+        let mut name = None;
+        for preset in PRESETS {
+            name = Some(neighbour(name, true).name);
+            assert_eq!(name, Some(preset.name));
+        }
+        assert_eq!(neighbour(name, true).name, PRESETS[0].name);
+        assert_eq!(Some(neighbour(Some(PRESETS[0].name), false).name), name);
+        assert_eq!(Some(neighbour(None, false).name), name);
+    }
+
+    #[test]
+    fn a_morph_goes_all_the_way_and_gives_way_to_the_hand() {
+        let from = Settings::default();
+        let mut to = from.clone();
+        to.trail.decay = 0.55;
+        to.physarum.speed = 0.016;
+        let mut settings = from.clone();
+        let mut morph = Morph::new(&from, to.clone(), 10.0, 4.0);
+        assert!(!morph.advance(&mut settings, 10.0));
+        assert_eq!(settings, from);
+        assert!(!morph.advance(&mut settings, 12.0));
+        assert!((settings.trail.decay - 0.75).abs() < 1e-6);
+        // Half way by factors: from 0.004 to 0.016.
+        assert!((settings.physarum.speed - 0.008).abs() < 1e-6);
+        let mut other = morph.clone();
+        assert!(morph.advance(&mut settings, 14.0));
+        assert_eq!(settings, to);
+        let mut touched = between(&from, &to, 0.5);
+        touched.trail.diffusion = 0.1;
+        let before = touched.clone();
+        assert!(other.advance(&mut touched, 13.0), "it ends");
+        assert_eq!(touched, before, "and leaves what the hand has set");
+    }
+
+    #[test]
+    fn chance_stays_within_what_is_allowed_and_can_be_had_again() {
+        let settings = Settings::default();
+        let mut seeking = 0;
+        for seed in 0..200 {
+            let made = by_chance(&settings, seed);
+            assert_eq!(made, by_chance(&settings, seed));
+            assert_eq!(out_of_range(&made), []);
+            for &(key, low, high) in BY_CHANCE {
+                let Some(Kind::Number(number)) = find(key).map(|p| &p.kind) else {
+                    panic!("{key}");
+                };
+                let value = (number.get)(&made);
+                assert!(
+                    (low * 0.999..=high * 1.001).contains(&value),
+                    "{key} = {value}"
+                );
+            }
+            seeking += usize::from(made.physarum.favourite_density > 0.0);
+        }
+        assert!((30..90).contains(&seeking), "{seeking}");
+        assert_ne!(by_chance(&settings, 1), by_chance(&settings, 2));
+    }
+}

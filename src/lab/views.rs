@@ -1,0 +1,362 @@
+//! The parts of the panel that say what the picture shows, from where, and in which light.
+
+use egui::{Align, Color32, Layout, Pos2, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
+use glam::{Vec2, Vec3};
+use myxo::render::camera::Side;
+use myxo::render::colormap::srgb_from_linear;
+use myxo::render::hues::{hue_light, object_light};
+use myxo::render::view::Light;
+use myxo::scene::settings::Show;
+
+use super::interface::Interface;
+use super::keys::{KEYS, KeyAction};
+use super::places::{Marked as _, note_value};
+use super::theme;
+use super::widgets::wide_slider;
+
+/// Of the ball that moves the light, points.
+const BALL: f32 = 72.0;
+/// Degrees that the camera may open.
+const FIELDS_OF_VIEW: (f32, f32) = (10.0, 120.0);
+/// Objects that are named in the legend.
+const NAMED: usize = 8;
+
+impl Interface {
+    /// Shows something else, if the scene has it.
+    pub(super) fn choose_view(&mut self, ctx: &egui::Context, show: Show) {
+        match show.why_not(&self.running) {
+            None => self.view.show = show,
+            Some(why) => {
+                let text = format!("{} cannot be shown: {why}", show.title());
+                self.notice(ctx, text, false);
+            }
+        }
+    }
+
+    /// What the picture can show, the atlas beside it, and what the colours mean.
+    pub(super) fn views_list(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
+            for &show in Show::ALL {
+                let why_not = show.why_not(&self.running);
+                let label = egui::Button::selectable(self.view.show == show, show.title());
+                let button = ui
+                    .add_enabled(why_not.is_none(), label)
+                    .on_hover_text(in_words(show));
+                let button = match why_not {
+                    Some(why) => button
+                        .on_disabled_hover_text(format!("{}. Not here: {why}", in_words(show))),
+                    None => button,
+                };
+                if button.marked(&format!("show={}", show.word())).clicked() {
+                    self.view.show = show;
+                }
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 3.0;
+            let can_split = !self.view.show.is_flat();
+            let split = egui::Button::selectable(self.split, "Atlas beside");
+            let split = ui
+                .add_enabled(can_split, split)
+                .on_hover_text("The texture, unwrapped, beside the picture (U)")
+                .on_disabled_hover_text("The picture is the atlas already.")
+                .marked("split");
+            if split.clicked() {
+                self.split = !self.split;
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if ui
+                    .button("Fit")
+                    .on_hover_text("The whole scene into the picture (F)")
+                    .marked("fit")
+                    .clicked()
+                {
+                    self.fit();
+                }
+            });
+        });
+        self.legend(ui);
+    }
+
+    /// What colours mean where they are not the trail's.
+    fn legend(&self, ui: &mut Ui) {
+        let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
+                for color in colors {
+                    let (rect, _) = ui.allocate_exact_size(vec2(12.0, 10.0), Sense::hover());
+                    ui.painter().rect_filled(rect, 2.0, seen(*color));
+                }
+                ui.add_space(3.0);
+                ui.label(RichText::new(text).small().color(theme::weak(ui)));
+            });
+        };
+        match self.view.show {
+            Show::Headings => {
+                let ways = [(0.0, "right"), (0.25, "up"), (0.5, "left"), (0.75, "down")];
+                ui.horizontal(|ui| {
+                    for (turn, text) in ways {
+                        line(ui, &[hue_light(turn)], text);
+                    }
+                })
+                .response
+                .on_hover_text("Where particles head, for who stands before the surface");
+            }
+            Show::Density => line(ui, &[], "bright: 63 times as crowded as on the mean"),
+            Show::Distance => {
+                let reach = self.running.distance.reach;
+                line(ui, &[Vec3::new(0.72, 0.72, 0.70)], "beside another object");
+                let text = format!("away from it; grey beyond {reach} scene radii");
+                line(ui, &[Vec3::new(0.05, 0.2, 0.6)], &text);
+                line(ui, &[Vec3::new(0.6, 0.13, 0.02)], "inside of it");
+            }
+            Show::Nearest => {
+                let objects = self.running.objects.iter().enumerate();
+                for (i, object) in objects.take(NAMED) {
+                    line(ui, &[object_light(i)], &object.name);
+                }
+                let more = self.running.objects.len().saturating_sub(NAMED);
+                if more > 0 {
+                    line(ui, &[], &format!("and {more} more"));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What is looked at and how, for those who steer the window from outside.
+    pub(super) fn note_view(&self, ctx: &egui::Context) {
+        let camera = || self.view.camera.to_settings(Vec3::ZERO);
+        note_value(ctx, "camera", || {
+            let at = camera();
+            format!("{:.0} {:.0}", at.azimuth, at.elevation)
+        });
+        note_value(ctx, "camera.target", || format!("{:.3?}", camera().target));
+        let light = self.view.light;
+        note_value(ctx, "light_azimuth", || format!("{:.0}", light.azimuth));
+        note_value(ctx, "light_elevation", || format!("{:.0}", light.elevation));
+        note_value(ctx, "occlusion", || format!("{:.2}", self.view.occlusion));
+    }
+
+    /// Sides to look from, how wide the camera opens, flight.
+    pub(super) fn camera_section(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
+            let home = ui
+                .button("Home")
+                .on_hover_text("Where the scene's file puts the camera");
+            if home.marked("view=home").clicked() {
+                self.go_home();
+            }
+            for (side, title) in Side::ALL {
+                let word = title.to_lowercase();
+                let button = ui
+                    .button(*title)
+                    .on_hover_text(format!("Looks at the same place from the {word}"));
+                if button.marked(&format!("view={word}")).clicked() {
+                    self.view.camera.look_from(*side);
+                }
+            }
+        });
+        ui.horizontal(|ui| {
+            let mut flies = self.navigation.is_flying();
+            let hint =
+                "Fly: W A S D, E up, Q down, Shift faster, drag to look, wheel for the speed (V)";
+            let toggle = ui.toggle_value(&mut flies, "✈ Fly");
+            if toggle.on_hover_text(hint).marked("fly").clicked() {
+                self.toggle_flight(ui.ctx());
+            }
+            if let Some(flying) = &self.navigation.flying {
+                let text = format!("{:.2} scene radii a second", flying.speed);
+                ui.label(RichText::new(text).small().color(theme::weak(ui)));
+            }
+        });
+        named(
+            ui,
+            "Field of view",
+            "degrees",
+            "How wide the camera opens. What it looks at stays as large: a wide view comes near, a narrow one goes far.",
+        );
+        let before = self.view.camera.vertical_fov.to_degrees();
+        let mut degrees = before;
+        let range = FIELDS_OF_VIEW.0..=FIELDS_OF_VIEW.1;
+        let slider = egui::Slider::new(&mut degrees, range).max_decimals(1);
+        wide_slider(ui, slider).marked("field_of_view");
+        note_value(ui.ctx(), "field_of_view", || format!("{degrees:.1}"));
+        if (degrees - before).abs() > 1e-3 {
+            self.view.camera.set_field_of_view(degrees.to_radians());
+        }
+    }
+
+    fn go_home(&mut self) {
+        self.view.camera = self.home;
+        if self.loaded.camera.distance <= 0.0 {
+            self.refit();
+        }
+    }
+
+    /// Where the light comes from, and how dark hollows are.
+    pub(super) fn light_section(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            let (rect, response) =
+                ui.allocate_exact_size(vec2(BALL, BALL), Sense::click_and_drag());
+            let radius = 0.5 * BALL - 2.0;
+            if let Some(at) = response.interact_pointer_pos() {
+                let place = (at - rect.center()) / radius;
+                self.view.light = light_on_ball(Vec2::new(place.x, -place.y));
+            }
+            ball(ui, rect.center(), radius, self.view.light);
+            response
+                .on_hover_text(
+                    "The light: drag the spot over the ball. In the picture: L and drag.",
+                )
+                .marked("light");
+            ui.vertical(|ui| {
+                for (value, range, name, text) in [
+                    (
+                        &mut self.view.light.azimuth,
+                        180.0,
+                        "light_azimuth",
+                        "to the right",
+                    ),
+                    (
+                        &mut self.view.light.elevation,
+                        90.0,
+                        "light_elevation",
+                        "above",
+                    ),
+                ] {
+                    ui.horizontal(|ui| {
+                        ui.add(
+                            egui::DragValue::new(value)
+                                .range(-range..=range)
+                                .speed(1.0)
+                                .max_decimals(0)
+                                .update_while_editing(false)
+                                .suffix("°"),
+                        )
+                        .on_hover_text("Degrees, seen from the camera. Drag, or click to type.")
+                        .marked(name);
+                        ui.label(RichText::new(text).small().color(theme::weak(ui)));
+                    });
+                }
+            });
+        });
+        named(
+            ui,
+            "Ambient occlusion",
+            "",
+            "How much darker hollows are, and what is close to another object: shapes read by it. 0 is off.",
+        );
+        let slider = egui::Slider::new(&mut self.view.occlusion, 0.0..=1.0).max_decimals(2);
+        wide_slider(ui, slider).marked("occlusion");
+    }
+}
+
+fn named(ui: &mut Ui, name: &str, unit: &str, help: &str) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 5.0;
+        ui.label(name).on_hover_text(help);
+        ui.label(RichText::new(unit).small().color(theme::weak(ui)));
+    });
+}
+
+/// What a view shows, and its key.
+fn in_words(show: Show) -> String {
+    let key = KEYS
+        .iter()
+        .find(|(.., action, _)| *action == KeyAction::Show(show));
+    let help = show.help();
+    let (first, rest) = help.split_at(1);
+    let help = format!("{}{rest}", first.to_uppercase());
+    match key {
+        Some((_, _, key, ..)) => format!("{help} ({key})"),
+        None => help,
+    }
+}
+
+/// The light that makes this place of the ball, right and up of its middle, the one that faces it.
+fn light_on_ball(place: Vec2) -> Light {
+    let place = place.clamp_length_max(1.0);
+    let towards = (1.0 - place.length_squared()).max(0.0).sqrt();
+    Light {
+        azimuth: place.x.atan2(towards).to_degrees(),
+        elevation: place.y.asin().to_degrees(),
+    }
+}
+
+/// A ball in the light.
+fn ball(ui: &Ui, middle: Pos2, radius: f32, light: Light) {
+    let from = light.from_eye();
+    let painter = ui.painter();
+    let rings = 12;
+    let mut mesh = egui::Mesh::default();
+    let steps = 48_u32;
+    let mut corner = |place: Vec2| {
+        let normal = place.extend((1.0 - place.length_squared()).max(0.0).sqrt());
+        let shade = 0.06 + 0.55 * normal.dot(from).max(0.0);
+        let at = pos2(middle.x + radius * place.x, middle.y - radius * place.y);
+        mesh.colored_vertex(at, seen(Vec3::splat(shade)));
+    };
+    for ring in 0..=rings {
+        let out = ring as f32 / rings as f32;
+        for step in 0..=steps {
+            let angle = std::f32::consts::TAU * step as f32 / steps as f32;
+            corner(out * Vec2::from_angle(angle));
+        }
+    }
+    for ring in 0..rings {
+        for step in 0..steps {
+            let here = ring * (steps + 1) + step;
+            let out = here + steps + 1;
+            mesh.add_triangle(here, here + 1, out);
+            mesh.add_triangle(here + 1, out, out + 1);
+        }
+    }
+    painter.add(Shape::mesh(mesh));
+    let at = pos2(middle.x + radius * from.x, middle.y - radius * from.y);
+    let color = theme::accent(ui);
+    // Behind the ball it is a ring.
+    if from.z < 0.0 {
+        painter.circle_stroke(at, 4.0, Stroke::new(1.5, color));
+    } else {
+        painter.circle_filled(at, 4.0, color);
+    }
+}
+
+/// Light as a colour of the interface.
+fn seen(light: Vec3) -> Color32 {
+    let [r, g, b] = light
+        .to_array()
+        .map(|c| (255.0 * srgb_from_linear(c)).round() as u8);
+    Color32::from_rgb(r, g, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_light_is_where_the_ball_is_touched() {
+        for place in [Vec2::ZERO, Vec2::new(0.5, -0.3), Vec2::new(-0.7, 0.6)] {
+            let from = light_on_ball(place).from_eye();
+            assert!(
+                from.truncate().distance(place) < 1e-4 && from.z > 0.0,
+                "{from}"
+            );
+        }
+        // Beside the ball is its rim.
+        let from = light_on_ball(Vec2::new(30.0, 0.0)).from_eye();
+        assert!((from - Vec3::X).length() < 1e-3, "{from}");
+    }
+
+    #[test]
+    fn every_view_says_what_it_shows_and_its_key() {
+        assert_eq!(
+            in_words(Show::Glow),
+            "The trail as the only light, in the dark (5)"
+        );
+        assert_eq!(in_words(Show::Charts).find('('), None);
+    }
+}

@@ -1,0 +1,79 @@
+//! What pictures are drawn into.
+
+use std::sync::Arc;
+
+use crate::gpu::{Context, Format, GpuError, Image};
+
+/// Samples a pixel, where the device has them.
+const SAMPLES: u32 = 4;
+
+/// The images that a picture is drawn into.
+pub struct Canvas {
+    /// What is drawn into; several samples a pixel, where the device has them.
+    pub(super) color: Image,
+    /// One sample a pixel, if `color` has more.
+    pub(super) resolved: Option<Image>,
+    pub(super) depth: Image,
+}
+
+impl Canvas {
+    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples a pixel.
+    ///
+    /// # Errors
+    /// When the device has no images of that size, or no memory for them.
+    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format) -> Result<Self, GpuError> {
+        Self::with_quality(ctx, size, format, Quality::Smooth)
+    }
+
+    /// The same, at the price that `quality` says.
+    ///
+    /// # Errors
+    /// As for [`Canvas::new`].
+    pub fn with_quality(
+        ctx: &Arc<Context>,
+        size: [u32; 2],
+        format: Format,
+        quality: Quality,
+    ) -> Result<Self, GpuError> {
+        let samples = quality.samples(ctx);
+        let resolved = match samples {
+            1 => None,
+            _ => Some(Image::new(ctx, "picture.resolved", size, format, 1)?),
+        };
+        Ok(Self {
+            color: Image::new(ctx, "picture.color", size, format, samples)?,
+            depth: Image::new(ctx, "picture.depth", size, Format::Depth32, samples)?,
+            resolved,
+        })
+    }
+
+    /// Width and height, pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.color.size()
+    }
+
+    /// The finished picture, one sample a pixel.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        self.resolved.as_ref().unwrap_or(&self.color)
+    }
+}
+
+/// What edges cost. On a device that is a CPU, smooth ones take three times as long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// One sample a pixel.
+    Quick,
+    /// Four, or as many as the device has.
+    Smooth,
+}
+
+impl Quality {
+    pub(super) fn samples(self, ctx: &Context) -> u32 {
+        match self {
+            Self::Quick => 1,
+            Self::Smooth => SAMPLES.min(ctx.info().max_samples),
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! How much of the sky each corner of a mesh sees past its own object: hollows and gaps are darker than what stands out.
+//!
+//! Found once by rays through a tree of boxes. Objects are rigid, so it stays as it is however they move; what another object
+//! hides is told by the distances between objects, in the picture itself.
+
+use std::collections::HashMap;
+use std::f32::consts::TAU;
+use std::time::Duration;
+
+use glam::{Vec3, Vec3A};
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2_from_tris;
+use obvhs::ray::Ray;
+use obvhs::triangle::Triangle;
+use obvhs::{BvhBuildParams, triangle};
+use rayon::prelude::*;
+
+use crate::mesh::surface::Surface;
+
+/// Rays of a place; fewer where there are many places.
+const RAYS: (usize, usize) = (8, 48);
+/// Rays of all places together, about: a fifth of a second on two cores; more would be felt when a scene is opened.
+const ALL_RAYS: usize = 500_000;
+/// With more places than this nothing is looked for, and everything sees the whole sky.
+const MOST_PLACES: usize = 200_000;
+/// What is farther hides nothing, in radii of the object.
+const REACH: f32 = 0.8;
+/// How far from the surface rays begin, in radii of the object.
+const OFF: f32 = 2e-3;
+
+/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open: 0 to 255.
+/// `normals` has one for each.
+#[must_use]
+pub fn openness(surface: &Surface, normals: &[Vec3]) -> Vec<u8> {
+    let mut open = vec![255; normals.len()];
+    let mut places: Vec<Vec<(u32, Vec3)>> = Vec::new();
+    let mut place_of = vec![0_u32; normals.len()];
+    for object in &surface.objects {
+        let (first, end) = object.triangles;
+        let mut known = HashMap::new();
+        let mut own = Vec::new();
+        for corner in 3 * first as usize..3 * end as usize {
+            let vertex = surface.corners[corner / 3][corner % 3];
+            let bits = normals[corner].to_array().map(f32::to_bits);
+            place_of[corner] = *known.entry((vertex, bits)).or_insert_with(|| {
+                own.push((vertex, normals[corner]));
+                own.len() as u32 - 1
+            });
+        }
+        places.push(own);
+    }
+    let count: usize = places.iter().map(Vec::len).sum();
+    if count > MOST_PLACES {
+        return open;
+    }
+    let rays = (ALL_RAYS / count.max(1)).clamp(RAYS.0, RAYS.1);
+    for (object, own) in surface.objects.iter().zip(&places) {
+        let (first, end) = object.triangles;
+        let found = of_object(surface, (first as usize, end as usize), own, rays);
+        for corner in 3 * first as usize..3 * end as usize {
+            open[corner] = found[place_of[corner] as usize];
+        }
+    }
+    open
+}
+
+/// The same for places of one object, each a vertex and a normal.
+fn of_object(
+    surface: &Surface,
+    (first, end): (usize, usize),
+    places: &[(u32, Vec3)],
+    rays: usize,
+) -> Vec<u8> {
+    let corner = |vertex: u32| Vec3A::from(surface.positions[vertex as usize]);
+    let triangles: Vec<Triangle> = surface.corners[first..end]
+        .iter()
+        .map(|&[a, b, c]| triangle::Triangle {
+            v0: corner(a),
+            v1: corner(b),
+            v2: corner(c),
+        })
+        .collect();
+    let (low, high) = triangles
+        .iter()
+        .flat_map(|t| [t.v0, t.v1, t.v2])
+        .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+    let radius = 0.5 * (high - low).length();
+    if !(radius > 0.0 && radius.is_finite()) {
+        return vec![255; places.len()];
+    }
+    let tree = build_bvh2_from_tris(
+        &triangles,
+        BvhBuildParams::fast_build(),
+        &mut Duration::default(),
+    );
+    let fan = fan(rays);
+    places
+        .par_iter()
+        .map(|&(vertex, normal)| {
+            let normal = Vec3A::from(normal);
+            let from = corner(vertex) + OFF * radius * normal;
+            let (side, other) = normal.any_orthonormal_pair();
+            let hidden: f32 = fan
+                .iter()
+                .map(|ray| ray.x * side + ray.y * other + ray.z * normal)
+                .map(|direction| hidden_along(&tree, &triangles, from, direction, REACH * radius))
+                .sum();
+            (255.0 * (1.0 - hidden / rays as f32)).round() as u8
+        })
+        .collect()
+}
+
+/// How much a ray is hidden: 1 by what is close, 0 by what is as far as `reach`, or by nothing.
+fn hidden_along(
+    tree: &Bvh2,
+    triangles: &[Triangle],
+    from: Vec3A,
+    direction: Vec3A,
+    reach: f32,
+) -> f32 {
+    let mut nearest = reach;
+    tree.ray_traverse_anyhit(Ray::new(from, direction, 0.0, reach), |ray, place| {
+        let hit = triangles[tree.primitive_indices[place] as usize].intersect(ray);
+        nearest = nearest.min(hit);
+    });
+    1.0 - nearest / reach
+}
+
+/// Directions about +Z, each with the weight of its cosine: Malley's method on the points of a sunflower (Vogel 1979).
+fn fan(rays: usize) -> Vec<Vec3> {
+    let golden = 0.618_034;
+    (0..rays)
+        .map(|i| {
+            let square = (i as f32 + 0.5) / rays as f32;
+            let (sin, cos) = (TAU * golden * i as f32).sin_cos();
+            Vec3::new(
+                square.sqrt() * cos,
+                square.sqrt() * sin,
+                (1.0 - square).sqrt(),
+            )
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::normals::{CREASE_ANGLE, corner_normals};
+    use crate::scene::Scene;
+    use crate::scene::settings::Settings;
+
+    fn open_of(mesh: &str) -> (Scene, Vec<u8>) {
+        let mut settings = Settings::default();
+        settings.objects[0].mesh = mesh.to_owned();
+        let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
+        let normals = corner_normals(&scene.surface, CREASE_ANGLE);
+        let open = openness(&scene.surface, &normals);
+        (scene, open)
+    }
+
+    #[test]
+    fn what_is_convex_sees_the_whole_sky() {
+        for mesh in ["builtin:cube", "builtin:icosphere?subdivisions=3"] {
+            let (_, open) = open_of(mesh);
+            assert!(open.iter().all(|&share| share > 250), "{mesh}");
+        }
+    }
+
+    #[test]
+    fn a_ring_is_darker_inside_than_outside_and_alike_all_round() {
+        let (scene, open) = open_of("builtin:torus?major=48&minor=24");
+        let surface = &scene.surface;
+        let of = |inside: bool| -> Vec<u8> {
+            let places = surface.corners.as_flattened().iter().zip(&open);
+            let radii = |v: u32| surface.positions[v as usize].with_y(0.0).length();
+            let (least, most) = (0..surface.positions.len() as u32)
+                .map(radii)
+                .fold((f32::MAX, 0.0_f32), |(a, b), r| (a.min(r), b.max(r)));
+            let edge = 0.02 * (most - least);
+            places
+                .filter(|(v, _)| {
+                    let r = radii(**v);
+                    if inside {
+                        r < least + edge
+                    } else {
+                        r > most - edge
+                    }
+                })
+                .map(|(_, &share)| share)
+                .collect()
+        };
+        let [inside, outside] = [true, false].map(of);
+        assert!(!inside.is_empty() && outside.iter().all(|&share| share > 250));
+        let (low, high) = (inside.iter().min().unwrap(), inside.iter().max().unwrap());
+        assert!(*high < 245 && high - low < 30, "{low} to {high}");
+    }
+}

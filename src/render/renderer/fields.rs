@@ -1,0 +1,63 @@
+//! What lies on the surface beside the trail: edges, crowds, distances and names of other objects.
+
+use super::{Renderer, Shot};
+use crate::gpu::PassRecorder;
+use crate::scene::settings::Show;
+use crate::sim::draws::{FieldsArgs, FieldsParams};
+
+/// As `FIELD_...` in `shaders/include/fields.glsl`.
+#[derive(Clone, Copy)]
+enum Field {
+    Wireframe = 0,
+    Density = 1,
+    Distance = 2,
+    Nearest = 3,
+}
+
+impl Renderer {
+    /// Draws the surface in the colours of a field.
+    pub(super) fn draw_fields(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let Shot {
+            state, view, size, ..
+        } = *shot;
+        let camera = &view.camera;
+        let field = match view.show {
+            Show::Density => Field::Density,
+            Show::Distance => Field::Distance,
+            Show::Nearest => Field::Nearest,
+            _ => Field::Wireframe,
+        };
+        pass.draw(
+            &shot.pipelines.fields,
+            self.shape.corner_count,
+            1,
+            FieldsArgs {
+                corners: &state.corners,
+                vertices: &state.vertices,
+                normals: &self.normals,
+                openness: &self.openness,
+                strips: &state.strips,
+                poses: &state.poses,
+                trail: &state.trail.front_views.texels,
+                colors: &self.colors,
+                brightest: &self.brightest,
+                deposits: &state.deposits.back_views.texels,
+                density: &state.density_views.texels,
+                distances: &state.distance_views.distances,
+                nearest: &state.distance_views.nearest,
+                object_colors: &self.object_colors,
+            },
+            FieldsParams {
+                clip_from_world: camera.clip_from_world(size),
+                eye: camera.eye(),
+                field: field as u32,
+                key_direction: view.light.direction(camera),
+                occlusion: view.occlusion,
+                size: self.shape.size,
+                pitch: self.shape.pitch,
+                reach: state.reach,
+                usual: self.shape.particle_count as f32 / self.shape.owned_count.max(1) as f32,
+            },
+        );
+    }
+}

@@ -1,0 +1,55 @@
+//! The tint over what was painted for sensors to read: green attracts, orange repels, red stripes are no-go.
+
+use std::sync::Arc;
+
+use super::{Renderer, Shot};
+use crate::gpu::{Blend, Context, Format, GpuError, PassRecorder, RasterOptions, RasterPipeline};
+use crate::sim::draws::{PaintedArgs, PaintedConstants, PaintedDraw, PaintedParams};
+
+/// Trail units of a bias that is seen well. Brushes of the lab come to some ten times the mean trail.
+const USUAL: f32 = 60.0;
+
+/// Draws the tint on canvases of one format and one number of samples.
+pub(super) fn pipeline(
+    ctx: &Arc<Context>,
+    format: Format,
+    samples: u32,
+    texels_in_quads: bool,
+) -> Result<RasterPipeline<PaintedDraw>, GpuError> {
+    let options = RasterOptions {
+        color: format,
+        samples,
+        depth_write: false,
+        blend: Blend::Alpha,
+        ..RasterOptions::default()
+    };
+    RasterPipeline::new(ctx, &PaintedConstants { texels_in_quads }, options)
+}
+
+impl Renderer {
+    /// Over the surface, if there is anything to tint.
+    pub(super) fn draw_painted(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let Some(bias) = &shot.state.bias else {
+            return;
+        };
+        let state = shot.state;
+        pass.draw(
+            &shot.pipelines.painted,
+            self.shape.corner_count,
+            1,
+            PaintedArgs {
+                corners: &state.corners,
+                vertices: &state.vertices,
+                strips: &state.strips,
+                poses: &state.poses,
+                bias: &bias.views.texels,
+            },
+            PaintedParams {
+                clip_from_world: shot.view.camera.clip_from_world(shot.size),
+                size: self.shape.size,
+                pitch: self.shape.pitch,
+                usual: USUAL,
+            },
+        );
+    }
+}

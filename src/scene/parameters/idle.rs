@@ -1,0 +1,229 @@
+//! Why a parameter has no effect as a scene is, where it has none: a panel greys it out and says so.
+
+use crate::scene::settings::{
+    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Settings, Start, Strategy,
+};
+
+/// What would have to change for the scene's parameter with this key to have an effect; `None` where it has one, and for
+/// keys of objects.
+#[must_use]
+pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
+    let is_alone = settings.objects.len() < 2;
+    let start = settings.particles.start;
+    let strategy = settings.strategy();
+    let because = |idle: bool, why: &'static str| idle.then_some(why);
+    match key {
+        "particles.start_object" => because(is_alone, ALONE),
+        _ if key.starts_with("particles.start_") => why_start_idle(
+            key.trim_start_matches("particles.start_"),
+            start,
+            settings.particles.start_heading,
+        ),
+        "trail.diffusion_distance" => because(
+            settings.trail.diffusion == 0.0,
+            "Nothing diffuses: raise the trail diffusion from 0.",
+        ),
+        "atlas.cell_size" => because(
+            settings.atlas.method != AtlasMethod::Grid,
+            "Only the atlas method grid has cells.",
+        ),
+        "time.dt" | "time.start" => because(
+            settings
+                .objects
+                .iter()
+                .all(|object| object.motion.is_still()),
+            "No object moves.",
+        ),
+        "physarum.distance_weight" => because(is_alone, ALONE),
+        "distance.depth" if !is_alone => because(
+            settings.distance.method != DistanceMethod::Raster,
+            "Only the distance method raster has depths.",
+        ),
+        "transfer.threshold" if !is_alone => because(
+            strategy == Strategy::None,
+            "Nobody changes objects: choose another transfer strategy.",
+        ),
+        "transfer.buffer_size" if !is_alone => because(
+            !strategy.has_turns(),
+            "Only the strategies scattered, sequential and parallel have a transfer buffer.",
+        ),
+        _ => because(
+            is_alone && (key.starts_with("transfer.") || key.starts_with("distance.")),
+            ALONE,
+        ),
+    }
+}
+
+const ALONE: &str = "There is only one object.";
+
+/// The same for what a start of this kind may have.
+fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static str> {
+    let is_round = matches!(start, Start::Ring | Start::Disc);
+    let has_centre = is_round || start == Start::Point;
+    let looks_at_it = matches!(heading, Heading::Radial | Heading::Inward);
+    let (idle, why) = match part {
+        "at" => (
+            !has_centre && !looks_at_it,
+            "Only starts at a place have one, or headings away from it: choose the start point, ring or disc.",
+        ),
+        "radius" => (
+            !is_round,
+            "Only circles have a radius: choose the start ring or disc.",
+        ),
+        "mask" => (
+            start != Start::Mask,
+            "Only the start mask asks for a picture.",
+        ),
+        "direction" => (
+            heading != Heading::Aligned,
+            "Only the start heading aligned has a direction.",
+        ),
+        _ => (false, ""),
+    };
+    idle.then_some(why)
+}
+
+/// The same for a key of an object.
+#[must_use]
+pub fn why_object_idle(
+    key: &str,
+    object: &ObjectSettings,
+    settings: &Settings,
+) -> Option<&'static str> {
+    let motion = &object.motion;
+    let is_zero = |vector: [f32; 3]| vector == [0.0; 3];
+    let follows = motion.model == ModelAnimation::Follow;
+    if let Some(part) = key.strip_prefix("start.").filter(|part| *part != "place") {
+        let Some(start) = object.start.place.own() else {
+            return Some("The object's particles begin as the scene says: choose an own start.");
+        };
+        return why_start_idle(part, start, object.start.heading);
+    }
+    let (idle, why) = match key {
+        "texel_weight" if settings.objects.len() < 2 => (true, ALONE),
+        "texel_weight" => (
+            settings.atlas.method != AtlasMethod::Charts,
+            "Only the atlas method charts shares texels out by weight.",
+        ),
+        "physarum.distance_weight" => (settings.objects.len() < 2, ALONE),
+        "motion.orbit_center" => (is_zero(motion.orbit), "The object does not orbit."),
+        "motion.swing_period" | "motion.swing_phase" => {
+            (is_zero(motion.swing), "The object does not swing.")
+        }
+        "motion.slide_period" | "motion.slide_phase" => {
+            (is_zero(motion.slide), "The object does not slide.")
+        }
+        "motion.pivot" => (
+            is_zero(motion.spin) && is_zero(motion.swing),
+            "The object neither spins nor swings.",
+        ),
+        "motion.repeat" | "motion.easing" | "motion.period" => (
+            follows || motion.keyframes.is_empty(),
+            "The object has no keyframes to follow.",
+        ),
+        _ => (false, ""),
+    };
+    idle.then_some(why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+    use crate::scene::settings::ObjectStart;
+
+    fn idle(settings: &Settings) -> Vec<&'static str> {
+        let keys = PARAMETERS.iter().map(|parameter| parameter.key);
+        keys.filter(|key| why_idle(key, settings).is_some())
+            .collect()
+    }
+
+    fn idle_of(object: usize, settings: &Settings) -> Vec<&'static str> {
+        let keys = OBJECT_PARAMETERS.iter().map(|parameter| parameter.key);
+        let object = &settings.objects[object];
+        keys.filter(|key| why_object_idle(key, object, settings).is_some())
+            .collect()
+    }
+
+    /// Each comes to life by what its reason asks for.
+    #[test]
+    fn what_has_no_effect_says_why_and_has_one_after_that() {
+        let mut settings = Settings::default();
+        let alone = idle(&settings);
+        for key in [
+            "transfer.strategy",
+            "distance.reach",
+            "time.dt",
+            "atlas.cell_size",
+        ] {
+            assert!(alone.contains(&key), "{key}");
+        }
+        for key in ["physarum.speed", "trail.decay", "seed", "particles.count"] {
+            assert!(!alone.contains(&key), "{key}");
+        }
+        settings.objects.push(ObjectSettings::default());
+        settings.transfer.strategy = Strategy::None;
+        let apart = idle(&settings);
+        assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
+        settings.transfer.strategy = Strategy::Direct;
+        assert!(idle(&settings).contains(&"transfer.buffer_size"));
+        settings.transfer.strategy = Strategy::Parallel;
+        settings.distance.method = DistanceMethod::Raster;
+        settings.atlas.method = AtlasMethod::Grid;
+        settings.particles.start = Start::Ring;
+        settings.particles.start_heading = Heading::Aligned;
+        settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
+        assert_eq!(
+            idle(&settings),
+            ["particles.start_mask"],
+            "all others have an effect"
+        );
+        settings.particles.start = Start::Mask;
+        assert_eq!(
+            idle(&settings),
+            ["particles.start_at", "particles.start_radius"]
+        );
+        settings.particles.start_heading = Heading::Radial;
+        assert_eq!(
+            idle(&settings),
+            ["particles.start_radius", "particles.start_direction"]
+        );
+        settings.particles.start_heading = Heading::Auto;
+        settings.trail.diffusion = 0.0;
+        settings.particles.start = Start::Point;
+        assert_eq!(
+            idle(&settings),
+            [
+                "particles.start_radius",
+                "particles.start_mask",
+                "particles.start_direction",
+                "trail.diffusion_distance"
+            ]
+        );
+    }
+
+    #[test]
+    fn parameters_of_objects_wait_for_the_motion_that_they_shape() {
+        let mut settings = Settings::default();
+        settings.objects.push(ObjectSettings::default());
+        let motion = &mut settings.objects[1].motion;
+        motion.orbit = [0.0, 1.0, 0.0];
+        motion.swing = [1.0, 0.0, 0.0];
+        motion.slide = [1.0, 0.0, 0.0];
+        settings.objects[1].start.place = ObjectStart::Disc;
+        settings.objects[1].start.heading = Heading::Aligned;
+        assert_eq!(
+            idle_of(1, &settings),
+            [
+                "start.mask",
+                "motion.repeat",
+                "motion.easing",
+                "motion.period"
+            ]
+        );
+        let still = idle_of(0, &settings);
+        assert!(still.contains(&"motion.pivot") && still.contains(&"motion.orbit_center"));
+        assert!(!still.contains(&"texel_weight") && !still.contains(&"motion.spin"));
+        assert!(still.contains(&"start.at") && !still.contains(&"start.place"));
+    }
+}

@@ -1,0 +1,67 @@
+//! What must hold of starts beside the ranges of their keys.
+
+use std::path::{Path, PathBuf};
+
+use super::error::SceneError;
+use super::file::Problem;
+use super::settings::{Heading, Settings, Start, StartSettings};
+
+/// Lets the paths of masks mean the same wherever they are read.
+pub(super) fn from_everywhere(settings: &mut Settings, folder: &Path) {
+    let objects = settings.objects.iter_mut();
+    let masks = objects.map(|object| &mut object.start.mask);
+    for mask in masks.chain([&mut settings.particles.start_mask]) {
+        if !mask.is_empty() {
+            let path = folder.join(&*mask);
+            let path = std::path::absolute(&path).unwrap_or(path);
+            *mask = path.to_string_lossy().into_owned();
+        }
+    }
+}
+
+/// Makes sure that starts have what they need: an object of that name, a mask to begin on, a direction to head in.
+/// Objects have their names.
+pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {
+    let mut messages = Vec::new();
+    let wanted = &settings.particles.start_object;
+    let mut names = settings.objects.iter().map(|object| object.name.as_str());
+    if !wanted.is_empty() && !names.clone().any(|name| name == wanted) {
+        let known: Vec<&str> = names.by_ref().collect();
+        messages.push(format!(
+            "particles.start_object: there is no object \"{wanted}\"; there is {}",
+            known.join(", ")
+        ));
+    }
+    let (scenes, own) = settings.starts();
+    for start in own.into_iter().flatten().chain([scenes]) {
+        let StartSettings {
+            prefix,
+            place,
+            mask,
+            heading,
+            direction,
+            ..
+        } = start;
+        if place == Start::Mask && mask.is_empty() {
+            messages.push(format!(
+                "{prefix}mask is empty: name the PNG that says where particles begin"
+            ));
+        }
+        if heading == Heading::Aligned && direction == [0.0; 3] {
+            messages.push(format!(
+                "{prefix}direction = [0, 0, 0] is no direction to head in"
+            ));
+        }
+    }
+    if messages.is_empty() {
+        return Ok(());
+    }
+    let problem = |message| Problem {
+        place: String::new(),
+        message,
+    };
+    Err(SceneError::Problems {
+        scene: PathBuf::from(scene),
+        problems: messages.into_iter().map(problem).collect(),
+    })
+}

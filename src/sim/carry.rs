@@ -1,0 +1,239 @@
+//! What has grown, taken over to a scene with objects more or less, or of another size.
+
+use rayon::prelude::*;
+
+use super::setup::Setup;
+use super::snapshot::Snapshot;
+use super::transfers::TransferState;
+use super::twin::exchange_seams;
+use super::twin::trail::{texel_at, trail_at};
+use super::types::{Motion, Particle};
+
+/// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
+/// and trail stay where they are on their object. Who would begin on an object that is new begins there, so that it has its
+/// share, and so do those whose object has gone; distances and transfers begin anew.
+///
+/// None where that has no meaning: with another number of particles, or an object that has become another mesh.
+#[must_use]
+pub fn carried(
+    snapshot: &Snapshot,
+    old: &Setup,
+    new: &Setup,
+    from: &[Option<usize>],
+) -> Option<Snapshot> {
+    let triangles = |setup: &Setup, object: usize| {
+        let range = setup.surface.objects.get(object)?;
+        Some((range.triangles.0, range.triangles.1 - range.triangles.0))
+    };
+    let mut to = vec![None; old.poses.len()];
+    for (object, from) in from.iter().enumerate() {
+        let Some(was) = *from else { continue };
+        if triangles(old, was)?.1 != triangles(new, object)?.1 {
+            return None;
+        }
+        *to.get_mut(was)? = Some(object);
+    }
+    let is_alike = from.len() == new.poses.len() && new.particles.len() == snapshot.particles.len();
+    if !is_alike {
+        return None;
+    }
+    let object_of =
+        |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].object as usize;
+    let first = |setup: &Setup, object: usize| setup.surface.objects[object].triangles.0;
+    let carry = |(particle, motion): (&Particle, &Motion)| {
+        let start = particle.id as usize;
+        let begins = (new.particles[start], new.motions[start]);
+        let was = object_of(old, particle.triangle);
+        let is_new = from[object_of(new, begins.0.triangle)].is_none();
+        let Some(object) = to[was].filter(|_| !is_new) else {
+            return begins;
+        };
+        let triangle = particle.triangle - first(old, was) + first(new, object);
+        let length = |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].ab;
+        let grown = length(new, triangle) / length(old, particle.triangle);
+        let pending = motion.pending * grown;
+        let motion = Motion {
+            pending: if pending.is_finite() { pending } else { 0.0 },
+            flags: 0,
+            ..*motion
+        };
+        (
+            Particle {
+                triangle,
+                ..*particle
+            },
+            motion,
+        )
+    };
+    let both = snapshot.particles.par_iter().zip(&snapshot.motions);
+    let (particles, motions): (Vec<Particle>, Vec<Motion>) = both.map(carry).unzip();
+
+    // Where a texel's place lies in the old atlas.
+    let old_position = |texel: usize| {
+        let (triangle, u, v) = new.atlas.surface_point_of(texel as u32)?;
+        let object = object_of(new, triangle);
+        let was = from[object]?;
+        let triangle = triangle - first(new, object) + first(old, was);
+        Some(old.atlas.position_of(triangle, u, v).to_array())
+    };
+    let texels = new.atlas.texel_count();
+    let field = |read: &(dyn Fn([f32; 2]) -> f32 + Sync)| {
+        let values = (0..texels).into_par_iter();
+        let mut values: Vec<f32> = values
+            .map(|texel| old_position(texel).map_or(0.0, read))
+            .collect();
+        exchange_seams(&new.atlas.seams, &mut values);
+        values
+    };
+    let pitch = old.atlas.pitch;
+    let trail = field(&|position| trail_at(&snapshot.trail, position, pitch));
+    let bias = if snapshot.bias.is_empty() {
+        Vec::new()
+    } else {
+        field(&|position| snapshot.bias[texel_at(position, pitch) as usize])
+    };
+    // As many as particles, as after every step.
+    let mut deposits = vec![0; texels];
+    if snapshot.step > 0 {
+        for particle in &particles {
+            let texel = new
+                .atlas
+                .texel_of(particle.triangle, particle.u, particle.v);
+            deposits[texel as usize] += 1;
+        }
+    }
+    let last_poses = from.iter().zip(&new.poses);
+    Some(Snapshot {
+        step: snapshot.step,
+        movement: snapshot.movement.of_objects(from),
+        last_poses: last_poses
+            .map(|(from, pose)| from.map_or(*pose, |was| snapshot.last_poses[was]))
+            .collect(),
+        distance_poses: Vec::new(),
+        particles,
+        motions,
+        trail,
+        deposits,
+        transfers: TransferState::default(),
+        bias,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::scene::settings::{ObjectSettings, Settings};
+    use crate::sim::twin;
+
+    fn settings(objects: &[(&str, f32)]) -> Settings {
+        let mut settings = Settings::default();
+        settings.particles.count = 3000;
+        settings.atlas.size = 128;
+        settings.radius = 1.0;
+        settings.objects = (objects.iter())
+            .map(|(mesh, scale)| ObjectSettings {
+                mesh: format!("builtin:{mesh}"),
+                scale: *scale,
+                ..ObjectSettings::default()
+            })
+            .collect();
+        for (i, object) in settings.objects.iter_mut().enumerate() {
+            object.position = [2.5 * i as f32, 0.0, 0.0];
+        }
+        settings
+    }
+
+    fn setup(settings: &Settings) -> Setup {
+        let scene = Scene::from_settings("carry".to_owned(), settings.clone(), ".".into());
+        Setup::new(&scene.unwrap()).unwrap()
+    }
+
+    const CUBE: (&str, f32) = ("cube?divisions=4", 1.0);
+    const BALL: (&str, f32) = ("icosphere?subdivisions=2", 1.0);
+
+    fn grown() -> (twin::Simulation, Snapshot) {
+        let settings = settings(&[CUBE, BALL]);
+        let mut simulation = twin::Simulation::new(setup(&settings), settings);
+        for _ in 0..5 {
+            simulation.step();
+        }
+        let snapshot = simulation.snapshot();
+        (simulation, snapshot)
+    }
+
+    /// It goes on from there, and everybody is still there.
+    fn goes_on(settings: &Settings, state: &Snapshot) {
+        let new = setup(settings);
+        state.validate(&new).unwrap();
+        let mut simulation = twin::Simulation::new(new, settings.clone());
+        simulation.restore(state);
+        simulation.step();
+        simulation.snapshot().validate(simulation.setup()).unwrap();
+    }
+
+    #[test]
+    fn the_same_scene_keeps_everything() {
+        let (simulation, state) = grown();
+        let same = simulation.setup();
+        let carried = carried(&state, same, same, &[Some(0), Some(1)]).unwrap();
+        assert_eq!(carried.particles, state.particles);
+        let off = carried.trail.iter().zip(&state.trail);
+        let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-3, "{off}");
+        goes_on(&simulation.settings, &carried);
+    }
+
+    #[test]
+    fn an_object_that_grows_keeps_its_trail() {
+        let (simulation, state) = grown();
+        let larger = settings(&[CUBE, (BALL.0, 1.5)]);
+        let new = setup(&larger);
+        let carried = carried(&state, simulation.setup(), &new, &[Some(0), Some(1)]).unwrap();
+        let mean = |trail: &[f32], setup: &Setup, object: u32| {
+            let own: Vec<f32> = (trail.iter().zip(&setup.atlas.owner))
+                .filter(|(_, owner)| {
+                    let shape = setup.surface.triangles.get(**owner as usize);
+                    shape.is_some_and(|shape| shape.object == object)
+                })
+                .map(|(value, _)| *value)
+                .collect();
+            own.iter().sum::<f32>() / own.len() as f32
+        };
+        for object in [0, 1] {
+            let before = mean(&state.trail, simulation.setup(), object);
+            let after = mean(&carried.trail, &new, object);
+            assert!((after / before - 1.0).abs() < 0.1, "{before}, {after}");
+        }
+        goes_on(&larger, &carried);
+    }
+
+    #[test]
+    fn objects_that_come_get_their_share_and_those_that_go_leave_theirs() {
+        let (simulation, state) = grown();
+        let more = settings(&[CUBE, BALL, BALL]);
+        let new = setup(&more);
+        let from = [Some(0), Some(1), None];
+        let three = carried(&state, simulation.setup(), &new, &from).unwrap();
+        let on = |state: &Snapshot, setup: &Setup, object: u32| {
+            let own = state.particles.iter().filter(|particle| {
+                setup.surface.triangles[particle.triangle as usize].object == object
+            });
+            own.count()
+        };
+        // By area: 24 to a cube, 4 pi to each ball.
+        let share = on(&three, &new, 2) as f64 / 3000.0;
+        assert!((share - 12.3 / (24.0 + 2.0 * 12.3)).abs() < 0.04, "{share}");
+        goes_on(&more, &three);
+
+        let less = settings(&[BALL]);
+        let alone = carried(&state, simulation.setup(), &setup(&less), &[Some(1)]).unwrap();
+        assert_eq!(alone.particles.len(), 3000);
+        goes_on(&less, &alone);
+        // Another mesh, or another number of particles: nothing can be taken over.
+        assert!(carried(&state, simulation.setup(), &setup(&less), &[Some(0)]).is_none());
+        let mut fewer = less;
+        fewer.particles.count = 10;
+        assert!(carried(&state, simulation.setup(), &setup(&fewer), &[Some(1)]).is_none());
+    }
+}

@@ -1,0 +1,97 @@
+//! What else could have been built: kernels that do the same as parts of a step do in another way, for `myxo bench choices`.
+//! No simulation runs them. Their twins are in [`super::twin::choices`].
+
+/// Their typed handles, as the build generates them from `shaders/choices/*.comp`.
+#[allow(
+    clippy::identity_op,
+    clippy::derivable_impls,
+    reason = "generated: offsets may be 0, and defaults those of the type"
+)]
+pub mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/choices.rs"));
+}
+
+/// The same of what they draw.
+#[allow(
+    clippy::identity_op,
+    clippy::derivable_impls,
+    reason = "generated: offsets may be 0, and defaults those of the type"
+)]
+pub mod draws {
+    include!(concat!(env!("OUT_DIR"), "/choices_draws.rs"));
+}
+
+use glam::{Vec2, Vec4};
+use rayon::prelude::*;
+
+use super::kernels::AdvanceParams;
+use super::setup::Setup;
+use super::twin::strip::StripWalk;
+use super::twin::trail::atlas_position;
+use super::twin::walk::WALK_DONE;
+use super::twin::{AdvanceInputs, straight_places};
+use super::types::{Motion, Particle, Physarum};
+
+/// Where the sensors of each particle read, atlas positions: left and middle, then right and nothing. As in a step, they
+/// look straight ahead in the atlas where only the surface around lies there, and walk elsewhere. Values that objects
+/// have of their own are left out.
+#[must_use]
+pub fn sensor_places(
+    setup: &Setup,
+    params: &AdvanceParams,
+    particles: &[Particle],
+    motions: &[Motion],
+) -> Vec<Vec4> {
+    let own = Physarum {
+        sensor_offset: params.sensor_offset,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let inputs = AdvanceInputs {
+        strips: &setup.strips,
+        clearance: &setup.clearance,
+        corners: &setup.corners,
+        vertices: &setup.vertices,
+        poses: &setup.poses,
+        physarums: &[own],
+        trail: &[],
+        previous_deposits: &[],
+        distances: &[],
+        across: &[],
+        across_triangles: &[],
+        bias: &[],
+    };
+    let turn = Vec2::new(params.sensor_cos, params.sensor_sin);
+    let places_of = |(particle, motion): (&Particle, &Motion)| {
+        let heading = Vec2::new(motion.heading_p, motion.heading_h);
+        let towards = [
+            turn.rotate(heading),
+            heading,
+            (turn * Vec2::new(1.0, -1.0)).rotate(heading),
+        ];
+        let towards = towards.map(|heading| heading.to_array());
+        let walked = |heading| {
+            let mut w = StripWalk {
+                triangle: particle.triangle,
+                u: particle.u,
+                v: particle.v,
+                heading,
+                remaining: params.sensor_offset,
+                status: WALK_DONE,
+            };
+            w.walk(&setup.strips, params.attempts, true);
+            atlas_position(&setup.strips[w.triangle as usize].map, w.u, w.v)
+        };
+        let places = straight_places(params, &inputs, &own, particle, towards)
+            .unwrap_or_else(|| towards.map(walked));
+        let [left, middle, right] = places.map(Vec2::from_array);
+        [
+            Vec4::new(left.x, left.y, middle.x, middle.y),
+            Vec4::new(right.x, right.y, 0.0, 0.0),
+        ]
+    };
+    particles
+        .par_iter()
+        .zip(motions)
+        .flat_map_iter(places_of)
+        .collect()
+}

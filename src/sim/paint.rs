@@ -1,0 +1,389 @@
+//! Brushes: a dab is a ball in world space, and what of the surface lies in it is painted, over seams and on every
+//! object, with trail, with a bias that sensors read, or with particles.
+//!
+//! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `summon`
+//! do the rest.
+
+use glam::{DAffine3, DVec2, DVec3, UVec2, Vec3};
+use rayon::prelude::*;
+
+use super::kernels::{PaintParams, SummonParams};
+use super::params::seed_word;
+use super::setup::Setup;
+use super::types::{Particle, Pose};
+use crate::error::{Error, Result};
+use crate::mesh::surface::NONE;
+use crate::rng::{Purpose, random, unit};
+use crate::scene::settings::Settings;
+
+/// The bias of texels that nobody may enter.
+pub const NO_GO: f32 = -1e9;
+/// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/advance.comp` has the same.
+pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
+/// Of trail and of bias: there is no more, and of bias no less but for no-go areas.
+pub const GREATEST: f32 = 1e6;
+/// Places of an object that particles of one dab come to.
+const PLACES: u32 = 4096;
+/// Texels that one dab may have: what a storage block of every device holds.
+const MOST_TEXELS: usize = 1 << 24;
+
+/// What a dab does to what lies in it. Its effect is full in the middle and falls to nothing at the edge, by
+/// `(1 - (distance / radius)^2)^2`; where something is or is not, as with [`Brush::NoGo`], it goes to the edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Brush {
+    /// Adds trail.
+    Trail {
+        /// Trail units in the middle, 0 to [`GREATEST`].
+        amount: f32,
+    },
+    /// Takes away trail, attraction and repulsion; no-go areas end at once where it has any effect.
+    Erase {
+        /// What share of it goes in the middle, 0 to 1.
+        share: f32,
+    },
+    /// Lets sensors read more than there is, so that particles come; less, and they go elsewhere. It stays until it is
+    /// erased, and does not spread.
+    Attract {
+        /// Trail units in the middle, added to those of dabs before; negative to repel. At most [`GREATEST`] either way.
+        amount: f32,
+    },
+    /// Nobody enters: particles turn round. Those inside may leave, and transfers from other objects may land there.
+    NoGo,
+    /// Takes particles there, by chance from all over the objects that the dab touches; each stays on its own object, and
+    /// their number is what it was.
+    Particles {
+        /// What share of an object's particles comes, 0 to 1.
+        share: f32,
+    },
+}
+
+/// One touch of a brush.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dab {
+    /// What it does.
+    pub brush: Brush,
+    /// The middle of the ball, in world space.
+    pub center: Vec3,
+    /// Its radius, a world length. Lengths in scene files times [`Setup::radius`] are world lengths.
+    pub radius: f32,
+    /// If given, triangles are painted only if they turn their front towards it, as a viewer there sees them: thin things are
+    /// not painted through. Objects with open borders are painted from either side.
+    pub eye: Option<Vec3>,
+    /// Keys who comes to [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
+    pub number: u32,
+}
+
+/// What a dab has come to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Painted {
+    /// Texels painted on each object.
+    pub texels: Vec<u32>,
+}
+
+/// A texel of a dab, and how strong the dab is there, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DabTexel {
+    /// Which one.
+    pub texel: u32,
+    /// The object that it belongs to.
+    pub object: u32,
+    /// At its centre.
+    pub weight: f32,
+}
+
+/// Where particles come to.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    /// Object by object; ids are not used.
+    pub places: Vec<Particle>,
+    /// One an object: its first place, and how many it has.
+    pub ranges: Vec<UVec2>,
+}
+
+impl Dab {
+    /// Makes sure that the numbers are in their ranges.
+    ///
+    /// # Errors
+    /// Names the first that is not, and its range.
+    pub fn check(&self) -> Result<()> {
+        let within = |what: &str, value: f32, low: f32, high: f32| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            Err(Error::Invalid(format!(
+                "a brush cannot have {what} = {value}: choose {low} to {high}"
+            )))
+        };
+        if !self.center.is_finite() || self.eye.is_some_and(|eye| !eye.is_finite()) {
+            return Err(Error::Invalid(
+                "a brush must be at a finite place, and looked at from one".to_owned(),
+            ));
+        }
+        within("a radius", self.radius, f32::MIN_POSITIVE, f32::MAX)?;
+        match self.brush {
+            Brush::Trail { amount } => within("an amount of trail", amount, 0.0, GREATEST),
+            Brush::Attract { amount } => within("an attraction", amount, -GREATEST, GREATEST),
+            Brush::Erase { share } => within("a share", share, 0.0, 1.0),
+            Brush::Particles { share } => within("a share of particles", share, 0.0, 1.0),
+            Brush::NoGo => Ok(()),
+        }
+    }
+
+    /// The owned texels whose centres lie in the ball, ordered by triangle and texel.
+    ///
+    /// # Errors
+    /// When a number is out of range, or the ball has more texels than one dab may.
+    pub fn texels(&self, setup: &Setup, poses: &[Pose]) -> Result<Vec<DabTexel>> {
+        self.check()?;
+        let objects: Vec<InObject> = (0u32..)
+            .zip(poses)
+            .map(|(object, pose)| InObject::new(self, setup, object, pose))
+            .collect();
+        let triangles = (0..setup.surface.triangles.len() as u32).into_par_iter();
+        let texels: Vec<DabTexel> = triangles
+            .flat_map_iter(|triangle| {
+                let object = setup.surface.triangles[triangle as usize].object;
+                objects[object as usize].texels_of(setup, triangle)
+            })
+            .collect();
+        if texels.len() > MOST_TEXELS {
+            return Err(Error::Invalid(format!(
+                "the brush has {} texels, and one dab may have {MOST_TEXELS}: use a smaller radius",
+                texels.len()
+            )));
+        }
+        Ok(texels)
+    }
+
+    /// Where particles come to, drawn by area from the dab's texels.
+    #[must_use]
+    pub fn places(&self, setup: &Setup, texels: &[DabTexel], seed: u64) -> Places {
+        let mut places = Places::default();
+        for object in 0..setup.poses.len() as u32 {
+            let own: Vec<u32> = (texels.iter().filter(|texel| texel.object == object))
+                .map(|texel| texel.texel)
+                .collect();
+            let mut area = 0.0;
+            let ends: Vec<f64> = own
+                .iter()
+                .map(|texel| {
+                    area += 1.0 / f64::from(setup.atlas.density[*texel as usize]);
+                    area
+                })
+                .collect();
+            let first = places.places.len() as u32;
+            let count = if own.is_empty() { 0 } else { PLACES };
+            places.places.extend((0..count).map(|k| {
+                let words = random(seed_word(seed), first + k, self.number, Purpose::Paint);
+                let [at, x, y] = [0, 1, 2].map(|i| f64::from(unit(words[i])));
+                let chosen = ends.partition_point(|end| *end <= at * area);
+                let texel = own[chosen.min(own.len() - 1)];
+                let point = setup.atlas.surface_point_in(texel, DVec2::new(x, y));
+                let (triangle, u, v) = point.expect("texels of dabs are owned");
+                // Rounding may put it beyond the edge.
+                let v = if u + v > 1.0 { 1.0 - u } else { v };
+                Particle {
+                    triangle,
+                    u,
+                    v,
+                    id: NONE,
+                }
+            }));
+            places.ranges.push(UVec2::new(first, count));
+        }
+        places
+    }
+
+    /// What `paint` does to the trail, if anything.
+    #[must_use]
+    pub fn of_trail(&self, texel_count: u32) -> Option<PaintParams> {
+        let params = PaintParams {
+            texel_count,
+            fade: 0.0,
+            amount: 0.0,
+            lowest: 0.0,
+            highest: GREATEST,
+            no_go: f32::MIN,
+        };
+        match self.brush {
+            Brush::Trail { amount } => Some(PaintParams { amount, ..params }),
+            Brush::Erase { share } => Some(PaintParams {
+                fade: share,
+                ..params
+            }),
+            _ => None,
+        }
+    }
+
+    /// What `paint` does to the bias, if anything.
+    #[must_use]
+    pub fn of_bias(&self, texel_count: u32) -> Option<PaintParams> {
+        let params = PaintParams {
+            texel_count,
+            fade: 0.0,
+            amount: 0.0,
+            lowest: -GREATEST,
+            highest: GREATEST,
+            no_go: NO_GO_BELOW,
+        };
+        match self.brush {
+            // What is no-go stays it.
+            Brush::Attract { amount } => Some(PaintParams {
+                amount,
+                lowest: NO_GO,
+                ..params
+            }),
+            Brush::NoGo => Some(PaintParams {
+                amount: 2.0 * NO_GO,
+                lowest: NO_GO,
+                ..params
+            }),
+            Brush::Erase { share } => Some(PaintParams {
+                fade: share,
+                lowest: NO_GO,
+                ..params
+            }),
+            Brush::Trail { .. } | Brush::Particles { .. } => None,
+        }
+    }
+
+    /// What `summon` does, if anything.
+    #[must_use]
+    pub fn of_particles(&self, settings: &Settings) -> Option<SummonParams> {
+        let Brush::Particles { share } = self.brush else {
+            return None;
+        };
+        Some(SummonParams {
+            particle_count: settings.particles.count,
+            seed: seed_word(settings.seed),
+            dab: self.number,
+            share,
+        })
+    }
+
+    /// Does it leave something that sensors read from then on?
+    #[must_use]
+    pub fn makes_bias(&self) -> bool {
+        matches!(self.brush, Brush::Attract { .. } | Brush::NoGo)
+    }
+}
+
+impl Painted {
+    /// Counts texels by object.
+    #[must_use]
+    pub fn of(texels: &[DabTexel], objects: usize) -> Self {
+        let mut counts = vec![0; objects];
+        for texel in texels {
+            counts[texel.object as usize] += 1;
+        }
+        Self { texels: counts }
+    }
+
+    /// Texels on all objects.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.texels.iter().sum()
+    }
+}
+
+/// A dab as one object sees it.
+struct InObject {
+    center: DVec3,
+    radius: f64,
+    eye: Option<DVec3>,
+    /// Full to the edge.
+    is_hard: bool,
+}
+
+impl InObject {
+    fn new(dab: &Dab, setup: &Setup, object: u32, pose: &Pose) -> Self {
+        let object_from_world = DAffine3::from(pose).inverse();
+        let to_object = |place: Vec3| object_from_world.transform_point3(place.as_dvec3());
+        let (first, end) = setup.surface.objects[object as usize].triangles;
+        // Looked at only where it matters.
+        let is_open = || {
+            let halfedges = &setup.surface.halfedges[3 * first as usize..3 * end as usize];
+            halfedges.iter().any(|halfedge| halfedge.twin == NONE)
+        };
+        Self {
+            center: to_object(dab.center),
+            radius: f64::from(dab.radius),
+            eye: dab.eye.map(to_object).filter(|_| !is_open()),
+            is_hard: dab.brush == Brush::NoGo,
+        }
+    }
+
+    /// Those that a triangle owns and the dab touches.
+    fn texels_of(&self, setup: &Setup, triangle: u32) -> Vec<DabTexel> {
+        let surface = &setup.surface;
+        let corners = surface.corners[triangle as usize];
+        let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let outside = self.center - self.center.clamp(low, high);
+        if outside.length_squared() > self.radius * self.radius {
+            return Vec::new();
+        }
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(ac).normalize_or_zero();
+        if self.eye.is_some_and(|eye| normal.dot(eye - a) < 0.0) {
+            return Vec::new();
+        }
+        let height = normal.dot(self.center - a);
+        let reach = self.radius * self.radius - height * height;
+        if reach < 0.0 {
+            return Vec::new();
+        }
+        // The disc that the ball cuts out of the plane, in the atlas: a box round its ellipse.
+        let atlas = &setup.atlas;
+        let map = &atlas.maps[triangle as usize];
+        let shape = &surface.triangles[triangle as usize];
+        let (du, dv) = (map.du.as_dvec2(), map.dv.as_dvec2());
+        let along = ab.normalize_or_zero();
+        let across = normal.cross(along);
+        let p = du / f64::from(shape.ab);
+        let h = (dv - f64::from(shape.cp) * p) / f64::from(shape.ch);
+        let from_a = self.center - a;
+        let origin = map.origin.as_dvec2();
+        let middle = origin + from_a.dot(along) * p + from_a.dot(across) * h;
+        let extent = reach.sqrt() * DVec2::new(p.x.hypot(h.x), p.y.hypot(h.y));
+        let (u_end, v_end) = (origin + du, origin + dv);
+        let mut low = origin.min(u_end).min(v_end) - 1.0;
+        let mut high = origin.max(u_end).max(v_end) + 1.0;
+        if extent.is_finite() && middle.is_finite() {
+            low = low.max(middle - extent - 1.0);
+            high = high.min(middle + extent + 1.0);
+        }
+        let last = f64::from(atlas.size - 1);
+        let [low, high] =
+            [low, high].map(|at| at.clamp(DVec2::ZERO, DVec2::splat(last)).as_uvec2());
+        let mut texels = Vec::new();
+        for row in low.y..=high.y {
+            for column in low.x..=high.x {
+                let texel = row * atlas.pitch + column;
+                if atlas.owner[texel as usize] != triangle {
+                    continue;
+                }
+                let point = atlas.surface_point_of(texel);
+                let (_, u, v) = point.expect("a triangle owns it");
+                let place = a + f64::from(u) * ab + f64::from(v) * ac;
+                let share = place.distance_squared(self.center) / (self.radius * self.radius);
+                if share < 1.0 {
+                    let weight = if self.is_hard {
+                        1.0
+                    } else {
+                        (1.0 - share) * (1.0 - share)
+                    };
+                    texels.push(DabTexel {
+                        texel,
+                        object: shape.object,
+                        weight: weight as f32,
+                    });
+                }
+            }
+        }
+        texels
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,162 @@
+//! What dabs list, on shapes whose areas are known.
+
+use super::*;
+use crate::scene::Scene;
+use crate::scene::settings::ObjectSettings;
+
+fn setup(meshes: &[(&str, [f32; 3])]) -> Setup {
+    let mut settings = Settings::default();
+    settings.particles.count = 100;
+    settings.atlas.size = 512;
+    settings.objects = (meshes.iter())
+        .map(|(mesh, position)| ObjectSettings {
+            mesh: format!("builtin:{mesh}"),
+            position: *position,
+            ..ObjectSettings::default()
+        })
+        .collect();
+    let scene = Scene::from_settings("brush".to_owned(), settings, ".".into()).unwrap();
+    Setup::new(&scene).unwrap()
+}
+
+fn dab(brush: Brush, center: Vec3, radius: f32) -> Dab {
+    Dab {
+        brush,
+        center,
+        radius,
+        eye: None,
+        number: 3,
+    }
+}
+
+/// The sum of weights times areas is that of a disc, wherever it lies on the surface.
+fn area_under(setup: &Setup, dab: &Dab) -> f64 {
+    let texels = dab.texels(setup, &setup.poses).unwrap();
+    let area = |texel: &DabTexel| {
+        f64::from(texel.weight) * setup.atlas.mean_texel_area
+            / f64::from(setup.atlas.density[texel.texel as usize])
+    };
+    texels.iter().map(area).sum()
+}
+
+#[test]
+fn a_dab_has_the_area_of_its_disc_also_over_seams_and_edges() {
+    let setup = setup(&[("cube?divisions=6", [0.0; 3])]);
+    let corner = setup
+        .surface
+        .positions
+        .iter()
+        .map(|p| p.x)
+        .fold(0.0, f32::max);
+    let radius = 0.3 * corner;
+    let r = f64::from(radius);
+    let disc = std::f64::consts::PI * r * r / 3.0;
+    let middle = dab(
+        Brush::Trail { amount: 1.0 },
+        Vec3::new(corner, 0.0, 0.0),
+        radius,
+    );
+    let area = area_under(&setup, &middle);
+    assert!((area / disc - 1.0).abs() < 0.02, "{area}, not {disc}");
+    // Half a disc on either side of an edge.
+    let edge = Dab {
+        center: Vec3::new(corner, corner, 0.1),
+        ..middle
+    };
+    let area = area_under(&setup, &edge);
+    assert!((area / disc - 1.0).abs() < 0.04, "{area}, not {disc}");
+    // Above the surface the ball cuts out less.
+    let above = Dab {
+        center: Vec3::new(corner + 0.9 * radius, 0.0, 0.0),
+        ..middle
+    };
+    assert!(area_under(&setup, &above) < 0.1 * disc);
+    let hard = Dab {
+        brush: Brush::NoGo,
+        ..middle
+    };
+    let area = area_under(&setup, &hard);
+    assert!((area / (3.0 * disc) - 1.0).abs() < 0.03, "to its edge");
+}
+
+#[test]
+fn what_turns_away_from_the_eye_is_left_out() {
+    let setup = setup(&[("cube?divisions=6", [0.0; 3])]);
+    let corner = setup
+        .surface
+        .positions
+        .iter()
+        .map(|p| p.x)
+        .fold(0.0, f32::max);
+    let all = dab(Brush::Trail { amount: 1.0 }, Vec3::ZERO, 3.0 * corner);
+    let all_texels = all.texels(&setup, &setup.poses).unwrap();
+    assert_eq!(all_texels.len(), setup.atlas.owned_count as usize);
+    let seen = Dab {
+        eye: Some(Vec3::new(10.0 * corner, 0.0, 0.0)),
+        ..all
+    };
+    let seen = seen.texels(&setup, &setup.poses).unwrap();
+    let share = seen.len() as f64 / all_texels.len() as f64;
+    assert!(
+        (share - 1.0 / 6.0).abs() < 0.01,
+        "one face of six, not {share}"
+    );
+    let mut texels: Vec<u32> = all_texels.iter().map(|texel| texel.texel).collect();
+    texels.sort_unstable();
+    texels.dedup();
+    assert_eq!(texels.len(), all_texels.len(), "each texel once");
+}
+
+#[test]
+fn places_lie_on_the_objects_that_the_dab_touches() {
+    let setup = setup(&[
+        ("cube", [0.0; 3]),
+        ("icosphere?subdivisions=3", [9.0, 0.0, 0.0]),
+    ]);
+    let corner = setup.surface.positions[0].abs().max_element();
+    let brush = Brush::Particles { share: 0.5 };
+    let dab = dab(brush, Vec3::new(0.0, corner, 0.0), 0.4 * corner);
+    let texels = dab.texels(&setup, &setup.poses).unwrap();
+    let painted = Painted::of(&texels, 2);
+    assert!(
+        painted.texels[0] > 100 && painted.texels[1] == 0,
+        "{painted:?}"
+    );
+    let Places { places, ranges } = dab.places(&setup, &texels, 7);
+    assert_eq!(ranges, [UVec2::new(0, PLACES), UVec2::new(PLACES, 0)]);
+    for place in &places {
+        let corners = setup.surface.corners[place.triangle as usize];
+        let [a, b, c] = corners.map(|vertex| setup.surface.positions[vertex as usize]);
+        let at = a + place.u * (b - a) + place.v * (c - a);
+        // A place lies in a texel whose centre is in the ball.
+        let slack = setup.atlas.mean_texel_area.sqrt() as f32;
+        assert!(at.distance(dab.center) < dab.radius + slack, "{at}");
+        assert!(place.u >= 0.0 && place.v >= 0.0 && place.u + place.v <= 1.0);
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_with_their_range() {
+    let good = dab(Brush::Trail { amount: 1.0 }, Vec3::ZERO, 1.0);
+    assert!(good.check().is_ok());
+    let message = |dab: Dab| dab.check().unwrap_err().to_string();
+    let brush = |brush| Dab { brush, ..good };
+    assert!(message(brush(Brush::Trail { amount: -1.0 })).contains("choose 0 to 1000000"));
+    assert!(message(brush(Brush::Attract { amount: f32::NAN })).contains("an attraction = NaN"));
+    assert!(message(brush(Brush::Erase { share: 1.5 })).contains("a share = 1.5: choose 0 to 1"));
+    assert!(message(brush(Brush::Particles { share: -0.1 })).contains("share of particles"));
+    assert!(
+        message(Dab {
+            radius: 0.0,
+            ..good
+        })
+        .contains("a radius = 0")
+    );
+    assert!(
+        message(Dab {
+            center: Vec3::NAN,
+            ..good
+        })
+        .contains("finite place")
+    );
+}

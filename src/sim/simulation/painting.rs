@@ -1,0 +1,197 @@
+//! Brushes on the running simulation: what a dab changes is recorded between steps.
+
+use std::sync::Arc;
+
+use glam::UVec2;
+
+use super::super::kernels::{
+    ExchangeSeamsArgs, ExchangeSeamsParams, Paint, PaintArgs, PaintConstants, PaintParams, Summon,
+    SummonArgs,
+};
+use super::super::paint::{Dab, DabTexel, Painted, Places};
+use super::super::params::StepConstants;
+use super::super::state::{Bias, Kernels, Views};
+use super::super::types::Particle;
+use super::Simulation;
+use crate::error::Result;
+use crate::gpu::{
+    Access::Kernel, AnyBuffer, Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads,
+};
+
+/// The kernels of brushes; made when somebody paints.
+pub(super) struct Painter {
+    paint: Pipeline<Paint>,
+    summon: Pipeline<Summon>,
+}
+
+impl Painter {
+    fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
+        let constants = PaintConstants {
+            texels_in_quads: constants.exchange_seams.texels_in_quads,
+            band: constants.exchange_seams.band,
+        };
+        Ok(Self {
+            paint: Pipeline::new(ctx, &constants)?,
+            summon: Pipeline::new(ctx, &())?,
+        })
+    }
+}
+
+impl Simulation {
+    /// Records one dab of a brush, which happens before the next step that is recorded, where the objects are then in
+    /// pictures. Reads nothing back and waits for nothing; only the first dab makes its kernels, and the first one that
+    /// attracts, repels or forbids makes those of a step anew. Says which texels it has painted: none where it touches
+    /// nothing.
+    ///
+    /// The trail that a dab adds spreads and decays like any other. What attracts, repels or forbids stays, and is part of
+    /// snapshots, checkpoints and hashes from then on; scene files have nothing of what was painted.
+    ///
+    /// ```no_run
+    /// # use myxo::sim::paint::{Brush, Dab};
+    /// # fn paint(simulation: &mut myxo::sim::Simulation, rec: &mut myxo::gpu::Recorder) -> myxo::Result<()> {
+    /// let radius = simulation.setup().radius;
+    /// let painted = simulation.paint(rec, &Dab {
+    ///     brush: Brush::Trail { amount: 5.0 },
+    ///     center: glam::Vec3::new(0.0, 0.0, radius),
+    ///     radius: 0.1 * radius,
+    ///     eye: None,
+    ///     number: 0,
+    /// })?;
+    /// assert!(painted.count() > 0);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// When a number of the dab is out of its range, it has too many texels, or the device has no memory left. Then nothing
+    /// is recorded.
+    pub fn paint(&mut self, rec: &mut Recorder, dab: &Dab) -> Result<Painted> {
+        let texels = dab.texels(&self.setup, &self.poses)?;
+        let painted = Painted::of(&texels, self.poses.len());
+        if texels.is_empty() {
+            return Ok(painted);
+        }
+        if self.painter.is_none() {
+            self.painter = Some(Painter::new(&self.ctx, &self.constants)?);
+        }
+        if dab.makes_bias() {
+            self.make_bias()?;
+        }
+        let count = texels.len() as u32;
+        let of_bias = dab.of_bias(count).filter(|_| self.state.bias.is_some());
+        let of_trail = dab.of_trail(count);
+        if of_bias.is_some() || of_trail.is_some() {
+            let entries = self.entries_of(&texels)?;
+            let state = &self.state;
+            if let Some(params) = of_trail {
+                let trail = &state.trail;
+                self.paint_field(rec, &entries, &trail.front, &trail.front_views, params);
+            }
+            if let (Some(params), Some(bias)) = (of_bias, &state.bias) {
+                self.paint_field(rec, &entries, &bias.field, &bias.views, params);
+            }
+        }
+        self.summon(rec, dab, &texels)?;
+        Ok(painted)
+    }
+
+    /// From now on sensors read a bias, which is nothing at first.
+    pub(super) fn make_bias(&mut self) -> Result<()> {
+        if self.state.bias.is_some() {
+            return Ok(());
+        }
+        let bias = Bias::new(&self.ctx, self.setup.atlas.density.len())?;
+        self.take_bias(Some(bias))
+    }
+
+    /// Sensors read this from now on, or nothing.
+    pub(super) fn take_bias(&mut self, bias: Option<Bias>) -> Result<()> {
+        let constants = self.constants.with_bias(bias.is_some());
+        if constants != self.constants {
+            self.kernels = Kernels::new(&self.ctx, &constants)?;
+            self.constants = constants;
+        }
+        self.state.bias = bias;
+        Ok(())
+    }
+
+    /// Texels and weights, as `paint` reads them.
+    fn entries_of(&self, texels: &[DabTexel]) -> Result<Buffer<UVec2>> {
+        let mut entries = Buffer::new(&self.ctx, "dab", texels.len(), Domain::Upload)?;
+        for (entry, texel) in entries.as_mut_slice().iter_mut().zip(texels) {
+            *entry = UVec2::new(texel.texel, texel.weight.to_bits());
+        }
+        Ok(entries)
+    }
+
+    fn paint_field(
+        &self,
+        rec: &mut Recorder,
+        dab: &Buffer<UVec2>,
+        field: &Buffer<f32>,
+        views: &Views<f32>,
+        params: PaintParams,
+    ) {
+        let Some(painter) = &self.painter else {
+            return;
+        };
+        rec.dispatch(
+            &painter.paint,
+            Threads(params.texel_count),
+            PaintArgs {
+                dab,
+                field: &views.texels,
+                low_field: &views.low,
+                high_field: &views.high,
+            },
+            params,
+        );
+        // The gutter is filled from texels that were painted, and is read by sensors and pictures.
+        let painted: [&dyn AnyBuffer; 1] = [field];
+        rec.barrier(Kernel, Kernel, &painted);
+        rec.dispatch(
+            &self.kernels.exchange_seams,
+            Threads(self.setup.atlas.seams.len() as u32),
+            ExchangeSeamsArgs {
+                seams: &self.state.seams,
+                trail: &views.texels,
+                low_trail: &views.low,
+                high_trail: &views.high,
+            },
+            ExchangeSeamsParams {
+                seam_count: self.setup.atlas.seams.len() as u32,
+            },
+        );
+        rec.barrier(Kernel, Kernel, &painted);
+    }
+
+    /// Takes particles there, if that is what the brush does.
+    fn summon(&self, rec: &mut Recorder, dab: &Dab, texels: &[DabTexel]) -> Result<()> {
+        let (Some(painter), Some(params)) = (&self.painter, dab.of_particles(&self.settings))
+        else {
+            return Ok(());
+        };
+        let Places { places, ranges } = dab.places(&self.setup, texels, self.settings.seed);
+        let mut place_list: Buffer<Particle> =
+            Buffer::new(&self.ctx, "places", places.len(), Domain::Upload)?;
+        place_list.as_mut_slice().copy_from_slice(&places);
+        let mut place_ranges: Buffer<UVec2> =
+            Buffer::new(&self.ctx, "place_ranges", ranges.len(), Domain::Upload)?;
+        place_ranges.as_mut_slice().copy_from_slice(&ranges);
+        let state = &self.state;
+        rec.dispatch(
+            &painter.summon,
+            Threads(params.particle_count),
+            SummonArgs {
+                places: &place_list,
+                place_ranges: &place_ranges,
+                triangles: &state.triangles,
+                particles: &state.particles_view,
+                motions: &state.motions_view,
+            },
+            params,
+        );
+        rec.barrier(Kernel, Kernel, &[&state.particles, &state.motions]);
+        Ok(())
+    }
+}

@@ -1,0 +1,285 @@
+//! Starts under a mask: a greyscale picture, laid over the whole texture, that says how many particles begin where.
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec2;
+use image::{GrayImage, ImageReader};
+
+use super::{area, triangles_of};
+use crate::error::{Error, Result};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::Surface;
+
+/// Finer masks are read as if they had so many pixels a side.
+const FINEST: u32 = 2048;
+
+/// A picture of the texture.
+#[derive(Clone, Debug)]
+pub struct Mask {
+    path: PathBuf,
+    pixels: GrayImage,
+}
+
+impl Mask {
+    /// Reads a PNG. What is transparent counts as black.
+    ///
+    /// # Errors
+    /// When there is no such file, or it is no picture.
+    pub fn open(path: &Path) -> Result<Self> {
+        let io = |source| Error::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        };
+        let reader = ImageReader::open(path).map_err(io)?;
+        let reader = reader.with_guessed_format().map_err(io)?;
+        let picture = reader.decode().map_err(|error| {
+            Error::Invalid(format!(
+                "{}: the start mask must be a PNG: {error}",
+                path.display()
+            ))
+        })?;
+        let picture = picture.into_luma_alpha8();
+        let (width, height) = picture.dimensions();
+        let pixels = GrayImage::from_fn(width, height, |x, y| {
+            let [light, alpha] = picture.get_pixel(x, y).0;
+            image::Luma([(u16::from(light) * u16::from(alpha) / 255) as u8])
+        });
+        Ok(Self {
+            path: path.to_owned(),
+            pixels,
+        })
+    }
+
+    /// A mask that is in memory; `name` is for messages.
+    #[must_use]
+    pub fn of(name: &str, pixels: GrayImage) -> Self {
+        Self {
+            path: name.into(),
+            pixels,
+        }
+    }
+
+    /// How light it is at a place of the texture, whose sides are 1: 0 to 1.
+    #[must_use]
+    pub fn light(&self, place: Vec2) -> f64 {
+        let (width, height) = self.pixels.dimensions();
+        let x = ((place.x * width as f32) as u32).min(width - 1);
+        let y = ((place.y * height as f32) as u32).min(height - 1);
+        f64::from(self.pixels.get_pixel(x, y).0[0]) / 255.0
+    }
+}
+
+/// The surface in cells of about a pixel of a mask, and which of them holds a share of all particles.
+#[derive(Clone, Debug)]
+pub struct MaskTable {
+    /// Per triangle that has light cells: its id, rows of cells, and where its cells begin.
+    triangles: Vec<(u32, u32, u32)>,
+    /// Light cells, by their place in their triangle.
+    cells: Vec<u32>,
+    /// Per light cell: area times light of all cells up to it, itself included.
+    up_to: Vec<f64>,
+}
+
+impl MaskTable {
+    /// Lays a mask over the texture.
+    ///
+    /// # Errors
+    /// When it is black wherever there is a triangle, of one object if one is given.
+    pub fn new(mask: &Mask, surface: &Surface, atlas: &Atlas, object: Option<u32>) -> Result<Self> {
+        let (width, height) = mask.pixels.dimensions();
+        let side = Vec2::new(width.min(FINEST) as f32, height.min(FINEST) as f32);
+        let to_texture = 1.0 / atlas.size as f32;
+        let mut table = Self {
+            triangles: Vec::new(),
+            cells: Vec::new(),
+            up_to: Vec::new(),
+        };
+        let mut sum = 0.0;
+        for triangle in triangles_of(surface, object) {
+            let map = &atlas.maps[triangle as usize];
+            let edges = [map.du, map.dv, map.dv - map.du];
+            let longest = edges.map(|edge| (edge * to_texture * side).length());
+            let longest = longest.into_iter().fold(0.0, f32::max);
+            let rows = (longest.ceil() as u32).clamp(1, FINEST);
+            let cell_area = area(surface, triangle) / f64::from(rows).powi(2);
+            let first = table.cells.len() as u32;
+            for cell in 0..rows * rows {
+                let corners = corners(cell, rows);
+                let [u, v] = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f32>() / 3.0);
+                let light = mask.light(atlas.position_of(triangle, u, v) * to_texture);
+                if light > 0.0 {
+                    sum += light * cell_area;
+                    table.cells.push(cell);
+                    table.up_to.push(sum);
+                }
+            }
+            if table.cells.len() as u32 > first {
+                table.triangles.push((triangle, rows, first));
+            }
+        }
+        if sum > 0.0 {
+            return Ok(table);
+        }
+        Err(Error::Invalid(format!(
+            "{}: the start mask is black wherever the texture holds a triangle{}: paint over a picture that `myxo atlas \
+             SCENE --out FILE.png` draws",
+            mask.path.display(),
+            if object.is_some() {
+                " of the object"
+            } else {
+                ""
+            }
+        )))
+    }
+
+    /// The place of a share of all particles, in a cell at the place that the pair says in a triangle: triangle, u, v.
+    pub(super) fn place(&self, share: f64, (a, b): (f32, f32)) -> (u32, f32, f32) {
+        let last = self.up_to.len() - 1;
+        let wanted = share * self.up_to[last];
+        let at = self
+            .up_to
+            .partition_point(|&up_to| up_to <= wanted)
+            .min(last);
+        let owner = self
+            .triangles
+            .partition_point(|&(.., first)| first as usize <= at)
+            - 1;
+        let (triangle, rows, _) = self.triangles[owner];
+        let [p, q, r] = corners(self.cells[at], rows);
+        let [u, v] = [0, 1].map(|k| p[k] + a * (q[k] - p[k]) + b * (r[k] - p[k]));
+        let u = u.clamp(0.0, 1.0);
+        (triangle, u, v.clamp(0.0, 1.0 - u))
+    }
+}
+
+/// The corners of a cell, as u and v, of a triangle in so many rows of cells: row `k` has `2 k + 1` of them, the first row
+/// touches corner A.
+fn corners(cell: u32, rows: u32) -> [[f32; 2]; 3] {
+    let row = cell.isqrt();
+    let along = cell - row * row;
+    let (m, scale) = (along / 2, 1.0 / rows as f32);
+    let point = |level: u32, m: u32| [(level - m) as f32 * scale, m as f32 * scale];
+    if along.is_multiple_of(2) {
+        [point(row, m), point(row + 1, m), point(row + 1, m + 1)]
+    } else {
+        [point(row, m), point(row + 1, m + 1), point(row, m + 1)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::mesh::atlas::{AtlasMethod, AtlasOptions};
+    use crate::sim::start::{StartHeading, StartPlace, StartRule, Starts, start};
+
+    fn on(mesh: &str) -> (Surface, Atlas) {
+        let mesh = Mesh::builtin(mesh).unwrap();
+        let surface = Surface::build(&[(&mesh, 1.0)]);
+        let options = AtlasOptions {
+            method: AtlasMethod::Charts,
+            size: 128,
+            ..AtlasOptions::default()
+        };
+        let atlas = Atlas::build(&surface, &options).unwrap();
+        (surface, atlas)
+    }
+
+    #[test]
+    fn cells_cover_a_triangle_once() {
+        let rows = 5;
+        let area = |[p, q, r]: [[f32; 2]; 3]| {
+            (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+        };
+        let mut middles = std::collections::BTreeSet::new();
+        for cell in 0..rows * rows {
+            let corners = corners(cell, rows);
+            assert!((area(corners) - 1.0 / (rows * rows) as f32).abs() < 1e-6);
+            let [u, v] = [0, 1].map(|k| corners.iter().map(|c| c[k]).sum::<f32>());
+            assert!(u > 0.0 && v > 0.0 && u + v < 3.0);
+            middles.insert([u, v].map(|x| (1000.0 * x).round() as i32));
+        }
+        assert_eq!(middles.len(), (rows * rows) as usize);
+    }
+
+    #[test]
+    fn particles_begin_where_the_mask_is_light_and_as_many_as_it_is() {
+        for mesh in ["torus?major=24&minor=16", "cube"] {
+            let (surface, atlas) = on(mesh);
+            // Black, half light, light; a chequerboard of patches of 8 x 8 pixels.
+            let level = |x: u32, y: u32| [0_u8, 102, 204][((x / 8 + y / 8) % 3) as usize];
+            let pixels = GrayImage::from_fn(128, 128, |x, y| image::Luma([level(x, y)]));
+            let mask = Mask::of("test", pixels);
+            let table = MaskTable::new(&mask, &surface, &atlas, None).unwrap();
+            let starts = Starts {
+                scene: StartRule {
+                    place: StartPlace::Mask(table),
+                    object: None,
+                    heading: StartHeading::Auto,
+                },
+                own: Vec::new(),
+            };
+            let (particles, motions) = start(&surface, &starts, 60_000, 11);
+            // Area of the texture's patches, by cells.
+            let white = Mask::of("white", GrayImage::from_pixel(512, 512, image::Luma([255])));
+            let fine = MaskTable::new(&white, &surface, &atlas, None).unwrap();
+            let mut areas = [0.0; 3];
+            for k in 0..200_000 {
+                let share = (f64::from(k) + 0.5) / 200_000.0;
+                let (t, u, v) = fine.place(share, (1.0 / 3.0, 1.0 / 3.0));
+                let at = atlas.position_of(t, u, v);
+                areas[((at.x as u32 / 8 + at.y as u32 / 8) % 3) as usize] += 1.0;
+            }
+            let (mut counts, mut strays) = ([0.0; 3], 0);
+            for (p, m) in particles.iter().zip(&motions) {
+                assert!(p.u >= 0.0 && p.v >= 0.0 && p.u + p.v <= 1.0);
+                assert!((m.heading_p.hypot(m.heading_h) - 1.0).abs() < 3e-7);
+                let at = atlas.position_of(p.triangle, p.u, p.v);
+                let patch = |d: Vec2| {
+                    let at = at + d;
+                    ((at.x.max(0.0) as u32 / 8 + at.y.max(0.0) as u32 / 8) % 3) as usize
+                };
+                counts[patch(Vec2::ZERO)] += 1.0;
+                // Cells are a pixel large: nobody is farther in the dark.
+                let near =
+                    [-1.0, 0.0, 1.0].map(|x| [-1.0, 0.0, 1.0].map(|y| patch(Vec2::new(x, y))));
+                strays += u32::from(near.as_flattened().iter().all(|&k| k == 0));
+            }
+            assert_eq!(strays, 0, "{mesh}");
+            let density = |k: usize| counts[k] / areas[k];
+            let ratio: f64 = density(2) / density(1);
+            assert!((ratio - 2.0).abs() < 0.15, "{mesh}: {ratio}");
+            assert!(
+                density(0) < 0.12 * density(2),
+                "{mesh}: {counts:?} {areas:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn masks_without_light_or_without_a_picture_are_errors_that_help() {
+        let (surface, atlas) = on("cube");
+        let black = Mask::of("black.png", GrayImage::new(4, 4));
+        let error = MaskTable::new(&black, &surface, &atlas, None).unwrap_err();
+        assert!(
+            error.to_string().contains("black.png") && error.to_string().contains("myxo atlas")
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let none = folder.path().join("none.png");
+        let error = Mask::open(&none).unwrap_err().to_string();
+        assert!(
+            error.contains("cannot read") && error.contains("none.png"),
+            "{error}"
+        );
+        std::fs::write(&none, "no picture").unwrap();
+        let error = Mask::open(&none).unwrap_err().to_string();
+        assert!(error.contains("must be a PNG"), "{error}");
+        let clear =
+            image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba([255, 255, 255, 255 * x as u8]));
+        clear.save(&none).unwrap();
+        let mask = Mask::open(&none).unwrap();
+        assert_eq!(mask.light(Vec2::new(0.2, 0.5)), 0.0);
+        assert_eq!(mask.light(Vec2::new(0.8, 0.5)), 1.0);
+    }
+}

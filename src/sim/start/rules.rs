@@ -1,0 +1,113 @@
+//! Rules of starts from a scene's settings.
+
+use glam::{DVec3, Vec3};
+
+use super::mask::{Mask, MaskTable};
+use super::{StartHeading, StartPlace, StartRule, Starts, nearest_point};
+use crate::error::Result;
+use crate::mesh::atlas::Atlas;
+use crate::scene::Scene;
+use crate::scene::settings::{Heading, Start, StartSettings};
+
+/// The pictures that a scene's starts ask for: the scene's, and one for each object.
+#[derive(Clone, Debug)]
+pub struct Masks {
+    scene: Option<Mask>,
+    own: Vec<Option<Mask>>,
+}
+
+impl Masks {
+    /// Reads them.
+    ///
+    /// # Errors
+    /// When one cannot be read, or is no picture.
+    pub fn open(scene: &Scene) -> Result<Self> {
+        let open = |start: &StartSettings<'_>| -> Result<Option<Mask>> {
+            match start.place {
+                Start::Mask => Mask::open(&scene.folder.join(start.mask)).map(Some),
+                _ => Ok(None),
+            }
+        };
+        let (scenes, own) = scene.settings.starts();
+        let own = own.iter().map(|start| match start {
+            Some(start) => open(start),
+            None => Ok(None),
+        });
+        Ok(Self {
+            scene: open(&scenes)?,
+            own: own.collect::<Result<_>>()?,
+        })
+    }
+}
+
+impl Starts {
+    /// What a scene's settings say.
+    ///
+    /// # Errors
+    /// When a mask is black wherever particles could begin.
+    pub fn of(scene: &Scene, atlas: &Atlas, masks: &Masks) -> Result<Self> {
+        let (scenes, own) = scene.settings.starts();
+        let own = own.iter().zip(&masks.own).map(|(start, mask)| {
+            let start = start.as_ref();
+            start
+                .map(|start| rule(scene, atlas, start, mask.as_ref()))
+                .transpose()
+        });
+        Ok(Self {
+            scene: rule(scene, atlas, &scenes, masks.scene.as_ref())?,
+            own: own.collect::<Result<_>>()?,
+        })
+    }
+}
+
+fn rule(
+    scene: &Scene,
+    atlas: &Atlas,
+    start: &StartSettings<'_>,
+    mask: Option<&Mask>,
+) -> Result<StartRule> {
+    let surface = &scene.surface;
+    let object = start.object.map(|object| object as u32);
+    let poses = scene.world_from_object();
+    let place = scene.center + scene.radius * Vec3::from_array(start.at);
+    let places: Vec<Vec3> = poses
+        .iter()
+        .map(|world_from_object| world_from_object.inverse().transform_point3(place))
+        .collect();
+    let centre = || nearest_point(surface, &places, object);
+    let radius = f64::from(start.radius * scene.radius);
+    let far = || places.iter().map(|place| place.as_dvec3()).collect();
+    let along = || {
+        let direction = Vec3::from_array(start.direction);
+        let turned = poses.iter().map(|world_from_object| {
+            let inverse = world_from_object.inverse();
+            inverse.transform_vector3(direction).as_dvec3()
+        });
+        turned.collect::<Vec<DVec3>>()
+    };
+    Ok(StartRule {
+        place: match (start.place, mask) {
+            (Start::Mask, Some(mask)) => {
+                StartPlace::Mask(MaskTable::new(mask, surface, atlas, object)?)
+            }
+            (Start::Uniform | Start::Mask, _) => StartPlace::Everywhere,
+            (Start::Point, _) => StartPlace::Point(centre()),
+            (Start::Ring, _) => StartPlace::Ring {
+                centre: centre(),
+                radius,
+            },
+            (Start::Disc, _) => StartPlace::Disc {
+                centre: centre(),
+                radius,
+            },
+        },
+        object,
+        heading: match start.heading {
+            Heading::Auto => StartHeading::Auto,
+            Heading::Random => StartHeading::Random,
+            Heading::Aligned => StartHeading::Aligned(along()),
+            Heading::Radial => StartHeading::Radial(far()),
+            Heading::Inward => StartHeading::Inward(far()),
+        },
+    })
+}

@@ -1,0 +1,198 @@
+//! `myxo export`, as people run it: every file, checkpoints, bad names, a full disk; and pictures without a background.
+
+mod program;
+
+use std::process::Command;
+
+use program::{Folder, TINY, done, failed, no_device, path, refused, report, short_render, text};
+
+const ENDINGS: [&str; 4] = ["glb", "ply", "npz", "toml"];
+
+#[test]
+fn a_run_and_its_checkpoint_export_the_same() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let state = folder.file("x.state");
+    let scene = [&["export"], &TINY[..]].concat();
+    let run = |name: &str, options: &[&str]| -> Vec<Vec<u8>> {
+        let files = ENDINGS.map(|ending| folder.file(format!("{name}.{ending}")));
+        let mut arguments = [&scene, options].concat();
+        files
+            .iter()
+            .for_each(|file| arguments.extend(["--out", path(file)]));
+        let messages = done(&arguments);
+        for file in &files {
+            let told = format!("{} (", path(file));
+            assert!(messages.contains(&told), "{told} in {messages}");
+        }
+        assert!(
+            messages.contains("texels apart, and the trail is finer"),
+            "{messages}"
+        );
+        assert!(
+            messages.contains("cube at step 15: state hash "),
+            "{messages}"
+        );
+        files
+            .iter()
+            .map(|file| std::fs::read(file).expect("it is there"))
+            .collect()
+    };
+    let first = run("a", &["--steps", "15", "--checkpoint", path(&state)]);
+    assert!(first[0].starts_with(b"glTF\x02\0\0\0") && first[1].starts_with(b"ply\n"));
+    assert!(first[2].starts_with(b"PK") && first[3].starts_with(b"# cube, as it was at step 15"));
+    assert_eq!(run("b", &["--steps", "0", "--resume", path(&state)]), first);
+
+    // The model is a scene again, and so is the scene file.
+    for name in ["a.glb", "a.toml"] {
+        let (scene, picture) = (folder.file(name), folder.file("again.png"));
+        done(&[
+            "render",
+            path(&scene),
+            "--steps",
+            "2",
+            "--size",
+            "64x48",
+            "--out",
+            path(&picture),
+            "--set",
+            "particles.count=2000",
+            "--set",
+            "atlas.size=64",
+            "--set",
+            "atlas.method=charts",
+        ]);
+    }
+    let vertex = folder.file("v.glb");
+    done(
+        &[
+            &scene,
+            &["--steps", "3", "--colors", "vertex", "--out", path(&vertex)][..],
+        ]
+        .concat(),
+    );
+    let model = std::fs::read(vertex).expect("it is there");
+    let holds = |words: &str| {
+        model
+            .windows(words.len())
+            .any(|window| window == words.as_bytes())
+    };
+    assert!(holds("COLOR_0") && !holds("image/png"));
+}
+
+#[test]
+fn what_cannot_be_written_is_known_at_once() {
+    let folder = Folder::new();
+    let file = folder.with("file", "");
+    for (name, words) in [
+        ("x.stl", "cannot tell what to write; call it NAME.glb"),
+        ("x", "cannot tell what to write"),
+        ("file/x.glb", "cannot write"),
+        ("", "cannot tell what to write"),
+    ] {
+        let out = folder.file(name);
+        let begun = std::time::Instant::now();
+        let message = failed(&["export", "torus", "--out", path(&out)]);
+        assert!(message.contains(words), "{message}");
+        assert!(begun.elapsed().as_secs() < 5, "before the scene is set up");
+    }
+    std::fs::create_dir(folder.file("x.npz")).expect("it can be made");
+    let out = folder.file("x.npz");
+    assert!(failed(&["export", "torus", "--out", path(&out)]).contains("folder"));
+    let out = folder.file("x.glb");
+    let twice = ["export", "torus", "--out", path(&out), "--out", path(&out)];
+    assert!(failed(&twice).contains("is named twice"));
+    refused(2, &["export", "torus"]);
+    refused(
+        2,
+        &["export", "torus", "--out", path(&out), "--colors", "red"],
+    );
+    assert_eq!(folder.names(), ["file", "x.npz"]);
+    assert_eq!(std::fs::read(file).expect("it is there"), b"");
+}
+
+/// What fails is told, nothing half-written is left, what was there before stays, and what fits is written.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_what_is_whole() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    // Blocks of 512 bytes, as `sh` counts them: files end at 32 KiB.
+    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
+    folder.with("x.npz", "old");
+    let mut arguments = [&["export"], &TINY[..], &["--steps", "2"]].concat();
+    let files = ENDINGS.map(|ending| folder.file(format!("x.{ending}")));
+    files
+        .iter()
+        .for_each(|file| arguments.extend(["--out", path(file)]));
+    let output = Command::new("sh")
+        .args(["-c", limited, "sh", env!("CARGO_BIN_EXE_myxo")])
+        .args(arguments)
+        .output()
+        .expect("there is a shell");
+    let messages = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    let says = format!("myxo: cannot write {}: ", path(&folder.file("x.npz")));
+    assert_eq!(messages.matches(&says).count(), 1, "{messages}");
+    assert!(messages.contains("free some space"), "{messages}");
+    assert_eq!(folder.names(), ["x.glb", "x.npz", "x.ply", "x.toml"]);
+    let old = std::fs::read(folder.file("x.npz")).expect("it is there");
+    assert_eq!(old, b"old");
+}
+
+#[test]
+fn pictures_without_a_background_have_alpha() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let (clear, opaque) = (folder.file("clear.png"), folder.file("opaque.png"));
+    done(&short_render("cube", &clear, &["--transparent"]));
+    done(&short_render("cube", &opaque, &[]));
+    let [clear, opaque] = [clear, opaque].map(|file| image::open(file).expect("a picture"));
+    assert!(clear.color().has_alpha() && !opaque.color().has_alpha());
+    let [clear, opaque] = [clear, opaque].map(|picture| picture.to_rgba8());
+    assert_eq!(clear.get_pixel(0, 0).0, [0; 4], "nothing is there");
+    let (mut inside, mut rim) = (0, 0);
+    for (clear, opaque) in clear.pixels().zip(opaque.pixels()) {
+        match clear.0[3] {
+            255 => {
+                inside += 1;
+                assert_eq!(clear, opaque, "the object is as it was");
+            }
+            0 => {}
+            // Divided by alpha: the colour of the object and not of half of it.
+            _ => {
+                rim += 1;
+                assert!(
+                    clear.0[..3].iter().any(|&channel| channel > 20),
+                    "{clear:?}"
+                );
+            }
+        }
+    }
+    assert!(
+        inside > 300 && rim > 20,
+        "{inside} pixels, and {rim} along the rim"
+    );
+
+    for name in ["x.gif", "x.mp4"] {
+        let film = folder.file(name);
+        let message = failed(&short_render("cube", &film, &["--transparent"]));
+        assert!(message.contains("cannot be transparent"), "{message}");
+    }
+    // A run with a report says the same as one without transparency.
+    let json = folder.file("x.json");
+    let out = folder.file("%d.png");
+    done(&short_render(
+        "cube",
+        &out,
+        &["--transparent", "--report", path(&json)],
+    ));
+    assert_eq!(report(&json)["steps"], 2);
+    assert!(folder.names().contains(&"0.png".to_owned()));
+}

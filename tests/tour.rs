@@ -1,0 +1,599 @@
+//! A tour of the lab: a real pointer and real keys on a display operate every control, and the scene that is saved at the
+//! end, or what the lab tells of itself, shows that each had its effect.
+//!
+//! Needs `xdotool` and an X display, which `make test` brings; without them it fails, unless MYXO_ALLOW_NO_DEVICE=1 lets it
+//! skip.
+
+#[path = "tour_steps/hands.rs"]
+mod hands;
+#[path = "tour_steps/out.rs"]
+mod out;
+mod program;
+#[path = "tour_steps/views.rs"]
+mod views;
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use myxo::scene::parameters::{Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle};
+use myxo::scene::settings::{AtlasMethod, ObjectStart, Settings, Start};
+use myxo::scene::{Overrides, Scene};
+use program::{Folder, path, program};
+use serde_json::Value;
+
+/// Longer than anything may take on a slow machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// There is one pointer.
+static HAND: Mutex<()> = Mutex::new(());
+
+/// An open lab, and the hand on it.
+struct Lab {
+    child: Child,
+    folder: Folder,
+    places: PathBuf,
+    /// Of all tours on this display.
+    _hand: MutexGuard<'static, ()>,
+}
+
+impl Drop for Lab {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Is there a display and a hand to be had?
+fn can_tour() -> bool {
+    let has_hand = Command::new("xdotool")
+        .arg("version")
+        .stdout(Stdio::null())
+        .status()
+        .is_ok();
+    if std::env::var_os("DISPLAY").is_some() && has_hand {
+        return true;
+    }
+    assert!(
+        std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some(),
+        "no X display or no xdotool: run `make test` (MYXO_ALLOW_NO_DEVICE=1 skips this)"
+    );
+    eprintln!("skipped: no X display, or no xdotool");
+    false
+}
+
+fn xdotool(arguments: &[&str]) -> String {
+    let output = Command::new("xdotool")
+        .args(arguments)
+        .output()
+        .expect("it is installed");
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+impl Lab {
+    fn open(arguments: &[&str]) -> Self {
+        let hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = Folder::new();
+        let places = folder.file("places.json");
+        let child = program()
+            .current_dir(folder.path())
+            .args(["lab", "--no-preferences", "--size=900x760", "--validate"])
+            .args(["--places", path(&places)])
+            .args(arguments)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let lab = Self {
+            child,
+            folder,
+            places,
+            _hand: hand,
+        };
+        lab.wait("the scene is there", |seen| {
+            seen["state"]["loading"] == false && seen["state"]["step"].as_u64() > Some(0)
+        });
+        let pid = lab.child.id().to_string();
+        let window = xdotool(&["search", "--onlyvisible", "--pid", &pid]);
+        let window = window.lines().last().unwrap_or_default().to_owned();
+        xdotool(&["windowmove", &window, "0", "0"]);
+        xdotool(&["windowfocus", &window]);
+        sleep(Duration::from_millis(300));
+        lab
+    }
+
+    fn seen(&self) -> Option<Value> {
+        serde_json::from_str(&std::fs::read_to_string(&self.places).ok()?).ok()
+    }
+
+    /// Waits until it is so.
+    #[track_caller]
+    fn wait(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let begun = Instant::now();
+        loop {
+            let seen = self.seen();
+            if let Some(seen) = seen.as_ref().filter(|seen| is_so(seen)) {
+                return seen.clone();
+            }
+            assert!(begun.elapsed() < PATIENCE, "{what}: {seen:?}");
+            sleep(Duration::from_millis(15));
+        }
+    }
+
+    /// Waits until a control is there and stays where it is.
+    #[track_caller]
+    fn place(&self, name: &str) -> [f64; 4] {
+        let of = |seen: &Value| -> Option<[f64; 4]> {
+            let ends = seen["places"].get(name)?.as_array()?;
+            let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
+            ends.try_into().ok()
+        };
+        let mut last = None;
+        let begun = Instant::now();
+        loop {
+            let now = self.seen().as_ref().and_then(of);
+            if let Some(place) = now.filter(|_| now == last) {
+                return place;
+            }
+            last = now;
+            let seen = self.seen();
+            assert!(begun.elapsed() < PATIENCE, "{name} is not there: {seen:?}");
+            sleep(Duration::from_millis(120));
+        }
+    }
+
+    /// The pointer onto a control, a share of its width from the left.
+    #[track_caller]
+    fn point(&self, name: &str, share: f64) {
+        let [left, top, right, bottom] = self.place(name);
+        let x = (left + share * (right - left)).round().to_string();
+        let y = (0.5 * (top + bottom)).round().to_string();
+        xdotool(&["mousemove", &x, &y]);
+        sleep(Duration::from_millis(60));
+    }
+
+    #[track_caller]
+    fn click(&self, name: &str) {
+        self.point(name, 0.5);
+        self.press();
+    }
+
+    /// Long enough to be seen between two slow frames.
+    fn press(&self) {
+        xdotool(&["mousedown", "1"]);
+        sleep(Duration::from_millis(120));
+        xdotool(&["mouseup", "1"]);
+        sleep(Duration::from_millis(120));
+    }
+
+    fn key(&self, key: &str) {
+        xdotool(&["key", "--delay", "40", key]);
+        sleep(Duration::from_millis(120));
+    }
+
+    fn write(&self, text: &str) {
+        xdotool(&["type", "--delay", "30", "--", text]);
+        sleep(Duration::from_millis(120));
+    }
+
+    /// Presses and sees what comes of it.
+    #[track_caller]
+    fn key_until(&self, key: &str, what: &str, state: &str, value: impl Into<Value>) {
+        let value = value.into();
+        self.key(key);
+        self.wait(what, |seen| seen["state"][state] == value);
+    }
+
+    #[track_caller]
+    fn click_until(&self, name: &str, state: &str, value: impl Into<Value>) {
+        let value = value.into();
+        self.click(name);
+        self.wait(name, |seen| seen["state"][state] == value);
+    }
+
+    /// Lets the panel show one parameter.
+    #[track_caller]
+    fn find(&self, words: &str) {
+        self.type_until("filter", 0.5, words, "filter", words);
+    }
+
+    /// Types a number into the box at the right end of a slider.
+    #[track_caller]
+    fn type_into(&self, name: &str, share: f64, number: &str) {
+        self.point(name, share);
+        self.press();
+        self.wait(name, |seen| seen["state"]["typing"] == true);
+        self.key("ctrl+a");
+        self.write(number);
+        self.key("Return");
+    }
+
+    /// The same until the lab has it: on a display that is short of time, keys are lost or come twice.
+    #[track_caller]
+    fn type_until(&self, name: &str, share: f64, text: &str, key: &str, value: &str) {
+        for _ in 0..5 {
+            self.type_into(name, share, text);
+            for _ in 0..30 {
+                if self.seen().is_some_and(|seen| seen["values"][key] == value) {
+                    return;
+                }
+                sleep(Duration::from_millis(50));
+            }
+        }
+        panic!("{key} is not {value}: {:?}", self.seen());
+    }
+
+    /// Saves the scene, and reads what was saved.
+    #[track_caller]
+    fn save(&self, name: &str, number: u32) -> Settings {
+        let file = self.folder.path().join(format!("{name}_{number:06}.toml"));
+        let begun = Instant::now();
+        while !file.exists() {
+            assert!(begun.elapsed() < PATIENCE, "{} is saved", file.display());
+            self.key("ctrl+s");
+            // Keys are lost on a display that is short of time.
+            (0..750)
+                .take_while(|_| !file.exists())
+                .for_each(|_| sleep(Duration::from_millis(20)));
+        }
+        let read = Scene::read(&file, &Overrides::default());
+        read.expect("what was saved can be read").1
+    }
+
+    /// Ends it by a key; nothing may have gone wrong.
+    fn quit(self) {
+        self.quit_and_keep();
+    }
+
+    /// The same, with the folder of what it has written.
+    fn quit_and_keep(mut self) -> Self {
+        self.key("ctrl+q");
+        let begun = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().expect("it can be asked") {
+                break status;
+            }
+            assert!(begun.elapsed() < PATIENCE, "it ends");
+            sleep(Duration::from_millis(20));
+        };
+        let mut messages = String::new();
+        if let Some(mut pipe) = self.child.stderr.take() {
+            std::io::Read::read_to_string(&mut pipe, &mut messages).expect("it is text");
+        }
+        assert!(status.success(), "{messages}");
+        self
+    }
+}
+
+/// A number that the parameter may have and does not have now, as people type it.
+fn other_number(range: (f64, f64), integer: bool, now: f64) -> String {
+    let (low, high) = range;
+    let share = if (now - low).abs() < 0.3 * (high - low) {
+        0.5
+    } else {
+        0.125
+    };
+    let value = low + share * (high - low);
+    if integer {
+        format!("{}", value.round().max(low + 1.0))
+    } else {
+        format!("{}", (value * 1e4).round() / 1e4)
+    }
+}
+
+/// Operates one parameter, whose controls' names begin with `prefix`, and gives what it must have become: something else than
+/// now and, if there are so many words, than `first`.
+#[track_caller]
+fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, first: &T) -> T {
+    let name = format!("{prefix}{}", parameter.key);
+    lab.find(parameter.key);
+    let mut after = scene.clone();
+    match &parameter.kind {
+        Kind::Number(number) => {
+            let text = other_number(number.slider, number.integer, (number.get)(scene));
+            (number.set)(&mut after, text.parse().expect("it is a number"));
+            lab.type_until(&name, 0.9, &text, &name, &parameter.value(&after));
+        }
+        Kind::Own(Own { slider, set, .. }) => {
+            lab.click(&format!("{name}:own"));
+            let text = other_number(*slider, false, f64::INFINITY);
+            set(&mut after, Some(text.parse().expect("it is a number")));
+            lab.type_until(&name, 0.9, &text, &name, &parameter.value(&after));
+        }
+        Kind::Choice { words, get, set } => {
+            let count = words.len();
+            let others = (1..count).map(|ahead| (get(scene) + ahead) % count);
+            let next = others.clone().find(|&word| word != get(first));
+            let next = next.or(others.clone().next()).expect("there are two words");
+            lab.click(&format!("{name}={}", words[next]));
+            set(&mut after, next);
+        }
+        Kind::Text { set, .. } => {
+            set(&mut after, "ball".to_owned());
+            lab.type_until(&name, 0.5, "ball", &name, "ball");
+        }
+        Kind::Vector { range, get, set } => {
+            let mut vector = get(scene);
+            let axes = ["x", "y", "z"].into_iter().enumerate();
+            for (component, (place, axis)) in vector.iter_mut().zip(axes) {
+                let value = (*component + 0.25).min(range.1 as f32 - 0.25);
+                *component = value;
+                let box_of_axis = format!("{name}.{axis}");
+                let mut so_far = after.clone();
+                let mut known = get(&so_far);
+                known[place] = value;
+                set(&mut so_far, known);
+                let all = parameter.value(&so_far);
+                lab.type_until(&box_of_axis, 0.6, &format!("{value}"), &name, &all);
+                after = so_far;
+            }
+            debug_assert_eq!(get(&after), vector);
+        }
+    }
+    after
+}
+
+/// Two objects that move, so that everything has an effect; small, so that frames are quick.
+const SCENE: &str = r#"
+[particles]
+count = 2000
+start = "ring"
+start_heading = "aligned"
+
+[atlas]
+method = "grid"
+size = 128
+
+[distance]
+method = "raster"
+
+[[object]]
+name = "ring"
+mesh = "builtin:torus?major=24&minor=12"
+
+[[object]]
+name = "ball"
+mesh = "builtin:icosphere?subdivisions=2"
+scale = 0.45
+start = { place = "disc", heading = "aligned" }
+motion = { spin = [0, 10, 0], orbit = [0, 5, 0], swing = [5, 0, 0], slide = [0, 0.1, 0], keyframes = [{ time = 0 }, { time = 5, position = [0.1, 0, 0] }] }
+"#;
+
+/// The section of the panel that these have is `Picture`, and the tour goes there by itself.
+fn has_row(parameter: &Parameter) -> bool {
+    !matches!(parameter.section(), "camera" | "picture")
+}
+
+fn is_word<T>(parameter: &Parameter<T>) -> bool {
+    matches!(parameter.kind, Kind::Choice { .. })
+}
+
+#[test]
+fn every_parameter_can_be_turned_by_hand() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("lively.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    let before = Scene::read(&file, &Overrides::default())
+        .expect("it is a scene")
+        .1;
+    lab.key_until("space", "it is held", "playing", false);
+
+    let ball = 1;
+    let prefix = format!("object.{ball}.");
+    let mut expected = before.clone();
+    // By other words, numbers would lose their effect and could not be turned: words come last, and those that others
+    // depend on after these.
+    let (lively, idle): (Vec<&Parameter>, Vec<&Parameter>) = PARAMETERS
+        .iter()
+        .filter(|p| has_row(p) && !is_word(p))
+        .partition(|p| why_idle(p.key, &before).is_none());
+    for parameter in lively {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    // Only starts under a mask have one.
+    lab.find("particles.start");
+    lab.click("particles.start=mask");
+    expected.particles.start = Start::Mask;
+    for parameter in idle {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    // Only by this method texels have weights, and only by the one before cells have sizes.
+    lab.find("atlas.method");
+    lab.click("atlas.method=charts");
+    expected.atlas.method = AtlasMethod::Charts;
+    for parameter in OBJECT_PARAMETERS.iter().filter(|p| !is_word(p)) {
+        if parameter.key == "start.mask" {
+            lab.find("start.place");
+            lab.click(&format!("{prefix}start.place=mask"));
+            expected.objects[ball].start.place = ObjectStart::Mask;
+        }
+        expected.objects[ball] = turn(
+            &lab,
+            parameter,
+            &prefix,
+            &expected.objects[ball],
+            &before.objects[ball],
+        );
+    }
+    for parameter in OBJECT_PARAMETERS.iter().rev().filter(|p| is_word(p)) {
+        expected.objects[ball] = turn(
+            &lab,
+            parameter,
+            &prefix,
+            &expected.objects[ball],
+            &before.objects[ball],
+        );
+    }
+    let words = PARAMETERS.iter().rev();
+    for parameter in words.filter(|p| has_row(p) && is_word(p)) {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    let saved = lab.save("lively", 1);
+    for parameter in PARAMETERS.iter().filter(|p| has_row(p)) {
+        let key = parameter.key;
+        assert!(parameter.differs(&before, &saved), "{key} has not changed");
+        let [found, wanted] = [&saved, &expected].map(|s| parameter.value(s));
+        out::assert_same(&found, &wanted, key);
+    }
+    for parameter in OBJECT_PARAMETERS {
+        let [found, wanted] = [&saved, &expected].map(|s| parameter.value(&s.objects[ball]));
+        out::assert_same(&found, &wanted, parameter.key);
+    }
+    lab.quit();
+}
+
+/// Small, on one object that is seen from all sides.
+const SMALL: [&str; 3] = ["cube", "--set=particles.count=3000", "--set=atlas.size=128"];
+
+#[test]
+fn every_button_and_key_has_its_effect() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
+
+    // Run, hold, step, reset.
+    lab.click_until("run", "playing", false);
+    let before = step(&lab.seen().expect("it is told"));
+    lab.click("step");
+    lab.wait("one step", |seen| step(seen) == before + 1);
+    lab.key("period");
+    lab.wait("one more", |seen| step(seen) == before + 2);
+    lab.click("reset");
+    lab.wait("from the beginning", |seen| step(seen) == 0);
+    lab.key_until("space", "it runs", "playing", true);
+    lab.wait("it goes on", |seen| step(seen) > 3);
+    lab.key_until("space", "it is held", "playing", false);
+
+    // What the picture shows.
+    for show in ["particles", "atlas", "surface"] {
+        lab.click_until(&format!("show={show}"), "show", show);
+    }
+    for (key, show) in [("2", "particles"), ("3", "atlas"), ("1", "surface")] {
+        lab.key_until(key, show, "show", show);
+    }
+    lab.click("colors");
+    lab.click_until("colors=ice", "color_map", "ice");
+    lab.key_until("c", "the next colours", "color_map", "moss");
+    lab.type_into("charts", 0.9, "0.5");
+    lab.click("auto");
+    lab.type_into("brightest", 0.9, "33");
+    lab.key("2");
+    lab.type_into("particle_size", 0.9, "4");
+    let saved = lab.save("cube", 1);
+    let picture = &saved.picture;
+    assert_eq!((picture.charts, picture.brightest), (0.5, 33.0));
+    assert_eq!(picture.particle_size, 4.0);
+    lab.key("1");
+
+    // Undo and redo, by button and by key.
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    lab.click("undo");
+    assert_eq!(lab.save("cube", 2).trail.decay, saved.trail.decay);
+    lab.click("redo");
+    assert_eq!(lab.save("cube", 3).trail.decay, 0.5);
+    lab.key("ctrl+z");
+    lab.key("ctrl+shift+z");
+    assert_eq!(lab.save("cube", 4).trail.decay, 0.5);
+    lab.click("trail.decay:reset");
+    assert_eq!(lab.save("cube", 5).trail.decay, saved.trail.decay);
+
+    // What restarts waits, and is discarded or taken.
+    lab.find("particles.count");
+    let count = "particles.count";
+    lab.type_until(count, 0.9, "4000", count, "4000");
+    lab.wait("it waits", |seen| seen["state"]["pending"] == true);
+    lab.click_until("discard", "pending", false);
+    lab.find("particles.count");
+    let count = "particles.count";
+    lab.type_until(count, 0.9, "4000", count, "4000");
+    lab.wait("it waits", |seen| seen["state"]["pending"] == true);
+    lab.click_until("restart", "pending", false);
+    assert_eq!(lab.save("cube", 6).particles.count, 4000);
+
+    // Looks.
+    lab.click("preset");
+    lab.click_until("preset=waves", "preset", "waves");
+    assert!(lab.save("cube", 7).physarum.rotation_angle < 0.0);
+    lab.key_until("bracketright", "the next preset", "preset", "mist");
+    lab.key_until("bracketleft", "the preset before", "preset", "waves");
+    lab.click_until("chance", "preset", Value::Null);
+    let by_chance = lab.save("cube", 8);
+    lab.key("d");
+    assert_ne!(lab.save("cube", 9).physarum, by_chance.physarum);
+    lab.type_into("morph", 0.5, "0.5");
+    lab.key("bracketright");
+    lab.wait("it is on its way, or there", |seen| {
+        seen["state"]["preset"] == "network"
+    });
+    lab.wait("it is there", |seen| seen["state"]["morphing"] == false);
+    assert_eq!(lab.save("cube", 10).physarum.sensor_offset, 0.03);
+
+    // The window itself.
+    let light = |seen: &Value| seen["state"]["light"] == true;
+    lab.click("theme");
+    lab.wait("it is light", light);
+    lab.key_until("t", "it is dark", "light", false);
+    lab.key_until("p", "the panel goes", "panel", false);
+    lab.key_until("p", "the panel comes", "panel", true);
+    lab.key_until("F10", "the picture alone", "performing", true);
+    lab.key_until("Escape", "and not alone", "performing", false);
+    lab.click_until("help", "help", true);
+    lab.key_until("h", "it goes again", "help", false);
+    lab.key("F11");
+    lab.key("F11");
+    lab.click("screenshot");
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("screenshot_000001.png"))
+    });
+    let picture = image::open(lab.folder.file("screenshot_000001.png"));
+    let picture = picture.expect("it is a picture").into_rgb8();
+    let lit = picture
+        .pixels()
+        .filter(|pixel| pixel.0.iter().max() > Some(&60));
+    assert!(lit.count() > 5000, "something is seen");
+
+    // The camera: drag, wheel, double click, and back.
+    let camera = lab.save("cube", 11).camera;
+    lab.point("picture", 0.4);
+    xdotool(&["mousedown", "1"]);
+    for _ in 0..6 {
+        xdotool(&["mousemove_relative", "20", "5"]);
+        sleep(Duration::from_millis(60));
+    }
+    xdotool(&["mouseup", "1"]);
+    let turned = lab.save("cube", 12).camera;
+    assert!((turned.azimuth - camera.azimuth).abs() > 5.0, "{turned:?}");
+    for _ in 0..3 {
+        xdotool(&["click", "4"]);
+        sleep(Duration::from_millis(150));
+    }
+    let near = lab.save("cube", 13).camera;
+    assert!(near.distance < 0.95 * turned.distance, "{near:?}");
+    views::look_for_nothing(&lab);
+    lab.click("fit");
+    sleep(Duration::from_millis(300));
+    let fitted = lab.save("cube", 14).camera;
+    assert!(fitted.distance > 1.05 * near.distance, "{fitted:?}");
+
+    // Another scene, by its picture; and one that is given up, if it is not quicker than the hand.
+    lab.click_until("gallery", "gallery", true);
+    lab.click("card=sphere");
+    lab.wait("the sphere is there", |seen| {
+        seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
+    });
+    lab.key_until("g", "the gallery", "gallery", true);
+    lab.click("card=cells");
+    lab.wait("the look is taken", |seen| {
+        seen["state"]["preset"] == "cells"
+    });
+    lab.key_until("Escape", "the gallery goes", "gallery", false);
+    lab.quit();
+}

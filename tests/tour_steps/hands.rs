@@ -1,0 +1,183 @@
+//! The tour's steps with hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
+
+use super::*;
+
+/// Two objects beside each other; the first is in the middle of the picture.
+const SCENE: &str = r#"
+[particles]
+count = 3000
+
+[atlas]
+size = 128
+
+[[object]]
+name = "ball"
+mesh = "builtin:icosphere?subdivisions=3"
+
+[[object]]
+name = "box"
+mesh = "builtin:cube"
+scale = 0.3
+position = [1.5, 0.0, 0.0]
+"#;
+
+impl Lab {
+    /// What the probe tells under the pointer.
+    #[track_caller]
+    fn probed(&self, what: &str) -> f64 {
+        let key = format!("probe.{what}");
+        let number = |seen: &Value| seen["values"][&key].as_str()?.parse::<f64>().ok();
+        // What was read before the last change may still be on its way.
+        sleep(Duration::from_millis(400));
+        let seen = self.wait(&key, |seen| number(seen).is_some());
+        number(&seen).expect("it is a number")
+    }
+
+    /// Draws a little to and fro, so that the pointer ends where it was.
+    fn stroke(&self) {
+        xdotool(&["mousedown", "1"]);
+        sleep(Duration::from_millis(150));
+        for way in [["6", "0"], ["-6", "0"], ["6", "0"], ["-6", "0"]] {
+            let mut arguments = vec!["mousemove_relative", "--"];
+            arguments.extend(way);
+            xdotool(&arguments);
+            sleep(Duration::from_millis(120));
+        }
+        xdotool(&["mouseup", "1"]);
+        sleep(Duration::from_millis(120));
+    }
+
+    /// Draws with a tool in the middle of the picture.
+    #[track_caller]
+    fn paint_with(&self, tool: &str) {
+        self.click(&format!("tool={tool}"));
+        self.wait(tool, |seen| seen["values"]["tool"] == tool);
+        self.point("picture", 0.5);
+        self.stroke();
+    }
+
+    /// Holds a handle and moves it.
+    #[track_caller]
+    fn pull(&self, handle: &str, way: [&str; 2]) {
+        // It follows its object a frame later.
+        sleep(Duration::from_millis(600));
+        self.point(handle, 0.5);
+        sleep(Duration::from_millis(200));
+        xdotool(&["mousedown", "1"]);
+        sleep(Duration::from_millis(250));
+        for _ in 0..5 {
+            xdotool(&["mousemove_relative", "--", way[0], way[1]]);
+            sleep(Duration::from_millis(100));
+        }
+        xdotool(&["mouseup", "1"]);
+        sleep(Duration::from_millis(200));
+    }
+}
+
+#[test]
+fn hands_paint_what_they_touch() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.point("picture", 0.5);
+    lab.key("i");
+    let before = lab.probed("trail");
+
+    // Trail comes and goes while the simulation is held.
+    lab.paint_with("trail");
+    let painted = lab.probed("trail");
+    assert!(painted > before + 1.0, "{painted}, and {before} before");
+    lab.paint_with("erase");
+    lab.stroke();
+    let erased = lab.probed("trail");
+    assert!(erased < 0.5 * painted, "{erased}, and {painted} before");
+
+    // Particles come, and deposit in the next step.
+    lab.paint_with("particles");
+    lab.stroke();
+    lab.key("period");
+    let visited = lab.probed("trail");
+    assert!(visited > erased, "{visited}, and {erased} before");
+
+    // What sensors read, which stays.
+    lab.paint_with("attract");
+    let attracted = lab.probed("painted");
+    assert!(attracted > 0.0, "{attracted}");
+    lab.paint_with("repel");
+    assert!(lab.probed("painted") < attracted);
+    let painted = |words: &str| {
+        let words = words.to_owned();
+        lab.wait(&words, |seen| seen["values"]["probe.painted"] == words);
+    };
+    lab.paint_with("no-go");
+    painted("no-go");
+    lab.key("ctrl+s");
+    lab.wait("it is told what is not saved", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("without the areas that were painted"))
+    });
+    lab.paint_with("erase");
+    painted("nothing");
+
+    // The brush itself.
+    lab.type_until("brush.radius", 0.9, "0.2", "brush.radius", "0.200");
+    lab.type_until("brush.strength", 0.9, "5", "brush.strength", "5.0");
+    lab.point("picture", 0.5);
+    xdotool(&[
+        "keydown", "shift", "click", "4", "click", "4", "keyup", "shift",
+    ]);
+    lab.wait("it grows", |seen| {
+        let radius = seen["values"]["brush.radius"].as_str();
+        radius.and_then(|radius| radius.parse().ok()) > Some(0.201)
+    });
+    lab.key("Escape");
+    lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
+    lab.key("b");
+    lab.wait("it is taken again", |seen| {
+        seen["values"]["tool"] == "erase"
+    });
+    lab.click("probe");
+    lab.click("tool=look");
+    lab.quit();
+}
+
+#[test]
+fn hands_move_and_turn_objects() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    let start = lab.save("pair", 1);
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.wait("it is picked", |seen| seen["values"]["picked"] == "ball");
+
+    // Moved, turned, and back.
+    lab.pull("gizmo=plane", ["-8", "4"]);
+    let moved = lab.save("pair", 2);
+    let way = |settings: &Settings, other: &Settings| {
+        let both = (settings.objects[0].position.iter()).zip(other.objects[0].position);
+        both.map(|(a, b)| (a - b).abs()).sum::<f32>()
+    };
+    assert!(way(&moved, &start) > 0.05, "{:?}", moved.objects[0]);
+    assert_eq!(moved.objects[1], start.objects[1], "the other one stays");
+    lab.pull("gizmo=y", ["0", "-8"]);
+    let higher = lab.save("pair", 3).objects[0].position;
+    assert!(
+        higher[1] > moved.objects[0].position[1] + 0.05,
+        "{higher:?}"
+    );
+    lab.key("ctrl+z");
+    assert_eq!(lab.save("pair", 4).objects[0], moved.objects[0]);
+    lab.pull("gizmo=turn", ["8", "8"]);
+    let turned = lab.save("pair", 5);
+    assert_ne!(turned.objects[0].rotation, moved.objects[0].rotation);
+    assert_eq!(turned.objects[0].position, moved.objects[0].position);
+    lab.quit();
+}

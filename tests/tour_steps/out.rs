@@ -1,0 +1,180 @@
+//! Steps of the tour that take things out: pictures, recordings, films and exports, each looked at where it lies.
+
+use std::path::{Path, PathBuf};
+
+use super::*;
+
+/// Waits until a file is there; nothing has its name before it is whole.
+#[track_caller]
+fn arrived(lab: &Lab, name: &str) -> PathBuf {
+    let file = lab.folder.file(name);
+    let begun = Instant::now();
+    while !file.exists() {
+        assert!(begun.elapsed() < PATIENCE, "{name}: {:?}", lab.seen());
+        sleep(Duration::from_millis(20));
+    }
+    let seen = lab.wait("it is told", |seen| {
+        let state = &seen["state"];
+        state["making"].is_null() && state["recording"] == false
+    });
+    assert_eq!(seen["state"]["making"], Value::Null);
+    file
+}
+
+/// It has something on it; gives its size.
+#[track_caller]
+fn lit(file: &Path) -> (u32, u32) {
+    let picture = image::open(file).expect("it is a picture").into_rgb8();
+    let bright = |pixel: &&image::Rgb<u8>| pixel.0.iter().max() > Some(&60);
+    let count = picture.pixels().filter(bright).count();
+    let all = picture.pixels().count();
+    assert!(20 * count > all, "{}: {count} of {all}", file.display());
+    picture.dimensions()
+}
+
+/// Frames of a folder, by their names.
+fn frames_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("it is a folder");
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// A saved scene finds its files from wherever it lies: paths are whole in it.
+#[track_caller]
+pub fn assert_same(found: &str, wanted: &str, key: &str) {
+    let is_whole = key.ends_with("mask") && found.ends_with(&format!("/{wanted}"));
+    assert!(
+        found == wanted || is_whole,
+        "{key} is {found}, not {wanted}"
+    );
+}
+
+#[test]
+fn everything_that_is_taken_out_is_whole() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(30));
+    lab.click_until("out", "out", true);
+
+    // Pictures.
+    lab.click("out.size=1080p");
+    lab.click("out.picture");
+    let picture = arrived(&lab, "screenshot_000001.png");
+    assert_eq!(lit(&picture), (1920, 1080));
+    lab.click("out.size=custom");
+    lab.type_until("out.width", 0.5, "640", "out.width", "640");
+    lab.type_until("out.height", 0.5, "480", "out.height", "480");
+    lab.click("out.transparent");
+    lab.key("F12");
+    let picture = arrived(&lab, "screenshot_000002.png");
+    let picture = image::open(picture).expect("it is a picture").into_rgba8();
+    assert_eq!(picture.dimensions(), (640, 480));
+    assert_eq!(picture.get_pixel(0, 0).0[3], 0, "nothing is behind it");
+    assert_eq!(picture.get_pixel(320, 240).0[3], 255, "it is there");
+
+    // A recording, by button and by key.
+    lab.click("out.kind=PNG");
+    lab.type_until("out.fps", 0.5, "10", "out.fps", "10");
+    lab.click_until("out.record", "recording", true);
+    lab.wait("frames come", |seen| {
+        seen["state"]["recorded"].as_u64() >= Some(5)
+    });
+    lab.key("F9");
+    lab.wait("it is written", |seen| seen["state"]["recording"] == false);
+    let frames = frames_in(&lab.folder.file("recording_000001"));
+    assert!(frames.len() >= 5, "{frames:?}");
+    let size = lit(&frames[0]);
+    assert!(frames.iter().all(|frame| lit(frame) == size));
+    assert_ne!(
+        std::fs::read(&frames[0]).unwrap(),
+        std::fs::read(frames.last().unwrap()).unwrap(),
+        "it has grown meanwhile"
+    );
+
+    // A film; GIF needs no other program.
+    lab.click("out.kind=GIF");
+    lab.click("out.film_size=custom");
+    lab.type_until("out.seconds", 0.5, "0.5", "out.seconds", "0.5");
+    lab.type_until("out.film_fps", 0.5, "20", "out.film_fps", "20");
+    lab.type_until("out.every", 0.2, "3", "out.every", "3");
+    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
+    lab.key_until("space", "it is held", "playing", false);
+    let before = step(&lab.seen().expect("it is told"));
+    lab.click("out.film");
+    let film = arrived(&lab, "film_000001.gif");
+    assert_eq!(step(&lab.seen().expect("it is told")), before + 9 * 3);
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let file = std::fs::File::open(film).expect("it is there");
+    let mut decoder = options.read_info(file).expect("it is a GIF");
+    assert_eq!((decoder.width(), decoder.height()), (640, 480));
+    let mut count = 0;
+    while decoder.read_next_frame().expect("it is whole").is_some() {
+        count += 1;
+    }
+    assert_eq!(count, 10);
+    // One that is given up leaves nothing.
+    lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");
+    lab.click("out.film");
+    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
+    lab.click("out.cancel");
+    lab.wait("it is given up", |seen| seen["state"]["making"].is_null());
+    assert!(!lab.folder.file("film_000002.gif").exists());
+
+    // The state.
+    for (label, file) in [
+        ("GLB", "cube_000001.glb"),
+        ("PLY", "cube_000001.ply"),
+        ("NPZ", "cube_000001.npz"),
+        ("Scene", "cube_000001.toml"),
+        ("Checkpoint", "cube_000001.ckpt"),
+    ] {
+        lab.click(&format!("out.export={label}"));
+        let file = arrived(&lab, file);
+        assert!(file.metadata().unwrap().len() > 500, "{}", file.display());
+    }
+    let scene = Scene::read(&lab.folder.file("cube_000001.toml"), &Overrides::default());
+    assert_eq!(scene.expect("it is a scene").1.particles.count, 3000);
+    let model = gltf::Gltf::open(lab.folder.file("cube_000001.glb")).expect("it is a model");
+    assert_eq!(model.meshes().count(), 1);
+    let now = step(&lab.seen().expect("it is told"));
+    let checkpoint = myxo::sim::checkpoint::Checkpoint::read(&lab.folder.file("cube_000001.ckpt"));
+    assert_eq!(checkpoint.expect("it is whole").snapshot.step, now);
+
+    // Another folder, and what cannot be written there.
+    let file = lab.folder.file("cube_000001.glb");
+    lab.type_until("out.folder", 0.5, path(&file), "out.folder", path(&file));
+    lab.click("out.export=PLY");
+    lab.wait("it is said", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("cannot write"))
+    });
+    let below = lab.folder.file("below");
+    lab.type_until("out.folder", 0.5, path(&below), "out.folder", path(&below));
+    lab.click("out.export=PLY");
+    arrived(&lab, "below/cube_000001.ply");
+
+    // The window closes in the middle of a film: what there is of it is whole.
+    lab.click("out.film");
+    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
+    sleep(Duration::from_millis(700));
+    let folder = lab.folder.path().to_owned();
+    let kept = below.join("film_000001.gif");
+    lab.key("Escape");
+    let lab = lab.quit_and_keep();
+    let file = std::fs::File::open(kept).expect("it is there");
+    let decoder = gif::DecodeOptions::new().read_info(file);
+    assert!(decoder.expect("it is whole").read_next_frame().is_ok());
+    let hidden = |folder: &Path| {
+        let names = frames_in(folder).into_iter();
+        let hidden =
+            names.filter(|file| file.file_name().unwrap().to_string_lossy().starts_with('.'));
+        hidden.collect::<Vec<_>>()
+    };
+    assert!(hidden(&folder).is_empty(), "{:?}", hidden(&folder));
+    assert!(hidden(&below).is_empty(), "{:?}", hidden(&below));
+    drop(lab);
+}

@@ -1,0 +1,245 @@
+//! The tour's steps through what the picture shows, the light, and the camera.
+
+use super::{Lab, SMALL, can_tour, path, sleep, xdotool};
+use crate::program::Folder;
+use std::time::Duration;
+
+fn drag(lab: &Lab, name: &str, right: i32, down: i32) {
+    lab.point(name, 0.5);
+    xdotool(&["mousedown", "1"]);
+    sleep(Duration::from_millis(120));
+    for _ in 0..6 {
+        let (x, y) = ((right / 6).to_string(), (down / 6).to_string());
+        xdotool(&["mousemove_relative", "--", &x, &y]);
+        sleep(Duration::from_millis(80));
+    }
+    xdotool(&["mouseup", "1"]);
+    sleep(Duration::from_millis(200));
+}
+
+/// Drags until something has changed: on a display that is short of time, drags are lost.
+#[track_caller]
+fn drag_until(lab: &Lab, name: &str, (right, down): (i32, i32), value: &str) {
+    let told = |lab: &Lab| lab.seen().map(|seen| seen["values"][value].clone());
+    let before = told(lab);
+    for _ in 0..5 {
+        drag(lab, name, right, down);
+        for _ in 0..30 {
+            if told(lab) != before {
+                // The last of it may be on its way.
+                sleep(Duration::from_millis(300));
+                return;
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+    panic!("{value} stays {before:?}");
+}
+
+/// Empties the field that parameters are looked for in, so that the panel shows everything.
+#[track_caller]
+pub fn look_for_nothing(lab: &Lab) {
+    for _ in 0..5 {
+        lab.click("filter");
+        lab.key("ctrl+a");
+        lab.key("BackSpace");
+        lab.key("Return");
+        for _ in 0..30 {
+            if lab
+                .seen()
+                .is_some_and(|seen| seen["values"]["filter"] == "")
+            {
+                return;
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+    panic!("the field is not empty: {:?}", lab.seen());
+}
+
+/// Clicks until something is told.
+#[track_caller]
+fn click_for(lab: &Lab, name: &str, value: &str, wanted: &str) {
+    for _ in 0..5 {
+        lab.click(name);
+        for _ in 0..30 {
+            if lab
+                .seen()
+                .is_some_and(|seen| seen["values"][value] == wanted)
+            {
+                return;
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+    panic!("{value} is not {wanted}: {:?}", lab.seen());
+}
+
+/// Two that touch, so that there is a distance to be shown.
+const PAIR: &str = r#"
+[particles]
+count = 2000
+
+[atlas]
+size = 128
+
+[[object]]
+name = "ball"
+mesh = "builtin:icosphere?subdivisions=2"
+
+[[object]]
+name = "other"
+mesh = "builtin:icosphere?subdivisions=2"
+position = [1.9, 0, 0]
+"#;
+
+#[test]
+fn every_view_can_be_chosen_and_told() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("touching.toml", PAIR);
+    let lab = Lab::open(&[path(&file)]);
+    let words = [
+        "surface",
+        "relief",
+        "glow",
+        "particles",
+        "headings",
+        "density",
+        "wireframe",
+        "charts",
+        "distance",
+        "nearest",
+        "atlas",
+    ];
+    for word in words.into_iter().rev() {
+        lab.click_until(&format!("show={word}"), "show", word);
+    }
+    for (key, word) in [
+        ("4", "relief"),
+        ("5", "glow"),
+        ("6", "headings"),
+        ("7", "density"),
+        ("8", "wireframe"),
+        ("9", "distance"),
+        ("0", "nearest"),
+    ] {
+        lab.key_until(key, word, "show", word);
+    }
+    assert_eq!(lab.save("touching", 1).picture.show.word(), "nearest");
+    // The texture beside the picture.
+    lab.key_until("u", "it is split", "split", true);
+    lab.place("beside");
+    let camera = lab.save("touching", 2).camera;
+    drag(&lab, "beside", 60, 30);
+    assert_eq!(
+        lab.save("touching", 3).camera,
+        camera,
+        "it is the atlas that moved"
+    );
+    lab.click_until("split", "split", false);
+    // The whole view as text, and back.
+    lab.key("ctrl+c");
+    lab.wait("it is in the clipboard", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("clipboard"))
+    });
+    lab.key_until("4", "relief", "show", "relief");
+    lab.key("ctrl+v");
+    lab.wait("the view is back", |seen| {
+        seen["state"]["show"] == "nearest"
+    });
+    lab.quit();
+}
+
+#[test]
+fn the_light_and_the_camera_can_be_moved() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.key_until("space", "it is held", "playing", false);
+    let before = lab.save("cube", 1);
+    // A single object has no distances, and it is told.
+    lab.key("9");
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("needs a second object"))
+    });
+
+    lab.click("section=Light");
+    for (name, share, number) in [
+        ("light_azimuth", 0.5, "60"),
+        ("light_elevation", 0.5, "-20"),
+        ("occlusion", 0.9, "0.25"),
+    ] {
+        lab.type_until(name, share, number, name, number);
+    }
+    let lit = lab.save("cube", 2).picture;
+    assert_eq!((lit.light_azimuth, lit.light_elevation), (60.0, -20.0));
+    assert_eq!(lit.occlusion, 0.25);
+    drag_until(&lab, "light", (-12, -12), "light_azimuth");
+    let dragged = lab.save("cube", 3).picture;
+    assert!(
+        dragged.light_azimuth < 0.0 && dragged.light_elevation > 5.0,
+        "{dragged:?}"
+    );
+    lab.click("section=Light");
+    xdotool(&["keydown", "l"]);
+    sleep(Duration::from_millis(200));
+    drag_until(&lab, "picture", (90, 0), "light_azimuth");
+    xdotool(&["keyup", "l"]);
+    sleep(Duration::from_millis(200));
+    let moved = lab.save("cube", 4);
+    assert!(
+        moved.picture.light_azimuth > dragged.light_azimuth + 5.0,
+        "{:?}",
+        moved.picture
+    );
+    assert_eq!(moved.camera, before.camera);
+    let azimuth = format!("{:.0}", dragged.light_azimuth);
+    click_for(&lab, "undo", "light_azimuth", &azimuth);
+
+    lab.click("section=Camera");
+    for (side, camera) in [
+        ("front", "0 0"),
+        ("back", "180 0"),
+        ("left", "270 0"),
+        ("right", "90 0"),
+        ("top", "0 88"),
+        ("bottom", "0 -88"),
+    ] {
+        click_for(&lab, &format!("view={side}"), "camera", camera);
+    }
+    let top = lab.save("cube", 5).camera;
+    assert!((top.elevation + 88.0).abs() < 1.0, "{top:?}");
+    let home = &before.camera;
+    let home = format!("{:.0} {:.0}", home.azimuth, home.elevation);
+    click_for(&lab, "view=home", "camera", &home);
+    let home = lab.save("cube", 6).camera;
+    lab.type_until("field_of_view", 0.9, "75", "field_of_view", "75.0");
+    let wide = lab.save("cube", 7).camera;
+    assert!((wide.field_of_view - 75.0).abs() < 0.1 && wide.distance < 0.8 * home.distance);
+
+    lab.key_until("v", "it flies", "flying", true);
+    let target = lab.seen().expect("it tells")["values"]["camera.target"].clone();
+    xdotool(&["keydown", "w"]);
+    lab.wait("it goes forward", |seen| {
+        seen["values"]["camera.target"] != target
+    });
+    xdotool(&["keyup", "w"]);
+    sleep(Duration::from_millis(500));
+    let gone = lab.save("cube", 8).camera;
+    assert_ne!(gone.target, wide.target, "forward");
+    assert_eq!(
+        (gone.azimuth, gone.elevation),
+        (wide.azimuth, wide.elevation)
+    );
+    drag_until(&lab, "picture", (60, 0), "camera");
+    let looked = lab.save("cube", 9).camera;
+    assert!((looked.azimuth - gone.azimuth).abs() > 1.0, "{looked:?}");
+    lab.click_until("fly", "flying", false);
+    lab.quit();
+}
