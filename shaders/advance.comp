@@ -1,13 +1,15 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, across, across_triangles, physarums.
+// Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, surroundings, across, across_triangles, physarums.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
-// In two forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
-// others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Devices that run both sides of every
-// branch would pay for the walk of each particle otherwise. Or there is one form in which all sensors walk.
+// In three forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
+// others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Where sensors see other objects, those
+// that may have to do with one are listed, too, and come in a third dispatch, as advance_near; the first then knows of none.
+// Devices that run both sides of every branch would pay for all that of each particle otherwise. Or there is one form in which
+// all sensors walk.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
-// walkers has room for every particle, and each is listed at most once.
+// walkers has room for every particle, and each is listed at most once: those that walk from the front, those that are near from the back.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -50,6 +52,8 @@ const uint SENSORS_WALK = 0u;
 const uint SENSORS_STRAIGHT = 1u;
 // Those who have been listed.
 const uint SENSORS_WALK_LISTED = 2u;
+// Those whose sensors go straight ahead, but who have been listed because they are near other objects.
+const uint SENSORS_STRAIGHT_LISTED = 3u;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -71,6 +75,7 @@ layout(push_constant) uniform Params {
     uint object;              // whose turn it is, where there are turns
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered
+    float deepest;            // world length of signed distance up to which sensors see nothing
     float last_texel;         // column or row
     uint walker_rows;         // rows of groups of the dispatch of those who are listed
 } params;
@@ -93,12 +98,12 @@ layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
-// For each texel the place across, and its clearance.
+// For each covered texel the place across.
 layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
 // Four texels a word: how many texels far straight lines stay on the surface around.
 layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
-// The slots of particles whose sensors must walk, and how many there are.
+// The slots of particles whose sensors must walk, and of those that are near other objects; how many there are of each.
 layout(r32ui, set = 0, binding = 19) uniform uimageBuffer walkers;
 layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
@@ -106,11 +111,13 @@ layout(r32ui, set = 0, binding = 24) uniform uimageBuffer low_deposits;
 layout(r32ui, set = 0, binding = 25) uniform uimageBuffer high_deposits;
 // Trail units that sensors read more; far below zero where nobody may go.
 layout(set = 0, binding = 26) uniform samplerBuffer bias;
+layout(set = 0, binding = 27) uniform usamplerBuffer surroundings;
 
 #include "strip.glsl"
 #include "trail.glsl"
 #include "distances.glsl"
 #include "across.glsl"
+#include "surroundings.glsl"
 
 // What particles do on the object that this one is on: those of `params`, or the object's own.
 float own_speed;
@@ -177,12 +184,19 @@ float bias_at(vec2 position) {
     return value;
 }
 
-// What a sensor reads at a place, where `beyond` is the place across. From one that is itself covered, no other object is
-// seen.
-float sensed_at(vec2 position, uint beyond, uint triangle, vec2 uv, bool from_open) {
-    if (ACROSS) {
+// Does this form know of other objects?
+bool sees_others() {
+    bool sees = ACROSS;
+    return sees && SENSING != SENSORS_STRAIGHT;
+}
+
+// What a sensor reads at a place. From one that is itself covered, no other object is seen.
+float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
+    if (sees_others()) {
         uint texel = texel_at(position, params.pitch);
-        beyond = from_open ? beyond : NONE;
+        float distance = distances_of(texel);
+        bool is_covered = from_open && params.deepest < distance && distance < params.transfer_threshold;
+        uint beyond = is_covered ? texelFetch(across, int(texel)).x : NONE;
         position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
         if (GRAVITY && beyond != NONE) {
             triangle = texelFetch(across_triangles, int(texel)).x;
@@ -214,8 +228,7 @@ float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
     w.remaining = own_sensor_offset;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
     vec2 position = walked_position(w);
-    uint beyond = ACROSS ? texelFetch(across, int(texel_at(position, params.pitch))).x : NONE;
-    return sensed_at(position, beyond, w.triangle, vec2(w.u, w.v), from_open);
+    return sensed_at(position, w.triangle, vec2(w.u, w.v), from_open);
 }
 
 // The way of a sensor in the atlas, texels.
@@ -232,22 +245,22 @@ mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
     return mat2(p, h);
 }
 
-// The place across and the clearance. One look tells both where both are asked for.
-uvec2 told_at(vec2 position) {
+// The clearance, and where sensors see other objects whether any is near.
+uint around(vec2 position) {
     uint texel = texel_at(position, params.pitch);
-    if (ACROSS) return texelFetch(across, int(texel)).xy;
-    return uvec2(NONE, (texelFetch(clearance, int(texel >> 2u)).x >> (8u * (texel & 3u))) & 255u);
+    if (ACROSS) return surroundings_in(texelFetch(surroundings, int(texel >> 1u)).x, texel);
+    return (texelFetch(clearance, int(texel >> 2u)).x >> (8u * (texel & 3u))) & CLEARANCE;
 }
 
 // The same of the end of a way that begins in the atlas.
-uvec2 told_of_end(vec2 from, vec2 way) {
+uint around_end(vec2 from, vec2 way) {
     precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
-    return told_at(to);
+    return around(to);
 }
 
 // Do the discs round both ends of a way, in which nothing but the surface around lies, cover the way?
-bool is_clear(vec2 way, uint clear, uint clear_at_end) {
-    float both = float(clear + clear_at_end);
+bool is_clear(vec2 way, uint at_start, uint at_end) {
+    float both = float((at_start & CLEARANCE) + (at_end & CLEARANCE));
     return dot(way, way) <= both * both;
 }
 
@@ -259,11 +272,15 @@ void deposit_at(uint texel) {
     }
 }
 
-void list_walker(uint slot) {
-    uint place = atomicAdd(walker_count[0], 1u);
-    imageStore(walkers, int(place), uvec4(slot));
+// Lists.
+const uint WALKING = 0u;
+const uint NEARBY = 1u;
+
+void enlist(uint list, uint slot) {
+    uint place = atomicAdd(walker_count[list], 1u);
+    imageStore(walkers, int(list == WALKING ? place : params.particle_count - 1u - place), uvec4(slot));
     // Groups come in columns as high as the dispatch has rows.
-    if (place % (params.walker_rows * gl_WorkGroupSize.x) == 0u) atomicAdd(walker_groups[0].x, 1u);
+    if (place % (params.walker_rows * gl_WorkGroupSize.x) == 0u) atomicAdd(walker_groups[list].x, 1u);
 }
 
 // Three independent normal numbers (Box and Muller 1958).
@@ -294,8 +311,11 @@ vec2 right_of(vec2 heading) {
 void main() {
     uint i = invocation_index();
     if (SENSING == SENSORS_WALK_LISTED) {
-        if (i >= walker_count[0]) return;
+        if (i >= walker_count[WALKING]) return;
         i = imageLoad(walkers, int(i)).x;
+    } else if (SENSING == SENSORS_STRAIGHT_LISTED) {
+        if (i >= walker_count[NEARBY]) return;
+        i = imageLoad(walkers, int(params.particle_count - 1u - i)).x;
     } else if (i >= params.particle_count) {
         return;
     } else if (WINDOWS) {
@@ -320,43 +340,48 @@ void main() {
     vec2 left_way = vec2(0.0);
     vec2 middle_way = vec2(0.0);
     vec2 right_way = vec2(0.0);
-    uvec2 left_told = uvec2(NONE, 0u);
-    uvec2 middle_told = uvec2(NONE, 0u);
-    uvec2 right_told = uvec2(NONE, 0u);
-    if (SENSING == SENSORS_STRAIGHT) {
+    bool goes_straight = SENSING == SENSORS_STRAIGHT;
+    goes_straight = goes_straight || SENSING == SENSORS_STRAIGHT_LISTED;
+    if (goes_straight) {
         AtlasMap map = atlas_map_of(particle.triangle);
         straight = atlas_position(map, particle.u, particle.v);
         mat2 texels_from_frame = texels_from_frame_of(particle.triangle, map);
         left_way = straight_way(texels_from_frame, left_of(heading));
         middle_way = straight_way(texels_from_frame, heading);
         right_way = straight_way(texels_from_frame, right_of(heading));
-        uint clear = told_at(straight).y;
-        left_told = told_of_end(straight, left_way);
-        middle_told = told_of_end(straight, middle_way);
-        right_told = told_of_end(straight, right_way);
-        bool all_clear = is_clear(left_way, clear, left_told.y) && is_clear(middle_way, clear, middle_told.y)
-            && is_clear(right_way, clear, right_told.y);
+    }
+    if (SENSING == SENSORS_STRAIGHT) {
+        uint here = around(straight);
+        uint on_left = around_end(straight, left_way);
+        uint ahead = around_end(straight, middle_way);
+        uint on_right = around_end(straight, right_way);
+        bool all_clear = is_clear(left_way, here, on_left) && is_clear(middle_way, here, ahead)
+            && is_clear(right_way, here, on_right);
         if (motion.pending > 0.0 || !all_clear) {
-            list_walker(i);
+            enlist(WALKING, i);
+            return;
+        }
+        if (ACROSS && ((here & NEAR) | ((on_left | ahead | on_right) & COVERED)) != 0u) {
+            enlist(NEARBY, i);
             return;
         }
     }
 
     StripWalk w = StripWalk(particle.triangle, particle.u, particle.v, heading, motion.pending, WALK_DONE);
     float pending = 0.0;
-    if (SENSING != SENSORS_STRAIGHT && motion.pending > 0.0) {
+    if (!goes_straight && motion.pending > 0.0) {
         walk_strip(w, params.attempts, BORDER_REFLECTS);
         pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
         heading = w.heading;
     }
 
-    bool from_open = ACROSS && distances_of(texel_at(walked_position(w), params.pitch)) >= params.transfer_threshold;
+    bool from_open = sees_others() && distances_of(texel_at(walked_position(w), params.pitch)) >= params.transfer_threshold;
     vec3 value;
-    if (SENSING == SENSORS_STRAIGHT) {
+    if (goes_straight) {
         // Where there is gravity, sensors walk: only then a triangle is asked for.
-        value.x = sensed_at(straight + left_way, left_told.x, NONE, vec2(0.0), from_open);
-        value.y = sensed_at(straight + middle_way, middle_told.x, NONE, vec2(0.0), from_open);
-        value.z = sensed_at(straight + right_way, right_told.x, NONE, vec2(0.0), from_open);
+        value.x = sensed_at(straight + left_way, NONE, vec2(0.0), from_open);
+        value.y = sensed_at(straight + middle_way, NONE, vec2(0.0), from_open);
+        value.z = sensed_at(straight + right_way, NONE, vec2(0.0), from_open);
     } else {
         value.x = sensed_by_walking(w, left_of(heading), from_open);
         value.y = sensed_by_walking(w, heading, from_open);
@@ -392,7 +417,10 @@ void main() {
     imageStore(particles, int(i), words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
     deposit_at(texel_at(position, params.pitch));
-    if (SELECTS) {
+    // Who is not near other objects does not get into one.
+    bool is_far = ACROSS;
+    is_far = is_far && SENSING == SENSORS_STRAIGHT;
+    if (SELECTS && !is_far) {
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
         float now = distance_at(position, params.pitch);
         float before = distance_at(previous, params.pitch);

@@ -1,6 +1,6 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
 // Reads   pairs, samples, listed, listed_groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; where SEES_ACROSS, those that are covered are listed in covered (appended) and groups, and across holds nothing for all others.
+// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; where SEES_ACROSS, the marks of surroundings that have changed, and those that are covered are listed in covered (appended) and groups.
 // One invocation a sample of a listed tile.
 // Overflow: cannot happen; covered has room for all samples, and no tree is deeper than a search has room for.
 
@@ -21,6 +21,8 @@ layout(push_constant) uniform Params {
     uint hint_count;           // a tile
     float reach;               // world length; distances are clamped to it
     float threshold;           // world length of signed distance below which a place is covered
+    float deepest;             // world length of signed distance up to which sensors see nothing
+    float near;                // world length of signed distance below which a step may lead to where it is covered
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer listed;
@@ -39,13 +41,14 @@ layout(set = 0, binding = 11) uniform usamplerBuffer candidates;
 layout(std430, set = 0, binding = 12) readonly buffer ListedGroups { DispatchGroups listed_groups[]; };
 // Which invocations have found covered places.
 layout(std430, set = 0, binding = 13) writeonly buffer Covered { uint covered[]; };
-layout(r32ui, set = 0, binding = 14) uniform writeonly uimageBuffer across_words;
+layout(std430, set = 0, binding = 14) buffer Surroundings { uint surroundings[]; };
 layout(std430, set = 0, binding = 15) buffer Groups { DispatchGroups groups[]; };
 
 #include "candidate.glsl"
 #include "pairs.glsl"
 #include "listed.glsl"
 #include "groups.glsl"
+#include "surroundings.glsl"
 
 // A face and the nearest point on it.
 struct Found {
@@ -130,10 +133,8 @@ void main() {
     distances[here.texel] = least;
     nearest[here.texel] = triangle;
     if (SEES_ACROSS) {
-        if (triangle != NONE && least < params.threshold) {
-            covered[appended(gl_WorkGroupSize.x)] = i;
-        } else {
-            imageStore(across_words, int(2u * here.texel), uvec4(NONE));
-        }
+        uint marked = marks_at(least, params.deepest, params.threshold, params.near);
+        MARK(surroundings, here.texel, marked)
+        if ((marked & COVERED) != 0u) covered[appended(gl_WorkGroupSize.x)] = i;
     }
 }

@@ -1,6 +1,6 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
-// Writes  the places of across, and across_triangles: owned texels of the objects that have a job; where LISTED covered texels of listed tiles.
+// Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; what is not covered keeps what it had, and nobody reads it. Where not LISTED, the marks of surroundings that have changed.
 // One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
@@ -23,6 +23,8 @@ layout(push_constant) uniform Params {
     uint attempts;    // edge crossings that one walk may make
     float threshold;  // world length of signed distance below which a place is covered
     float farthest;   // world length behind the line up to which places are told
+    float deepest;    // world length of signed distance up to which sensors see nothing
+    float near;       // world length of signed distance below which a step may lead to where it is covered
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
@@ -36,12 +38,12 @@ layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
 layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[]; };
 layout(set = 0, binding = 10) uniform usamplerBuffer strips;
-// Two words a texel, of which the first is the place.
-layout(r32ui, set = 0, binding = 11) uniform writeonly uimageBuffer across_words;
+layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
 layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
 layout(set = 0, binding = 13) uniform usamplerBuffer listed;
 layout(std430, set = 0, binding = 14) readonly buffer Groups { DispatchGroups groups[]; };
 layout(set = 0, binding = 15) uniform usamplerBuffer covered;
+layout(std430, set = 0, binding = 16) buffer Surroundings { uint surroundings[]; };
 
 const bool WALK_CARRIES = false;
 #include "jobs.glsl"
@@ -52,6 +54,7 @@ const bool WALK_CARRIES = false;
 #include "frame.glsl"
 #include "across.glsl"
 #include "strip_table.glsl"
+#include "surroundings.glsl"
 
 // Planes that meet at a smaller sine than this meet far away, or nowhere.
 const float LEAST_SINE = 0.02;
@@ -108,18 +111,22 @@ void main() {
     }
     SurfaceSample here = sample_at(sample_index);
     uint triangle = texelFetch(nearest, int(here.texel)).x;
-    uvec2 place = uvec2(NONE);
-    if (triangle != NONE && texelFetch(distances, int(here.texel)).x < params.threshold) {
-        // The other object that the triangle belongs to.
-        uint p = first_pair;
-        uint last = first_pair + pair_count - 1u;
-        ObjectPair pair = pair_at(p);
-        while (p < last && triangle - pair.first_face >= pair.face_count) {
-            p++;
-            pair = pair_at(p);
-        }
-        place = place_across(pair, here.position, owners[sample_index], triangle);
+    bool is_marked = LISTED;
+    if (!is_marked) {
+        float distance = texelFetch(distances, int(here.texel)).x;
+        uint marked = marks_at(distance, params.deepest, params.threshold, params.near);
+        MARK(surroundings, here.texel, marked)
+        if ((marked & COVERED) == 0u) return;
     }
-    imageStore(across_words, int(2u * here.texel), uvec4(place.x));
+    // The other object that the triangle belongs to.
+    uint p = first_pair;
+    uint last = first_pair + pair_count - 1u;
+    ObjectPair pair = pair_at(p);
+    while (p < last && triangle - pair.first_face >= pair.face_count) {
+        p++;
+        pair = pair_at(p);
+    }
+    uvec2 place = place_across(pair, here.position, owners[sample_index], triangle);
+    across[here.texel] = place.x;
     across_triangles[here.texel] = place.y;
 }

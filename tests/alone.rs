@@ -34,7 +34,8 @@ struct Everything {
     deposits: [Vec<u32>; 2],
     distances: Vec<f32>,
     nearest: Vec<u32>,
-    across: Vec<[u32; 2]>,
+    across: Vec<u32>,
+    surroundings: Vec<u32>,
     covered: Vec<u32>,
 }
 
@@ -60,6 +61,7 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
         distances: ctx.download(&s.distances).unwrap(),
         nearest: ctx.download(&s.nearest).unwrap(),
         across: ctx.download(&s.across).unwrap(),
+        surroundings: ctx.download(&s.surroundings).unwrap(),
         covered: sorted(ctx.download(&s.covered).unwrap()),
     }
 }
@@ -115,6 +117,7 @@ fn kernels_do_the_same_each_time_they_run_alone() {
     for kernel in [
         "advance",
         "walk_sensors",
+        "advance_near",
         "transfer_in",
         "move_border",
         "transfer_out",

@@ -237,6 +237,7 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
         trail: &snapshot.trail,
         previous_deposits: &[],
         distances: &[],
+        surroundings: &[],
         across: &[],
         across_triangles: &[],
         bias: &[],

@@ -44,6 +44,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
         trail: &[],
         previous_deposits: &[],
         distances: &[],
+        surroundings: &[],
         across: &[],
         across_triangles: &[],
         bias: &[],

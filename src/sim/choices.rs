@@ -56,6 +56,7 @@ pub fn sensor_places(
         trail: &[],
         previous_deposits: &[],
         distances: &[],
+        surroundings: &[],
         across: &[],
         across_triangles: &[],
         bias: &[],

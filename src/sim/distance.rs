@@ -171,6 +171,8 @@ pub struct DistanceRules {
     pub threshold: f32,
     /// A world length: how far behind a crossing places are told.
     pub farthest: f32,
+    /// A world length: a step from what is nearer may lead to where it is covered.
+    pub near: f32,
     /// Are they told at all?
     pub sees_across: bool,
     /// Edge crossings of a walk, and whether it comes back from open borders.

@@ -67,8 +67,7 @@ fn distance_bytes(setup: &Setup) -> u64 {
     if setup.distance.is_empty() {
         return 0;
     }
-    // Distances, nearest triangles, and places, clearances and triangles across.
-    let fields = FIELDS * TEXEL * setup.atlas.texel_count() as u64;
+    let fields = FIELDS * setup.atlas.texel_count() as u64;
     let objects = setup.poses.len() as u64;
     fields
         + size_of_val(&samples[..]) as u64
@@ -100,7 +99,7 @@ pub fn needed(scene: &Scene) -> u64 {
     };
     particle_bytes(settings.particles.count.into())
         + texel_bytes(texels)
-        + fields * TEXEL * texels
+        + fields * texels
         + triangle_bytes(scene.surface.corners.len() as u64)
 }
 
@@ -123,8 +122,7 @@ pub fn largest_atlas_of(device: &DeviceInfo, objects: usize) -> u64 {
         return largest_atlas(device);
     }
     let texels = largest_buffer(device).0 / TEXEL;
-    // Of what lies across there are two words a texel.
-    side_of(texels.min(u64::from(device.max_texel_buffer_elements) / 2))
+    side_of(texels.min(device.max_texel_buffer_elements.into()))
 }
 
 /// How many particles there may be, and which limit says so.
@@ -351,8 +349,8 @@ const WALKER: u64 = size_of::<u32>() as u64;
 /// Limits' names in Vulkan.
 const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
-/// Values a texel that distances between objects take.
-const FIELDS: u64 = 5;
+/// Bytes a texel that distances between objects take: they, nearest triangles, places and triangles across, surroundings.
+const FIELDS: u64 = 4 * TEXEL + size_of::<u16>() as u64;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;

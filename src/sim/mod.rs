@@ -10,6 +10,7 @@ mod setup;
 mod simulation;
 mod snapshot;
 mod state;
+mod surroundings;
 mod turns;
 
 pub mod carry;
@@ -39,4 +40,5 @@ pub use setup::{Setup, atlas_options};
 pub use simulation::Simulation;
 pub use snapshot::{Census, Distances, Snapshot};
 pub use state::{Kernels, PingPong, State};
+pub use surroundings::{CLEARANCE, COVERED, NEAR};
 pub use turns::Turn;

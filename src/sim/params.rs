@@ -32,6 +32,11 @@ pub const SENSORS_WALK: u32 = 0;
 pub const SENSORS_STRAIGHT: u32 = 1;
 /// The sensors of those walk.
 const SENSORS_WALK_LISTED: u32 = 2;
+/// Those of particles that were listed because they are near other objects go straight ahead.
+const SENSORS_STRAIGHT_LISTED: u32 = 3;
+
+/// How far from its texel's centre a texel's distance may be another by reading between texels, in texel sides.
+const TEXELS_BETWEEN: f64 = 2.0;
 
 /// Groups that every device takes along one axis of a dispatch.
 const GROUPS_A_ROW: u32 = 65_535;
@@ -76,6 +81,8 @@ pub struct StepConstants {
     pub advance: AdvanceConstants,
     /// For `walk_sensors`, where sensors need not all walk.
     pub walk_sensors: Option<AdvanceConstants>,
+    /// For `advance_near`, where the others see no other object.
+    pub advance_near: Option<AdvanceConstants>,
     /// For `move_border`.
     pub move_border: MoveBorderConstants,
     /// For `transfer_out`.
@@ -150,6 +157,10 @@ impl StepConstants {
                 sensing: SENSORS_WALK_LISTED,
                 ..advance
             }),
+            advance_near: (straight && advance.across).then_some(AdvanceConstants {
+                sensing: SENSORS_STRAIGHT_LISTED,
+                ..advance
+            }),
             unfold: UnfoldConstants {
                 border_reflects: settings.physarum.border == Border::Reflect,
                 listed: settings.distance.method == DistanceMethod::Bvh,
@@ -192,10 +203,12 @@ impl StepConstants {
     /// The same where there is a bias that sensors read, or none.
     #[must_use]
     pub fn with_bias(mut self, painted: bool) -> Self {
-        self.advance.painted = painted;
-        if let Some(walk_sensors) = &mut self.walk_sensors {
-            walk_sensors.painted = painted;
-        }
+        let forms = [
+            Some(&mut self.advance),
+            self.walk_sensors.as_mut(),
+            self.advance_near.as_mut(),
+        ];
+        (forms.into_iter().flatten()).for_each(|form| form.painted = painted);
         self
     }
 }
@@ -236,7 +249,18 @@ impl StepParams {
                 .max(1),
             ..AdvanceParams::default()
         };
+        let reach = settings.distance.reach * radius;
+        // Sensors get no farther behind a crossing than they are away; nothing is known beyond reach.
+        let farthest = sensor_offsets(settings).fold(0.0, f32::max) * radius;
+        let advance = AdvanceParams {
+            deepest: -farthest.min(reach),
+            ..advance
+        };
         let turn = Turn::new(settings, setup, advance, capacity);
+        let texel_side = atlas.mean_texel_area.sqrt();
+        let near = turn.advance.transfer_threshold
+            + speeds(settings).fold(0.0, f32::max) * radius
+            + (TEXELS_BETWEEN * texel_side) as f32;
         Self {
             distance_update: DistanceUpdate::default(),
             distance_tiles: DistanceTilesParams {
@@ -244,7 +268,7 @@ impl StepParams {
                 job_count: 0,
                 first_vertex_normal,
                 hint_count: setup.distance.hint_count(),
-                reach: settings.distance.reach * radius,
+                reach,
                 is_first: 0,
             },
             distance_method: settings.distance.method,
@@ -252,20 +276,22 @@ impl StepParams {
                 tile_count: 0,
                 first_vertex_normal,
                 hint_count: setup.distance.hint_count(),
-                reach: settings.distance.reach * radius,
+                reach,
                 threshold: turn.advance.transfer_threshold,
+                deepest: turn.advance.deepest,
+                near,
             },
             distance_brute: DistanceBruteParams {
                 thread_count: 0,
                 job_count: 0,
                 first_vertex_normal,
-                reach: settings.distance.reach * radius,
+                reach,
             },
             distance_merge: DistanceMergeParams {
                 thread_count: 0,
                 job_count: 0,
                 first_vertex_normal,
-                reach: settings.distance.reach * radius,
+                reach,
                 round: 0,
             },
             unfold: UnfoldParams {
@@ -274,8 +300,9 @@ impl StepParams {
                 pitch: atlas.pitch,
                 attempts: physarum.edge_crossing_attempts,
                 threshold: turn.advance.transfer_threshold,
-                // Sensors get no farther behind a crossing than they are away.
-                farthest: sensor_offsets(settings).fold(0.0, f32::max) * radius,
+                farthest,
+                deepest: turn.advance.deepest,
+                near,
             },
             sees_across: sees_across(settings),
             turn,
@@ -315,6 +342,7 @@ impl StepParams {
             sign: settings.distance.sign,
             threshold: self.unfold.threshold,
             farthest: self.unfold.farthest,
+            near: self.unfold.near,
             sees_across: self.sees_across,
             walk: (
                 settings.physarum.edge_crossing_attempts,
@@ -354,6 +382,12 @@ impl StepParams {
 /// Do sensors see other objects? Where particles change to them, they do.
 fn sees_across(settings: &Settings) -> bool {
     !matches!(settings.strategy(), Strategy::None | Strategy::Respawn)
+}
+
+/// On each object, in scene radii a step.
+fn speeds(settings: &Settings) -> impl Iterator<Item = f32> {
+    let objects = settings.objects.iter();
+    objects.map(|object| object.physarum.over(&settings.physarum).speed)
 }
 
 /// On each object, in scene radii.

@@ -4,6 +4,7 @@
 use super::distance::DistanceSetup;
 use super::params::seed_word;
 use super::start::{self, Masks, Starts};
+use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::RigidTrack;
@@ -26,6 +27,8 @@ pub struct Setup {
     pub motions: Vec<Motion>,
     /// Per texel: how many texels far straight lines stay on the surface around.
     pub clearance: Vec<u8>,
+    /// Per texel, of several objects: the same, and marks for those near other objects.
+    pub surroundings: Vec<u16>,
     /// What walks ask for, triangle by triangle.
     pub strips: Vec<StripTriangle>,
     /// Three vertex indices a triangle.
@@ -66,8 +69,15 @@ impl Setup {
             settings.particles.count,
             seed_word(settings.seed),
         );
+        let clearance = atlas.clearances(&scene.surface);
+        let surroundings = if scene.surface.objects.len() > 1 {
+            surroundings(&atlas, &clearance)
+        } else {
+            Vec::new()
+        };
         Ok(Self {
-            clearance: atlas.clearances(&scene.surface),
+            clearance,
+            surroundings,
             strips: scene.surface.strips(&atlas.maps),
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),

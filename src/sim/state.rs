@@ -47,6 +47,8 @@ pub struct Kernels {
     pub advance: Pipeline<Advance>,
     /// Moves those whose sensors must walk, where the others' need not.
     pub walk_sensors: Option<Pipeline<Advance>>,
+    /// The same kernel for particles near other objects, where it knows of none for the rest.
+    pub advance_near: Option<Pipeline<Advance>>,
     /// Lets transfers land.
     pub transfer_in: Pipeline<TransferIn>,
     /// Ends an object's turn.
@@ -92,6 +94,9 @@ impl Kernels {
             advance: Pipeline::new(ctx, &constants.advance)?,
             walk_sensors: (constants.walk_sensors.as_ref())
                 .map(|constants| Pipeline::named(ctx, constants, "walk_sensors"))
+                .transpose()?,
+            advance_near: (constants.advance_near.as_ref())
+                .map(|constants| Pipeline::named(ctx, constants, "advance_near"))
                 .transpose()?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -232,12 +237,12 @@ pub struct DistanceViews {
 
 /// What lies across, seen through texel buffers.
 pub struct AcrossViews {
-    /// Places and clearances, both at once.
-    pub both: Texels<u32>,
-    /// The same, word by word, as they are written.
-    pub words: Texels<u32>,
+    /// Places, one by one.
+    pub places: Texels<u32>,
     /// Triangles, one by one.
     pub triangles: Texels<u32>,
+    /// Surroundings, word by word.
+    pub surroundings: Texels<u32>,
 }
 
 /// Every buffer of the simulation.
@@ -278,13 +283,14 @@ pub struct State {
     pub strips: Texels<u32>,
     /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
     pub clearance: Texels<u32>,
-    /// The slots of particles whose sensors must walk.
+    /// The slots of particles whose sensors must walk, from the front, and of those that are near other objects, from the
+    /// back.
     pub walkers: Buffer<u32>,
     /// The same, as `advance` lists and reads them.
     pub walkers_view: Texels<u32>,
-    /// One: how many they are.
+    /// Two: how many they are.
     pub walker_count: Buffer<u32>,
-    /// The groups of the dispatch for them.
+    /// The groups of the dispatches for them.
     pub walker_groups: Buffer<DispatchGroups>,
     /// What is bound in their place where nobody is listed: no dispatch may write its own groups.
     pub no_groups: Buffer<DispatchGroups>,
@@ -337,12 +343,13 @@ pub struct State {
     pub pseudonormals: Texels<u32>,
     /// One an owned texel, as `samples`: the triangle that owns it.
     pub owners: Buffer<u32>,
-    /// Two words a texel: for places that another object covers, where on that one walks go on, as packed atlas position;
-    /// and the clearance, so that sensors get both by one look.
-    pub across: Buffer<[u32; 2]>,
+    /// One a texel: for places that are marked as covered, where on the other object walks go on, as packed atlas position.
+    pub across: Buffer<u32>,
     /// One a texel: on which triangle that is.
     pub across_triangles: Buffer<u32>,
-    /// Both, as sensors read them.
+    /// One a texel, two of them a word: the clearance, and marks for places near other objects and covered by them.
+    pub surroundings: Buffer<u32>,
+    /// All three, as sensors read them.
     pub across_views: AcrossViews,
     /// One an object: the first node of its tree.
     pub roots: Buffer<u32>,
@@ -391,9 +398,10 @@ impl State {
             Buffer::zeroed(ctx, "covered", setup.distance.samples_in_tiles())?;
         let distance_pairs: Buffer<ObjectPair> =
             Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?;
-        let clearances = setup.clearance.iter().take(field);
-        let across: Vec<[u32; 2]> = clearances.map(|&clear| [NONE, clear.into()]).collect();
-        let across = Buffer::from_slice_in(ctx, "across", &across, large)?;
+        let across = Buffer::from_slice(ctx, "across", &vec![NONE; field])?;
+        let mut surroundings = pod_collect_to_vec::<u16, u32>(&setup.surroundings);
+        surroundings.resize(surroundings.len().max(1), 0);
+        let surroundings = Buffer::from_slice(ctx, "surroundings", &surroundings)?;
         let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
         let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
         let clearance = Buffer::from_slice_in(ctx, "clearance", &clearance, large)?;
@@ -450,10 +458,10 @@ impl State {
             clearance: Texels::new(&clearance, 1)?,
             walkers_view: Texels::new(&walkers, 1)?,
             walkers,
-            walker_count: Buffer::zeroed(ctx, "walker_count", 1)?,
+            walker_count: Buffer::zeroed(ctx, "walker_count", 2)?,
             unused: Unused::new(ctx)?,
-            walker_groups: Buffer::zeroed(ctx, "walker_groups", 1)?,
-            no_groups: Buffer::zeroed(ctx, "no_groups", 1)?,
+            walker_groups: Buffer::zeroed(ctx, "walker_groups", 2)?,
+            no_groups: Buffer::zeroed(ctx, "no_groups", 2)?,
             corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
             vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
@@ -490,11 +498,12 @@ impl State {
             )?,
             owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,
             across_views: AcrossViews {
-                both: Texels::new(&across, 2)?,
-                words: Texels::new(&across, 1)?,
+                places: Texels::new(&across, 1)?,
                 triangles: Texels::new(&across_triangles, 1)?,
+                surroundings: Texels::new(&surroundings, 1)?,
             },
             across,
+            surroundings,
             across_triangles,
             roots: Buffer::from_slice(ctx, "roots", &setup.distance.roots())?,
             distance_jobs: Buffer::zeroed(ctx, "distance_jobs", objects)?,

@@ -25,6 +25,10 @@ use sorting::sort;
 const TRANSFERS: usize = 0;
 const WINDOW: usize = 1;
 
+/// Which groups the particles take that advance has listed.
+const WALKING: usize = 0;
+const NEARBY: usize = 1;
+
 /// What the host has found to be others than in the step before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
@@ -120,7 +124,8 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
     }
 }
 
-/// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk.
+/// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk, and
+/// in a third those that may have to do with another object.
 fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
     let deposits = s.unused.counted(k.outgrows_block, &s.deposits);
     let args = |walker_groups: &'s _| AdvanceArgs {
@@ -137,8 +142,9 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         poses: &s.poses,
         distances: &s.distance_views.distances,
         physarums: &s.physarums,
-        across: &s.across_views.both,
+        across: &s.across_views.places,
         across_triangles: &s.across_views.triangles,
+        surroundings: &s.across_views.surroundings,
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
         particle_indices: &s.transfers.particle_indices,
@@ -181,14 +187,18 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         unused_floats,
         unused_words,
     ];
-    if let Some(walk_sensors) = &k.walk_sensors {
-        // Those who were listed follow; they list nobody.
-        rec.barrier(Kernel, Indirect, &[&s.walker_groups]);
+    // Those who were listed follow; they list nobody.
+    let listed = [(WALKING, &k.walk_sensors), (NEARBY, &k.advance_near)];
+    for (list, kernel) in listed {
+        let Some(kernel) = kernel else { continue };
+        if list == WALKING {
+            rec.barrier(Kernel, Indirect, &[&s.walker_groups]);
+        }
         rec.barrier(Kernel, Kernel, &advanced);
         rec.dispatch_indirect(
-            walk_sensors,
+            kernel,
             &s.walker_groups,
-            0,
+            list,
             args(&s.no_groups),
             turn.advance,
         );
@@ -204,11 +214,12 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
             &s.distances,
             &s.across,
             &s.across_triangles,
+            &s.surroundings,
         ],
     );
 }
 
-/// Nobody is listed yet whose sensors must walk.
+/// Nobody is listed yet whose sensors must walk, or who is near another object.
 fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
     let rows = turn.advance.walker_rows;
     let none = DispatchGroups {
@@ -219,8 +230,8 @@ fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
     // The turn before has walked.
     rec.barrier(Indirect, Copy, &[&s.walker_groups]);
     rec.barrier(Kernel, Copy, &[&s.walker_count, &s.walker_groups]);
-    rec.update(&s.walker_count, 0, &[0]);
-    rec.update(&s.walker_groups, 0, &[none]);
+    rec.update(&s.walker_count, 0, &[0; 2]);
+    rec.update(&s.walker_groups, 0, &[none; 2]);
     rec.barrier(Copy, Kernel, &[&s.walker_count, &s.walker_groups]);
 }
 

@@ -6,7 +6,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{Settings, Strategy};
 use myxo::sim::twin::trail::unpacked_position;
 use myxo::sim::twin::transfer::Ground;
-use myxo::sim::{Setup, Simulation, twin};
+use myxo::sim::{COVERED, Setup, Simulation, twin};
 
 use crate::common::{Gpu, gpu};
 use crate::scene;
@@ -30,7 +30,7 @@ fn unfold_agrees_with_its_twin() {
         let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
         twin.step();
         let (mut told, mut others) = (0, 0);
-        for (&a, &b) in kernel.iter().zip(twin.across()) {
+        for (a, b) in kernel.into_iter().zip(twin.across()) {
             if a == NONE && b == NONE {
                 continue;
             }
@@ -52,7 +52,12 @@ fn unfold_agrees_with_its_twin() {
 /// What sensors are told at each texel.
 fn places_across(gpu: &Gpu, simulation: &Simulation) -> Vec<u32> {
     let across = gpu.ctx.download(&simulation.state().across).unwrap();
-    across.into_iter().map(|[place, _]| place).collect()
+    let surroundings = gpu.ctx.download(&simulation.state().surroundings).unwrap();
+    let surroundings: &[u16] = bytemuck::cast_slice(&surroundings);
+    let texels = across.iter().zip(surroundings);
+    texels
+        .map(|(&place, around)| if around & COVERED == 0 { NONE } else { place })
+        .collect()
 }
 
 /// The place in the world of the texel that holds an atlas position.

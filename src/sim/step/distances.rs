@@ -97,7 +97,7 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     listed_groups: &s.tile_groups,
                     groups: &s.covered_groups,
                     covered: &s.covered,
-                    across_words: &s.across_views.words,
+                    surroundings: &s.surroundings,
                 },
                 params.distance,
             );
@@ -112,7 +112,7 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                     &s.tile_groups,
                     &s.covered,
                     &s.covered_groups,
-                    &s.across,
+                    &s.surroundings,
                 ],
             );
             rec.barrier(Kernel, Indirect, &[&s.covered_groups]);
@@ -179,7 +179,8 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         corners: &s.corners,
         vertices: &s.vertices,
         strips: &s.strips,
-        across_words: &s.across_views.words,
+        across: &s.across,
+        surroundings: &s.surroundings,
         across_triangles: &s.across_triangles,
         listed: &s.distance_views.listed,
         groups: &s.covered_groups,
@@ -198,6 +199,7 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         &[
             &s.across,
             &s.across_triangles,
+            &s.surroundings,
             &s.distances,
             &s.nearest,
             &s.listed_tiles,

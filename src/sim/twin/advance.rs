@@ -9,6 +9,7 @@ use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
+use crate::sim::surroundings::{COVERED, NEAR};
 use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Window};
 
 /// What rounding may make of a distance.
@@ -34,6 +35,8 @@ pub struct AdvanceInputs<'a> {
     pub physarums: &'a [Physarum],
     /// Signed distance to other objects, with filled gutters.
     pub distances: &'a [f32],
+    /// Per texel, of several objects: clearance, and marks for places near other objects and covered by them.
+    pub surroundings: &'a [u16],
     /// Where covered texels go on on other objects.
     pub across: &'a [u32],
     /// On which triangle that is.
@@ -126,6 +129,11 @@ pub fn advance(
         let straight = (constants.sensing == SENSORS_STRAIGHT && motion.pending <= 0.0)
             .then(|| straight_places(params, inputs, &own, &particle, towards))
             .flatten();
+        // Nothing of other objects concerns those that go straight and are not near any.
+        let concerned = straight.is_none_or(|places| {
+            let start = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+            is_near(constants, params, inputs, start, places)
+        });
         let mut value = match straight {
             Some(places) => places.map(|place| {
                 sensed_at(
@@ -135,7 +143,7 @@ pub fn advance(
                     &own,
                     place,
                     (NONE, [0.0; 2]),
-                    from_open,
+                    from_open && concerned,
                 )
             }),
             None => towards.map(|towards| {
@@ -200,7 +208,7 @@ pub fn advance(
         };
         let position = inputs.position_of(w.triangle, [w.u, w.v]);
         deposits[texel_at(position, params.pitch) as usize] += 1;
-        if constants.selects {
+        if constants.selects && concerned {
             let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
             let now = trail_at(inputs.distances, position, params.pitch);
             let before = trail_at(inputs.distances, previous, params.pitch);
@@ -221,6 +229,22 @@ pub fn advance(
         };
     }
     gaps
+}
+
+/// Is a particle near another object, or does a sensor get to where one covers the surface? Where sensors see no other
+/// objects, everybody counts as near.
+fn is_near(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    start: [f32; 2],
+    places: [[f32; 2]; 3],
+) -> bool {
+    let around = |place| inputs.surroundings[texel_at(place, params.pitch) as usize];
+    let end = |place: [f32; 2]| around(place.map(|x| x.clamp(0.0, params.last_texel)));
+    !constants.across
+        || around(start) & NEAR != 0
+        || places.iter().any(|&place| end(place) & COVERED != 0)
 }
 
 /// Where sensors get to straight ahead in the atlas, in texels, if only the surface around lies there.
@@ -287,7 +311,9 @@ fn sensed_at(
 ) -> f32 {
     if constants.across {
         let texel = texel_at(position, params.pitch) as usize;
-        let beyond = if from_open {
+        let distance = inputs.distances[texel];
+        let is_covered = params.deepest < distance && distance < params.transfer_threshold;
+        let beyond = if from_open && is_covered {
             inputs.across[texel]
         } else {
             NONE

@@ -61,6 +61,7 @@ use super::params::{StepConstants, StepParams};
 use super::raster::RasterLayout;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::surroundings::COVERED;
 use super::texel_paths::TexelPaths;
 use super::transfers::arranged;
 use super::turns::Turn;
@@ -86,6 +87,7 @@ pub struct Simulation {
     poses: Vec<Pose>,
     poses_before: Vec<Pose>,
     across: Vec<u32>,
+    surroundings: Vec<u16>,
     across_triangles: Vec<u32>,
     distances: Vec<f32>,
     nearest: Vec<u32>,
@@ -114,6 +116,7 @@ impl Simulation {
             transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
             particles: start.particles,
             motions: start.motions,
+            surroundings: setup.surroundings.clone(),
             setup,
             movement: Movement::new(&settings),
             poses_before: poses.clone(),
@@ -291,6 +294,7 @@ impl Simulation {
                 &inputs,
                 &mut self.across,
                 &mut self.across_triangles,
+                &mut self.surroundings,
             );
         }
     }
@@ -331,10 +335,13 @@ impl Simulation {
         (&self.distances, &self.nearest)
     }
 
-    /// One a texel: where on another object walks go on.
+    /// One a texel: where on another object walks go on, [`NONE`] where none covers it.
     #[must_use]
-    pub fn across(&self) -> &[u32] {
-        &self.across
+    pub fn across(&self) -> Vec<u32> {
+        let texels = self.across.iter().zip(&self.surroundings);
+        texels
+            .map(|(&place, around)| if around & COVERED == 0 { NONE } else { place })
+            .collect()
     }
 
     /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].

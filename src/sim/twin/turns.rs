@@ -87,6 +87,7 @@ impl Simulation {
                 poses: &self.poses,
                 physarums: &physarums(&self.settings, self.setup.radius),
                 distances: &self.distances,
+                surroundings: &self.surroundings,
                 across: &self.across,
                 across_triangles: &self.across_triangles,
                 bias: &self.bias,

@@ -9,6 +9,7 @@ use super::walk::walk;
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
 use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
+use crate::sim::surroundings::{CLEARANCE, COVERED, marks_at};
 use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
@@ -39,13 +40,14 @@ pub struct UnfoldInputs<'a> {
     pub listed: &'a [ListedTile],
 }
 
-/// Tells for covered texels where on the other object walks go on.
+/// Marks texels near other objects, and tells for covered ones where on the other object walks go on.
 pub fn unfold(
     constants: &UnfoldConstants,
     params: &UnfoldParams,
     inputs: &UnfoldInputs,
     across: &mut [u32],
     across_triangles: &mut [u32],
+    surroundings: &mut [u16],
 ) {
     let count = if constants.listed {
         inputs.listed.len() as u32 * TILE_SAMPLES
@@ -70,27 +72,29 @@ pub fn unfold(
         };
         let sample = sample as usize;
         let SurfaceSample { position, texel } = inputs.samples[sample];
+        // In the kernels it is `distance` that marks texels where those are listed.
+        let marked = marks_at(inputs.distances[texel as usize], params);
+        let around = &mut surroundings[texel as usize];
+        *around = *around & CLEARANCE | marked;
+        if marked & COVERED == 0 {
+            continue;
+        }
         let triangle = inputs.nearest[texel as usize];
-        let covered = triangle != NONE && inputs.distances[texel as usize] < params.threshold;
-        let [place, on] = if covered {
-            let (first, count) = (pairs.0 as usize, pairs.1 as usize);
-            let pair = inputs.pairs[first..first + count]
-                .iter()
-                .find(|pair| triangle.wrapping_sub(pair.first_face) < pair.face_count)
-                .expect("it is a triangle of one of them");
-            let own_triangle = inputs.owners[sample];
-            place_across(
-                constants,
-                params,
-                inputs,
-                pair,
-                position,
-                own_triangle,
-                triangle,
-            )
-        } else {
-            [NONE; 2]
-        };
+        let (first, count) = (pairs.0 as usize, pairs.1 as usize);
+        let pair = inputs.pairs[first..first + count]
+            .iter()
+            .find(|pair| triangle.wrapping_sub(pair.first_face) < pair.face_count)
+            .expect("it is a triangle of one of them");
+        let own_triangle = inputs.owners[sample];
+        let [place, on] = place_across(
+            constants,
+            params,
+            inputs,
+            pair,
+            position,
+            own_triangle,
+            triangle,
+        );
         across[texel as usize] = place;
         across_triangles[texel as usize] = on;
     }

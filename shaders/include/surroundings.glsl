@@ -1,0 +1,32 @@
+// surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its clearance, how
+// many texels far straight lines stay on the surface around; then whether it is near other objects and covered by them.
+// Twin of src/sim/surroundings.rs.
+
+#ifndef MYXO_SURROUNDINGS
+#define MYXO_SURROUNDINGS
+
+const uint CLEARANCE = 255u;
+// A step from here may lead to where particles change objects.
+const uint NEAR = 256u;
+// Walks that get here go on on another object.
+const uint COVERED = 512u;
+
+// That of a texel, out of the word that it shares.
+uint surroundings_in(uint word, uint texel) {
+    return (word >> (16u * (texel & 1u))) & 0xffffu;
+}
+
+// Others write the other half of the word at the same time. Few texels change, so few are written.
+#define MARK(surroundings, texel, marked) \
+{ \
+    uint changed = (surroundings_in(surroundings[(texel) >> 1u], texel) ^ (marked)) & (NEAR | COVERED); \
+    if (changed != 0u) atomicXor(surroundings[(texel) >> 1u], changed << (16u * ((texel) & 1u))); \
+}
+
+// What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold, are
+// not covered.
+uint marks_at(float distance, float deepest, float threshold, float near) {
+    return (distance < near ? NEAR : 0u) | (deepest < distance && distance < threshold ? COVERED : 0u);
+}
+
+#endif

@@ -1,0 +1,30 @@
+//! What there is round each texel, so that one look tells all. Twin of `shaders/include/surroundings.glsl`.
+
+use super::kernels::UnfoldParams;
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::NONE;
+
+/// The bits that tell how many texels far straight lines stay on the surface around.
+pub const CLEARANCE: u16 = 255;
+/// A step from here may lead to where particles change objects.
+pub const NEAR: u16 = 256;
+/// Walks that get here go on on another object.
+pub const COVERED: u16 = 512;
+
+/// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and count as near.
+#[must_use]
+pub fn surroundings(atlas: &Atlas, clearance: &[u8]) -> Vec<u16> {
+    let texels = atlas.owner.iter().zip(clearance);
+    texels
+        .map(|(&owner, &clear)| u16::from(clear) | if owner == NONE { NEAR } else { 0 })
+        .collect()
+}
+
+/// What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold,
+/// are not covered.
+#[must_use]
+pub fn marks_at(distance: f32, params: &UnfoldParams) -> u16 {
+    let near = if distance < params.near { NEAR } else { 0 };
+    let is_covered = params.deepest < distance && distance < params.threshold;
+    near | if is_covered { COVERED } else { 0 }
+}
