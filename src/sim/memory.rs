@@ -342,8 +342,8 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
-/// How many are listed, and the groups of their dispatch and of none.
-const WALKER_LISTS: u64 = WALKER + 2 * size_of::<DispatchGroups>() as u64;
+/// Of two lists: how many are listed, and the groups of their dispatch and of none.
+const WALKER_LISTS: u64 = 2 * (WALKER + 2 * size_of::<DispatchGroups>() as u64);
 /// A place in the list of those whose sensors must walk.
 const WALKER: u64 = size_of::<u32>() as u64;
 /// Limits' names in Vulkan.
