@@ -4,6 +4,7 @@
 pub mod builtin;
 mod error;
 pub mod file;
+pub mod foods;
 mod keyframes;
 pub mod motion;
 pub mod parameters;
@@ -196,6 +197,7 @@ impl Scene {
         assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
         check_distance_to(&name, &settings.objects)?;
+        foods::check(&name, &settings)?;
         starts::check(&name, &settings)?;
         starts::from_everywhere(&mut settings, &folder);
         let pooled: Vec<_> = meshes

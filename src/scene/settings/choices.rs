@@ -40,6 +40,8 @@ choice! {
         Disc = "disc",
         /// Where a picture of the texture is light.
         Mask = "mask",
+        /// All on one food or marker.
+        Food = "food",
     }
 }
 
