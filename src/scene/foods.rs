@@ -6,6 +6,16 @@ use super::error::SceneError;
 use super::file::Problem;
 use super::settings::{MOST_FOODS, Settings, Start};
 
+/// Names the only object where that is left out, so that it stays clear when there are more.
+pub(super) fn name(settings: &mut Settings) {
+    if let [only] = &settings.objects[..] {
+        let foods = settings.foods.iter_mut();
+        for food in foods.filter(|food| food.object.is_empty()) {
+            food.object.clone_from(&only.name);
+        }
+    }
+}
+
 /// Makes sure that each lies on an object, that there are not too many, and that their trail can be counted. Objects have
 /// their names.
 pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {

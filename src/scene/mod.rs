@@ -196,6 +196,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
+        foods::name(&mut settings);
         check_distance_to(&name, &settings.objects)?;
         foods::check(&name, &settings)?;
         starts::check(&name, &settings)?;

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Easing, Heading, ModelAnimation,
-    ObjectStart, Repeat, Sensing, Show, SignRule, Start, Strategy,
+    ObjectStart, Repeat, Sensing, Show, ShowFood, SignRule, Start, Strategy,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use start::{OwnStart, StartSettings};
@@ -324,6 +324,8 @@ pub struct PictureSettings {
     pub light_elevation: f32,
     /// How much darker places are that see little of the sky, 0 to 1.
     pub occlusion: f32,
+    /// Are food and markers drawn?
+    pub food: ShowFood,
     /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
     pub background: [f32; 3],
 }
@@ -339,6 +341,7 @@ impl Default for PictureSettings {
             light_azimuth: -40.0,
             light_elevation: 41.0,
             occlusion: 0.7,
+            food: ShowFood::Shown,
             background: [0.055, 0.06, 0.075],
         }
     }

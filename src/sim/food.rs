@@ -10,10 +10,10 @@ mod tests;
 
 use std::sync::Arc;
 
-use glam::UVec2;
+use glam::{DVec3, UVec2};
 use rayon::prelude::*;
 
-use super::types::Meal;
+use super::types::{Mark, Meal};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::{Seam, Surface};
@@ -29,6 +29,10 @@ pub const MOST_AMOUNT: u32 = 60_000_000;
 /// Texels that all foods and markers of a scene may reach, each counted for itself: what a storage block of every device
 /// holds.
 const MOST_WHIFFS: usize = 1 << 24;
+/// A marker is drawn as large as food of this part of its radius, but no larger than [`MARKER_RADIUS`].
+const MARKER_SHARE: f64 = 0.08;
+/// World lengths for a part of the object's own extent.
+const MARKER_RADIUS: f64 = 0.03;
 
 /// A food or a marker where it lies. Lengths are world lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +67,28 @@ impl FoodPlace {
     pub fn falloff(&self, distance: f64) -> f64 {
         let share = (1.0 - distance / self.radius).max(0.0);
         share * share
+    }
+
+    /// Where it is drawn.
+    fn mark(&self, surface: &Surface) -> Mark {
+        let [a, b, c] = surface.corners[self.point.triangle as usize]
+            .map(|vertex| surface.positions[vertex as usize].as_dvec3());
+        let middle = a + self.point.u * (b - a) + self.point.v * (c - a);
+        let (first, end) = surface.objects[self.object as usize].vertices;
+        let own = &surface.positions[first as usize..end as usize];
+        let extent = own.iter().fold(0.0_f32, |far, p| far.max(p.length()));
+        let marker = (MARKER_SHARE * self.radius).min(MARKER_RADIUS * f64::from(extent));
+        let is_food = self.size > 0.0;
+        Mark {
+            position: middle.as_vec3(),
+            object: self.object,
+            normal: (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3(),
+            radius: if is_food { self.size } else { marker } as f32,
+            is_food: is_food.into(),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
+        }
     }
 
     /// As it lies there uneaten, or with so much left.
@@ -115,6 +141,8 @@ pub struct Pantry {
     pub whiffs: Vec<UVec2>,
     /// One a texel: the food that is eaten there, counted from 1, or 0. Empty where there are neither foods nor markers.
     pub plates: Vec<u32>,
+    /// Where each is drawn.
+    pub marks: Vec<Mark>,
     /// For each place, so that what stays is not measured again.
     reached: Vec<Arc<Reached>>,
 }
@@ -193,6 +221,7 @@ impl Pantry {
             whiffs: whiffs
                 .map(|&(_, food, value)| UVec2::new(food, value.to_bits()))
                 .collect(),
+            marks: places.iter().map(|place| place.mark(surface)).collect(),
             places,
             scented,
             plates,

@@ -88,6 +88,28 @@ pub struct Meal {
     pub pad1: u32,
 }
 
+/// Where a food or a marker is drawn.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Mark {
+    /// In the space of its object, scaled.
+    pub position: Vec3,
+    /// Which pose it moves with.
+    pub object: u32,
+    /// Of its triangle, in the space of its object.
+    pub normal: Vec3,
+    /// While it is whole, a world length.
+    pub radius: f32,
+    /// 1 for food, 0 for a marker.
+    pub is_food: u32,
+    /// Unused.
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+    /// Unused.
+    pub pad2: u32,
+}
+
 /// The slots of the particle buffer that hold one object's particles: `count` of them from `start` on, in a ring.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]

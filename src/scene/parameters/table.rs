@@ -2,7 +2,7 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, SignRule,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, ShowFood, SignRule,
     Start, Strategy,
 };
 
@@ -551,6 +551,14 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How much darker places are that see little of the sky: hollows, and what is close to another object. 0 is off.",
         effect: Effect::Live,
         kind: real!(picture.occlusion, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
+        key: "picture.food",
+        name: "Food",
+        unit: "",
+        help: "Are food and markers drawn? Food as a dome that shrinks as it is eaten; markers green where they lure and orange where they repel.",
+        effect: Effect::Live,
+        kind: word!(picture.food: ShowFood),
     },
     Parameter {
         key: "picture.background",

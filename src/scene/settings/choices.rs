@@ -277,3 +277,14 @@ choice! {
         Grayscale = "grayscale",
     }
 }
+
+choice! {
+    /// Whether pictures show food and markers.
+    ShowFood {
+        /// As domes that shrink as they are eaten.
+        #[default]
+        Shown = "shown",
+        /// Only what they do is seen.
+        Hidden = "hidden",
+    }
+}

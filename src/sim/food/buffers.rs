@@ -9,12 +9,14 @@ use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
 use crate::sim::kernels::ScentParams;
 use crate::sim::state::Views;
 use crate::sim::twin::scent;
-use crate::sim::types::Meal;
+use crate::sim::types::{Mark, Meal};
 
 /// What kernels read and write about food and markers.
 pub struct FoodBuffers {
     /// One a food or marker: what is left of it.
     pub meals: Buffer<Meal>,
+    /// Where they are drawn.
+    pub marks: Buffer<Mark>,
     /// One a texel, gutters filled: trail units that sensors read more.
     pub scent: Buffer<f32>,
     /// The same, as kernels read and write it.
@@ -62,6 +64,7 @@ impl FoodBuffers {
         };
         Ok(Self {
             meals: Buffer::from_slice(ctx, "meals", meals)?,
+            marks: Buffer::from_slice(ctx, "marks", &pantry.marks)?,
             scent_views: Views::new(ctx, &scent)?,
             scent,
             plate_views: Views::new(ctx, &plates)?,

@@ -31,7 +31,8 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
         },
     );
     // What is left says how strongly it smells, and the next step eats of it.
-    rec.barrier(Kernel, Kernel, &[&food.meals]);
+    // This step's sensors have read the field.
+    rec.barrier(Kernel, Kernel, &[&food.meals, &food.scent]);
     rec.barrier(Kernel, Indirect, &[&food.groups]);
     rec.dispatch_indirect(
         scent,
