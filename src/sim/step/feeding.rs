@@ -49,6 +49,6 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
             scented_count: food.scented_count,
         },
     );
-    // The next step's sensors read it.
-    rec.barrier(Kernel, Kernel, &[&food.scent]);
+    // The next step's sensors read it, and its particles eat of what is left.
+    rec.barrier(Kernel, Kernel, &[&food.scent, &food.meals]);
 }
