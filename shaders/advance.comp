@@ -1,6 +1,6 @@
-// advance: one step of every particle: walk what is pending, sense, turn, walk, deposit, and select for transfer.
-// Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, surroundings, across, across_triangles, physarums.
-// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups.
+// advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer.
+// Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, surroundings, across, across_triangles, physarums; scent (gutters filled), plates and meals.
+// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // In three forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
 // others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Where sensors see other objects, those
@@ -46,6 +46,8 @@ layout(constant_id = 13) const bool OUTGROWS_BLOCK = false;
 layout(constant_id = 14) const uint BAND = 0xffffffffu;  // texels of the first of two
 // Somebody has painted what attracts, repels or may not be entered.
 layout(constant_id = 15) const bool PAINTED = false;
+// There is food, or there are markers. Where there is none, nobody is fed.
+layout(constant_id = 16) const bool FOOD = false;
 
 const uint SENSORS_WALK = 0u;
 // Sensors go straight ahead in the atlas, and who cannot do that is listed.
@@ -78,6 +80,9 @@ layout(push_constant) uniform Params {
     float deepest;            // world length of signed distance up to which sensors see nothing
     float last_texel;         // column or row
     uint walker_rows;         // rows of groups of the dispatch of those who are listed
+    uint fed_steps;           // how long a meal lasts
+    uint fed_deposit;         // particles that a fed one counts as where it deposits
+    float fed_attraction;     // the share of an attraction that a fed one feels
 } params;
 
 // Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
@@ -111,7 +116,12 @@ layout(r32ui, set = 0, binding = 24) uniform uimageBuffer low_deposits;
 layout(r32ui, set = 0, binding = 25) uniform uimageBuffer high_deposits;
 // Trail units that sensors read more; far below zero where nobody may go.
 layout(set = 0, binding = 26) uniform samplerBuffer bias;
-layout(set = 0, binding = 27) uniform usamplerBuffer surroundings;
+// Trail units that sensors read more for food and markers.
+layout(set = 0, binding = 27) uniform samplerBuffer scent;
+// The food that is eaten at a texel, counted from 1; 0 for none.
+layout(set = 0, binding = 28) uniform usamplerBuffer plates;
+layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };
+layout(set = 0, binding = 30) uniform usamplerBuffer surroundings;
 
 #include "strip.glsl"
 #include "trail.glsl"
@@ -131,6 +141,8 @@ float own_favourite_density;
 float own_gravity_weight;
 float own_decrowding_weight;
 float own_distance_weight;
+// The share of what food and markers attract that it feels.
+float own_appetite;
 
 #define OF_OBJECT(field) (OWN_PHYSARUM ? physarums[object].field : params.field)
 
@@ -170,16 +182,16 @@ vec2 walked_position(StripWalk w) {
     return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
 }
 
-// The painted bias, bilinear as the trail is.
-float bias_at(vec2 position) {
+// A field beside the trail, bilinear as that is: what was painted, or the scent of food.
+float field_at(samplerBuffer field, vec2 position) {
     precise vec2 corner = position - 0.5;
     vec2 low = floor(corner);
     precise vec2 f = corner - low;
     uint texel = uint(low.y) * params.pitch + uint(low.x);
-    float b00 = texel_of(bias, texel);
-    float b01 = texel_of(bias, texel + params.pitch);
-    precise float top = b00 + f.x * (texel_of(bias, texel + 1u) - b00);
-    precise float bottom = b01 + f.x * (texel_of(bias, texel + params.pitch + 1u) - b01);
+    float b00 = texel_of(field, texel);
+    float b01 = texel_of(field, texel + params.pitch);
+    precise float top = b00 + f.x * (texel_of(field, texel + 1u) - b00);
+    precise float bottom = b01 + f.x * (texel_of(field, texel + params.pitch + 1u) - b01);
     precise float value = top + f.y * (bottom - top);
     return value;
 }
@@ -217,7 +229,12 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         value += own_distance_weight * distance_at(position, params.pitch);
     }
     if (PAINTED) {
-        value += bias_at(position);
+        value += field_at(bias, position);
+    }
+    if (FOOD) {
+        // What repels does so whoever has eaten.
+        float smelled = field_at(scent, position);
+        value += smelled > 0.0 ? own_appetite * smelled : smelled;
     }
     return value;
 }
@@ -264,12 +281,25 @@ bool is_clear(vec2 way, uint at_start, uint at_end) {
     return dot(way, way) <= both * both;
 }
 
-void deposit_at(uint texel) {
+void deposit_at(uint texel, uint count) {
     if (OUTGROWS_BLOCK) {
-        add_to_texel(low_deposits, high_deposits, texel, 1u)
+        add_to_texel(low_deposits, high_deposits, texel, count)
     } else {
-        atomicAdd(deposits[texel], 1u);
+        atomicAdd(deposits[texel], count);
     }
+}
+
+// For how many steps a particle is fed that was so for `fed` and has come to a texel. Whoever is hungry eats where there is
+// food, also if more come to it in one step than it feeds: then their order cannot matter.
+uint fed_at(uint texel, uint fed) {
+    fed -= min(fed, 1u);
+    uint plate = texel_of(plates, texel);
+    uint food = max(plate, 1u) - 1u;
+    if (fed == 0u && plate != 0u && meals[food].remaining != 0u) {
+        atomicAdd(meals[food].eaten, 1u);
+        fed = params.fed_steps;
+    }
+    return fed;
 }
 
 // Lists.
@@ -325,15 +355,17 @@ void main() {
     }
     Particle particle = particle_of(texelFetch(particles_before, int(i)));
     Motion motion = motion_of(texelFetch(motions_before, int(i)));
-    uint flags = motion.flags;
+    uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
+    uint flags = motion.flags & ~FED;
     if (TURNS) {
-        uint stamp = (params.time_step + 1u) << 1u;
+        uint stamp = ((params.time_step + 1u) << 1u) & STAMP;
         bool of_another = shape_words(particle.triangle).w != params.object;
         if (WINDOWS) of_another = false;
         if (of_another || flags == stamp || (flags & IN_FLIGHT) != 0u) return;
         flags = stamp;
     }
     take_physarum(particle.triangle);
+    own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
     vec2 straight = vec2(0.0);
@@ -416,7 +448,12 @@ void main() {
 
     imageStore(particles, int(i), words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
-    deposit_at(texel_at(position, params.pitch));
+    uint texel = texel_at(position, params.pitch);
+    if (FOOD) {
+        fed = fed_at(texel, fed);
+        flags |= fed << FED_SHIFT;
+    }
+    deposit_at(texel, fed == 0u ? 1u : params.fed_deposit);
     // Who is not near other objects does not get into one.
     bool is_far = ACROSS;
     is_far = is_far && SENSING == SENSORS_STRAIGHT;

@@ -58,6 +58,9 @@
 //!   transfer_out   where each goes on, on the other object         one invocation a transfer
 //!   defragment_*   stayers in front, leavers in the next window    one invocation a transfer
 //!
+//! digest           what was eaten is taken from each food          one invocation a food
+//! scent            what sensors read of food, where that changed   one invocation a texel that food reaches
+//!
 //! diffuse          trail spreads, takes up deposits, decays        one invocation per four texels
 //! diffuse_seams    the same for texels that exchange over a seam   one invocation a seam texel
 //! exchange_seams   gutter texels, so that reads never see a seam   one invocation a gutter texel
@@ -90,6 +93,9 @@
 //! - **dab**: one touch of a brush, between steps: a ball in world space, and what of the surface lies in it
 //!   ([`sim::Simulation::paint`]). **Bias**: what was painted for sensors to read more or less than the trail, or that nobody
 //!   may go there.
+//! - **food**, **marker**: a place on an object that sensors read more or less of the nearer they are along the surface: its
+//!   **scent** ([`sim::food`]). Food is eaten where its **plate** is, a **meal** at a time; nobody eats a marker. Who has eaten
+//!   is **fed** for some steps, else **hungry**.
 //! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
 //!   seam.
 //! - **object**: a mesh with a pose; its particles, its texels. **Signed distance**: to the nearest other object,

@@ -13,6 +13,8 @@ pub enum Purpose {
     Respawn = 2,
     /// Who comes to a dab of a brush, and where to.
     Paint = 3,
+    /// Where food is scattered; only the host draws it.
+    Food = 4,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

@@ -194,7 +194,7 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
         "{what}: {elsewhere} of {count} particles end on another triangle"
     );
 
-    // A particle that turned another way counts at two texels.
+    // A particle that turned another way counts at two texels, and a fed one as several.
     let moved: u64 = kernel
         .deposits
         .iter()
@@ -202,19 +202,43 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
         .map(|(&a, &b)| u64::from(a.abs_diff(b)))
         .sum();
     assert!(
-        moved <= 2 * (count - decided + elsewhere + count / 500) as u64,
+        moved
+            <= 2 * u64::from(kernel.food.fed_deposit)
+                * (count - decided + elsewhere + count / 500) as u64,
         "{what}: {moved} deposits lie elsewhere"
     );
-    assert_eq!(kernel.deposits.iter().sum::<u32>(), count as u32, "{what}");
+    let deposited: u64 = kernel.deposits.iter().map(|&n| u64::from(n)).sum();
+    assert_eq!(deposited, kernel.deposit_count(), "{what}");
+    let left = kernel.food.remaining.iter().zip(&twin.food.remaining);
+    let eaten_elsewhere: u32 = left.map(|(a, b)| a.abs_diff(*b)).sum();
+    assert!(
+        eaten_elsewhere as usize <= 2 * (count - decided + elsewhere),
+        "{what}: {eaten_elsewhere} meals were taken elsewhere"
+    );
 }
 
 #[test]
 fn advance_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     type Change = fn(&mut Settings);
-    let variants: [(&str, Change); 11] = [
+    let variants: [(&str, Change); 13] = [
         ("plain", |_| ()),
         ("walking sensors", |s| s.physarum.sensing = Sensing::Walk),
+        ("food", |s| {
+            s.feeding.scattered = 5;
+            s.feeding.radius = 0.9;
+            s.feeding.strength = 9.0;
+            s.feeding.amount = 900;
+            s.feeding.size = 0.2;
+            s.feeding.fed_steps = 3;
+            s.feeding.fed_deposit = 3;
+            s.feeding.fed_attraction = 0.3;
+        }),
+        ("markers that repel", |s| {
+            s.feeding.scattered = 3;
+            s.feeding.strength = -7.0;
+            s.feeding.size = 0.0;
+        }),
         ("noise", |s| s.physarum.sensor_noise = 0.8),
         ("favourite density", |s| s.physarum.favourite_density = 2.0),
         ("gravity", |s| s.physarum.gravity_weight = 3.0),

@@ -241,6 +241,8 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
         across: &[],
         across_triangles: &[],
         bias: &[],
+        scent: &[],
+        plates: &[],
     };
     let mean = snapshot.trail.iter().map(|&v| f64::from(v)).sum::<f64>()
         / f64::from(setup.atlas.owned_count);

@@ -48,6 +48,8 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
         across: &[],
         across_triangles: &[],
         bias: &[],
+        scent: &[],
+        plates: &[],
     };
     let (mut errors, mut straight) = (Vec::new(), 0);
     for (i, particle) in setup.particles.iter().enumerate() {

@@ -1,10 +1,16 @@
-// ring: slots of windows, which lie one behind the other in a ring. Twin of Window in src/sim/types.rs.
+// ring: slots of windows, which lie one behind the other in a ring, and the flags of particles. Twin of Window and Motion in
+// src/sim/types.rs.
 
 #ifndef MYXO_RING
 #define MYXO_RING
 
 // The flag of particles that have left their object and have not arrived yet.
 const uint IN_FLIGHT = 1u;
+// The step in which a particle advanced last, counted from 1, as far as these bits hold it.
+const uint STAMP = 0xfffeu;
+// For how many more steps a particle is fed.
+const uint FED = 0xffff0000u;
+const uint FED_SHIFT = 16u;
 
 // The slot of particle i of a window that begins at `start`, in a ring of `ring` slots.
 uint ring_slot(uint start, uint i, uint ring) {

@@ -8,6 +8,8 @@ const uint NONE = 0xffffffffu;
 
 struct Particle { uint triangle; float u; float v; uint id; };
 struct Motion { float heading_p; float heading_h; float pending; uint flags; };
+struct Meal { uint remaining; uint eaten; uint amount; uint level; float strength; float scent; uint pad0; uint pad1; };
+struct Mark { vec3 position; uint object; vec3 normal; float radius; uint is_food; uint pad0; uint pad1; uint pad2; };
 struct Triangle { float ab; float cp; float ch; uint object; };
 struct HalfEdge { uint twin; float cos; float sin; uint fine; };
 struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };

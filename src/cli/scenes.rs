@@ -8,8 +8,10 @@ use myxo::Result;
 use myxo::mesh::builtin::BUILTINS;
 use myxo::scene::Scene;
 use myxo::scene::builtin::{PRESETS, SCENES};
-use myxo::scene::parameters::{Effect, Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter};
-use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::parameters::{
+    Effect, FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter,
+};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 
 use super::options::SceneOptions;
 use super::{Outcome, console};
@@ -94,6 +96,15 @@ fn keys() -> String {
             parameter,
             &format!("object.N.{}", parameter.key),
             &object,
+        );
+    }
+    let food = FoodSettings::default();
+    for parameter in FOOD_PARAMETERS {
+        describe(
+            &mut text,
+            parameter,
+            &format!("food.N.{}", parameter.key),
+            &food,
         );
     }
     text

@@ -84,7 +84,11 @@ impl Lab {
         };
         let live = self.interface.live_settings();
         match stage.simulation.apply(&live) {
-            Ok(()) => self.interface.running = live,
+            Ok(()) => {
+                self.interface.running = live;
+                // Food comes and goes without a step.
+                stage.forget_picture();
+            }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
     }

@@ -304,6 +304,7 @@ impl Interface {
                 }
             }
         }
+        live.foods.clone_from(&self.edited.foods);
         live
     }
 
@@ -375,6 +376,7 @@ impl Interface {
                 KeyAction::Gallery => self.gallery.open = !self.gallery.open,
                 KeyAction::Help => self.help = !self.help,
                 KeyAction::Brush => self.hands.toggle_brush(),
+                KeyAction::Food => self.hands.toggle_food(),
                 KeyAction::Probe => self.hands.probe = !self.hands.probe,
                 KeyAction::Remove => self.remove_selected(ctx, commands),
                 KeyAction::Back => self.back(ctx, commands),

@@ -56,6 +56,8 @@ pub enum KeyAction {
     Help,
     /// The brush used last, or none.
     Brush,
+    /// The tool for food, or none.
+    Food,
     /// Shows or hides what lies under the pointer.
     Probe,
     /// Takes the picked object out of the scene.
@@ -301,6 +303,13 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     ),
     (
         Modifiers::NONE,
+        &[Key::O],
+        "O",
+        KeyAction::Food,
+        "the tool for food, or none",
+    ),
+    (
+        Modifiers::NONE,
         &[Key::I],
         "I",
         KeyAction::Probe,
@@ -311,7 +320,7 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         &[Key::Delete],
         "Delete",
         KeyAction::Remove,
-        "take the picked object out",
+        "take the picked object or food out",
     ),
     (
         Modifiers::NONE,

@@ -3,8 +3,10 @@
 use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::render::exposure::Exposure;
 use myxo::scene::builtin::{self, Builtin, PRESETS};
-use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
-use myxo::scene::settings::Show;
+use myxo::scene::parameters::{
+    FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle,
+};
+use myxo::scene::settings::{FoodSettings, Settings, Show};
 use myxo::sim::types::Flow;
 
 use super::checks::Check;
@@ -282,6 +284,14 @@ impl Interface {
             }
             _ => {}
         }
+        if self.running.food_count() > 0 {
+            ui.checkbox(&mut self.view.shows_food, "Food and markers")
+                .on_hover_text(
+                    "Draws food as domes that shrink as it is eaten; markers green and orange",
+                )
+                .marked("shows_food");
+            note_value(ui.ctx(), "shows_food", || self.view.shows_food.to_string());
+        }
         ui.label("Charts").on_hover_text(
             "The atlas's charts, each in a colour of its own, with their seams: 0 nothing, 0.5 under the trail, 1 nothing else (X)",
         );
@@ -376,9 +386,43 @@ impl Interface {
                 }
             });
         }
+        changed |= self.food_sections(ui, &before, &filter);
         if changed {
             commands.push(Command::Apply);
         }
+    }
+
+    /// One for each food and marker that has a `[[food]]`; true if one was changed.
+    fn food_sections(&mut self, ui: &mut Ui, before: &Settings, filter: &str) -> bool {
+        let mut changed = false;
+        let new = FoodSettings::default();
+        for (i, food) in self.edited.foods.iter_mut().enumerate() {
+            let parameters = FOOD_PARAMETERS.iter();
+            let wanted = parameters.filter(|p| {
+                filter.is_empty()
+                    || p.name.to_lowercase().contains(filter)
+                    || format!("food.{i}.{}", p.key).contains(filter)
+            });
+            let parameters: Vec<_> = wanted.collect();
+            if parameters.is_empty() {
+                continue;
+            }
+            let what = if food.is_marker() { "Marker" } else { "Food" };
+            let title = format!("{what} {i}: {}", food.object);
+            section(ui, &title, false, !filter.is_empty(), |ui| {
+                let context = RowContext {
+                    loaded: self.loaded.foods.get(i).unwrap_or(&new),
+                    running: self.running.foods.get(i).unwrap_or(&new),
+                    shared: &before.physarum,
+                    prefix: &format!("food.{i}."),
+                    idle: &|_| None,
+                };
+                for parameter in parameters {
+                    changed |= row(ui, parameter, food, &context);
+                }
+            });
+        }
+        changed
     }
 }
 
@@ -438,6 +482,7 @@ fn invariants(ui: &mut Ui, check: &Check) {
 pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("physarum", "Physarum", true),
     ("trail", "Trail", true),
+    ("feeding", "Feeding", false),
     ("particles", "Particles", false),
     ("time", "Time", false),
     ("distance", "Distances", false),

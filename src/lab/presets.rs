@@ -46,7 +46,7 @@ impl Morph {
 
 /// Does a look consist of it?
 fn is_look(parameter: &Parameter) -> bool {
-    matches!(parameter.section(), "physarum" | "trail")
+    matches!(parameter.section(), "physarum" | "trail" | "feeding")
 }
 
 /// A share of the way from a look to another: numbers in between, by factors where their sliders are; words of the first.
@@ -73,7 +73,10 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
 
 /// The settings with a preset over them.
 pub fn with_preset(settings: &Settings, preset: &Builtin) -> Settings {
-    let mut reader = Reader::new(settings.clone());
+    let mut settings_before = settings.clone();
+    // Of most looks food is no part.
+    settings_before.feeding.scattered = 0;
+    let mut reader = Reader::new(settings_before);
     reader.text(preset.name, preset.text);
     // Those that come with the program are right, as a test sees to.
     reader.finish().unwrap_or_else(|_| settings.clone())

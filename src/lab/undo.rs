@@ -18,6 +18,7 @@ struct Look {
     charts: f32,
     light: Light,
     occlusion: f32,
+    shows_food: bool,
     /// Degrees.
     field_of_view: f32,
 }
@@ -32,6 +33,7 @@ impl Look {
             charts: view.charts,
             light: view.light,
             occlusion: view.occlusion,
+            shows_food: view.shows_food,
             field_of_view: view.camera.vertical_fov.to_degrees(),
         }
     }
@@ -44,6 +46,7 @@ impl Look {
         view.charts = self.charts;
         view.light = self.light;
         view.occlusion = self.occlusion;
+        view.shows_food = self.shows_food;
         if view.camera.vertical_fov.to_degrees() != self.field_of_view {
             view.camera
                 .set_field_of_view(self.field_of_view.to_radians());

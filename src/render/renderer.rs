@@ -4,6 +4,7 @@
 //! pulled from the simulation's own buffers; the renderer adds only what pictures need, such as smooth normals.
 
 mod fields;
+mod foods;
 mod painted;
 
 use std::ops::Range;
@@ -28,8 +29,8 @@ use crate::gpu::{
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
-    BackgroundParams, FieldsConstants, FieldsDraw, PaintedDraw, ParticlesArgs, ParticlesDraw,
-    ParticlesParams, SurfaceArgs, SurfaceConstants, SurfaceDraw, SurfaceParams,
+    BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesArgs,
+    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceConstants, SurfaceDraw, SurfaceParams,
 };
 use crate::sim::kernels::{
     Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
@@ -60,6 +61,7 @@ struct Pipelines {
     background: RasterPipeline<BackgroundDraw>,
     atlas_view: RasterPipeline<AtlasViewDraw>,
     painted: RasterPipeline<PaintedDraw>,
+    foods: RasterPipeline<FoodsDraw>,
 }
 
 impl Pipelines {
@@ -85,6 +87,7 @@ impl Pipelines {
         };
         Ok(Self {
             painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
+            foods: foods::pipeline(ctx, format, samples)?,
             samples,
             surface: RasterPipeline::new(ctx, &SurfaceConstants { texels_in_quads }, options)?,
             fields: RasterPipeline::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
@@ -247,14 +250,17 @@ impl Renderer {
             let read = self.read(state);
             // Was painted between steps, if anything was.
             let bias: Option<&dyn AnyBuffer> = state.bias.as_ref().map(|bias| &bias.field as _);
+            let meals: Option<&dyn AnyBuffer> = state.food.as_ref().map(|food| &food.meals as _);
             rec.barrier(Access::Kernel, Access::Vertex, &read);
             rec.barrier(Access::Kernel, Access::Vertex, bias.as_slice());
+            rec.barrier(Access::Kernel, Access::Vertex, meals.as_slice());
             for (view, canvas, rows) in pictures {
                 self.draw_one(rec, state, view, canvas, rows.clone());
             }
             // The next steps and the next picture write over what was read.
             rec.barrier(Access::Vertex, Access::Kernel, &read);
             rec.barrier(Access::Vertex, Access::Kernel, bias.as_slice());
+            rec.barrier(Access::Vertex, Access::Kernel, meals.as_slice());
         });
     }
 
@@ -316,11 +322,13 @@ impl Renderer {
                 self.draw_surface(pass, &shot);
                 if view.show != Show::Charts {
                     self.draw_painted(pass, &shot);
+                    Self::draw_foods(pass, &shot);
                 }
                 Self::draw_background(pass, &shot);
             }
             Show::Particles | Show::Headings => {
                 self.draw_surface(pass, &shot);
+                Self::draw_foods(pass, &shot);
                 Self::draw_background(pass, &shot);
                 self.draw_particles(pass, &shot);
             }

@@ -6,7 +6,7 @@ use super::camera::{Camera, MAX_PITCH};
 use super::colormap::linear_from_srgb;
 use super::exposure::Exposure;
 use crate::scene::Scene;
-use crate::scene::settings::{CameraSettings, ColorMap, PictureSettings, Show};
+use crate::scene::settings::{CameraSettings, ColorMap, PictureSettings, Show, ShowFood};
 
 /// Everything that a picture of a simulation depends on, but the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub struct View {
     pub light: Light,
     /// How much darker places are that see little of the sky, 0 to 1.
     pub occlusion: f32,
+    /// Are food and markers drawn?
+    pub shows_food: bool,
 }
 
 /// Where the key light comes from, seen from the camera, with which it moves: what is seen is lit.
@@ -119,6 +121,7 @@ impl View {
                 elevation: picture.light_elevation,
             },
             occlusion: picture.occlusion,
+            shows_food: picture.food == ShowFood::Shown,
         }
     }
 
@@ -141,6 +144,10 @@ impl View {
         picture.light_azimuth = self.light.azimuth;
         picture.light_elevation = self.light.elevation;
         picture.occlusion = self.occlusion;
+        picture.food = match self.shows_food {
+            true => ShowFood::Shown,
+            false => ShowFood::Hidden,
+        };
         picture.brightest = match self.exposure {
             Exposure::Fixed(brightest) => brightest,
             Exposure::Auto { .. } => 0.0,

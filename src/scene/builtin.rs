@@ -35,11 +35,11 @@ macro_rules! texts {
 pub const DEFAULT_SCENE: &str = "torus";
 
 /// Every built-in scene. `cube` and `torus` are the reference cases for comparisons.
-pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "crowd");
+pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "oats", "crowd");
 
-/// Every built-in preset: looks, that is, values for `[physarum]` and `[trail]`.
+/// Every built-in preset: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]`.
 pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "waves", "mist",
-        "streams", "shy", "meeting");
+        "streams", "feeding", "shy", "meeting");
 
 /// The built-in scene with this name.
 #[must_use]

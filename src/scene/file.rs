@@ -8,9 +8,10 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::keyframes;
 use super::parameters::{
-    Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside, out_of_range,
+    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside,
+    out_of_range,
 };
-use super::settings::{ObjectSettings, Settings};
+use super::settings::{FoodSettings, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
 /// One thing that is wrong with a scene file, a preset or a `--set`.
@@ -177,6 +178,12 @@ impl Reader {
         if let Some(rest) = key.strip_prefix("object.") {
             return self.object_key(key, rest, value, at);
         }
+        if key == "food" {
+            return self.foods(value, at);
+        }
+        if let Some(rest) = key.strip_prefix("food.") {
+            return self.food_key(key, rest, value, at);
+        }
         let typed = matches!(self.place, Place::Argument(_));
         let outcome = set(
             PARAMETERS,
@@ -217,7 +224,7 @@ impl Reader {
             .iter()
             .map(Parameter::section)
             .filter(|section| !section.is_empty());
-        let message = match nearest(key, sections.chain(["object"])) {
+        let message = match nearest(key, sections.chain(["object", "food"])) {
             Some(nearest) => format!("[{key}]: no such section; did you mean [{nearest}]?"),
             None => format!("[{key}]: no such section; `myxo scenes --keys` lists all keys"),
         };
@@ -225,11 +232,7 @@ impl Reader {
     }
 
     fn objects(&mut self, value: &Spanned<DeValue<'_>>, at: usize) {
-        let tables: Option<Vec<&DeTable<'_>>> = match value.get_ref() {
-            DeValue::Array(array) => array.iter().map(|item| item.get_ref().as_table()).collect(),
-            _ => None,
-        };
-        let Some(tables) = tables else {
+        let Some(tables) = tables(value) else {
             return self.problem(
                 at,
                 "object: [[object]] is expected, once for each object".to_owned(),
@@ -238,6 +241,42 @@ impl Reader {
         self.settings.objects = vec![ObjectSettings::default(); tables.len()];
         for (i, table) in tables.into_iter().enumerate() {
             self.table(&format!("object.{i}"), table);
+        }
+    }
+
+    fn foods(&mut self, value: &Spanned<DeValue<'_>>, at: usize) {
+        let Some(tables) = tables(value) else {
+            return self.problem(
+                at,
+                "food: [[food]] is expected, once for each food or marker".to_owned(),
+            );
+        };
+        self.settings.foods = vec![FoodSettings::default(); tables.len()];
+        for (i, table) in tables.into_iter().enumerate() {
+            self.table(&format!("food.{i}"), table);
+        }
+    }
+
+    fn food_key(&mut self, key: &str, rest: &str, value: &Spanned<DeValue<'_>>, at: usize) {
+        let (index, field) = rest.split_once('.').unwrap_or((rest, ""));
+        let count = self.settings.foods.len();
+        let index: Option<usize> = index.parse().ok();
+        let Some(food) = index.and_then(|i| self.settings.foods.get_mut(i)) else {
+            let message = match count {
+                0 => format!("{key}: the scene has no food: add a [[food]]"),
+                _ => format!("{key}: the scene has {count} foods, counted from food.0"),
+            };
+            return self.problem(at, message);
+        };
+        let typed = matches!(self.place, Place::Argument(_));
+        let outcome = match (field, value.get_ref()) {
+            ("", DeValue::Table(table)) => return self.table(key, table),
+            (_, value) => set(FOOD_PARAMETERS, food, field, key, value, typed),
+        };
+        match outcome {
+            None => {}
+            Some(Refusal::Wrong(message)) => self.problem(at, message),
+            Some(Refusal::Unknown) => self.unknown(key, at),
         }
     }
 
@@ -310,6 +349,14 @@ impl Reader {
             Some(Refusal::Wrong(message)) => self.problem(at, message),
             Some(Refusal::Unknown) => self.unknown(key, at),
         }
+    }
+}
+
+/// Those of a list of tables, if it is one.
+fn tables<'a, 'b>(value: &'a Spanned<DeValue<'b>>) -> Option<Vec<&'a DeTable<'b>>> {
+    match value.get_ref() {
+        DeValue::Array(array) => array.iter().map(|item| item.get_ref().as_table()).collect(),
+        _ => None,
     }
 }
 

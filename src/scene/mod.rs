@@ -4,6 +4,7 @@
 pub mod builtin;
 mod error;
 pub mod file;
+pub mod foods;
 mod keyframes;
 pub mod motion;
 pub mod parameters;
@@ -195,7 +196,9 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         assert_eq!(meshes.len(), settings.objects.len(), "one mesh an object");
         name_objects(&mut settings.objects, &meshes);
+        foods::name(&mut settings);
         check_distance_to(&name, &settings.objects)?;
+        foods::check(&name, &settings)?;
         starts::check(&name, &settings)?;
         starts::from_everywhere(&mut settings, &folder);
         let pooled: Vec<_> = meshes

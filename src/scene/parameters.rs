@@ -3,21 +3,23 @@
 
 #[macro_use]
 mod macros;
+mod food;
 mod idle;
 mod objects;
 mod table;
 
 use super::settings::{PhysarumSettings, Settings};
 
+pub use food::FOOD_PARAMETERS;
 pub use idle::{why_idle, why_object_idle};
 pub use objects::OBJECT_PARAMETERS;
 pub use table::PARAMETERS;
 
-/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) for the keys of
-/// one `[[object]]`.
+/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) and
+/// [`FoodSettings`](super::settings::FoodSettings) for the keys of one `[[object]]` or `[[food]]`.
 #[derive(Debug)]
 pub struct Parameter<T: 'static = Settings> {
-    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front.
+    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front, those of a food `food.N.`.
     pub key: &'static str,
     /// As people call it.
     pub name: &'static str,
@@ -271,6 +273,11 @@ pub fn out_of_range(settings: &Settings) -> Vec<OutOfRange> {
     for (i, object) in settings.objects.iter().enumerate() {
         for parameter in OBJECT_PARAMETERS {
             parameter.check(&format!("object.{i}."), object, &mut problems);
+        }
+    }
+    for (i, food) in settings.foods.iter().enumerate() {
+        for parameter in FOOD_PARAMETERS {
+            parameter.check(&format!("food.{i}."), food, &mut problems);
         }
     }
     problems

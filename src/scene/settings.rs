@@ -5,6 +5,7 @@
 //! the scene's up axis is +Y. What a key may hold is said by [`super::parameters`], not here.
 
 mod choices;
+mod food;
 mod shown;
 mod start;
 
@@ -13,8 +14,9 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Easing, Heading, ModelAnimation,
-    ObjectStart, Repeat, Sensing, Show, SignRule, Start, Strategy,
+    ObjectStart, Repeat, Sensing, Show, ShowFood, SignRule, Start, Strategy,
 };
+pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use start::{OwnStart, StartSettings};
 
 use super::motion::{self, MotionSettings};
@@ -40,6 +42,8 @@ pub struct Settings {
     pub transfer: TransferSettings,
     /// How distances between objects are taken.
     pub distance: DistanceSettings,
+    /// Scattered food, and what food does to those who eat it.
+    pub feeding: FeedingSettings,
     /// Where pictures are taken from.
     pub camera: CameraSettings,
     /// What pictures look like.
@@ -47,6 +51,9 @@ pub struct Settings {
     /// The objects, at least one.
     #[serde(rename = "object")]
     pub objects: Vec<ObjectSettings>,
+    /// Food and markers.
+    #[serde(rename = "food", skip_serializing_if = "Vec::is_empty")]
+    pub foods: Vec<FoodSettings>,
 }
 
 impl Default for Settings {
@@ -61,9 +68,11 @@ impl Default for Settings {
             atlas: AtlasSettings::default(),
             transfer: TransferSettings::default(),
             distance: DistanceSettings::default(),
+            feeding: FeedingSettings::default(),
             camera: CameraSettings::default(),
             picture: PictureSettings::default(),
             objects: vec![ObjectSettings::default()],
+            foods: Vec::new(),
         }
     }
 }
@@ -81,6 +90,8 @@ pub struct ParticleSettings {
     pub start_radius: f32,
     /// The name of the only object that they begin on; empty for all.
     pub start_object: String,
+    /// For `food`: which one, counted from 0; scattered ones come after the others.
+    pub start_food: u32,
     /// For `mask`: a greyscale picture of the texture; a path relative to the scene file.
     pub start_mask: String,
     /// Where they head.
@@ -97,6 +108,7 @@ impl Default for ParticleSettings {
             start_at: [0.0, 1.0, 0.0],
             start_radius: 0.25,
             start_object: String::new(),
+            start_food: 0,
             start_mask: String::new(),
             start_heading: Heading::Auto,
             start_direction: [1.0, 0.0, 0.0],
@@ -312,6 +324,8 @@ pub struct PictureSettings {
     pub light_elevation: f32,
     /// How much darker places are that see little of the sky, 0 to 1.
     pub occlusion: f32,
+    /// Are food and markers drawn?
+    pub food: ShowFood,
     /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
     pub background: [f32; 3],
 }
@@ -327,6 +341,7 @@ impl Default for PictureSettings {
             light_azimuth: -40.0,
             light_elevation: 41.0,
             occlusion: 0.7,
+            food: ShowFood::Shown,
             background: [0.055, 0.06, 0.075],
         }
     }

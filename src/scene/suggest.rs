@@ -1,10 +1,15 @@
 //! What was probably meant by a mistyped name.
 
-use super::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+use super::parameters::{FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS};
 
 /// The key that was probably meant: the same word in another section, or nearly the same key, or nearly the same word,
 /// or nearly a section.
 pub(super) fn nearest_key(unknown: &str) -> Option<String> {
+    let of_food = unknown.strip_prefix("food.");
+    if let Some((index, field)) = of_food.and_then(|rest| rest.split_once('.')) {
+        let keys = FOOD_PARAMETERS.iter().map(|parameter| parameter.key);
+        return nearest(field, keys).map(|key| format!("food.{index}.{key}"));
+    }
     let prefix = match unknown
         .strip_prefix("object.")
         .and_then(|rest| rest.split_once('.'))
@@ -39,7 +44,7 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
         })
         .or_else(|| {
             let sections = PARAMETERS.iter().map(|parameter| parameter.section());
-            let sections = sections.chain(["object"]).filter(|s| !s.is_empty());
+            let sections = sections.chain(["object", "food"]).filter(|s| !s.is_empty());
             nearest(unknown, sections).map(str::to_owned)
         })
 }

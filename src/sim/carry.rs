@@ -2,15 +2,16 @@
 
 use rayon::prelude::*;
 
+use super::food::FoodPlace;
 use super::setup::Setup;
-use super::snapshot::Snapshot;
+use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
 use super::twin::exchange_seams;
 use super::twin::trail::{texel_at, trail_at};
 use super::types::{Motion, Particle};
 
 /// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
-/// and trail stay where they are on their object. Who would begin on an object that is new begins there, so that it has its
+/// and trail stay where they are on their object, and so does what is left of food. Who would begin on an object that is new begins there, so that it has its
 /// share, and so do those whose object has gone; distances and transfers begin anew.
 ///
 /// None where that has no meaning: with another number of particles, or an object that has become another mesh.
@@ -54,7 +55,7 @@ pub fn carried(
         let pending = motion.pending * grown;
         let motion = Motion {
             pending: if pending.is_finite() { pending } else { 0.0 },
-            flags: 0,
+            flags: motion.flags & Motion::FED,
             ..*motion
         };
         (
@@ -95,11 +96,14 @@ pub fn carried(
     // As many as particles, as after every step.
     let mut deposits = vec![0; texels];
     if snapshot.step > 0 {
-        for particle in &particles {
+        for (particle, motion) in particles.iter().zip(&motions) {
             let texel = new
                 .atlas
                 .texel_of(particle.triangle, particle.u, particle.v);
-            deposits[texel as usize] += 1;
+            deposits[texel as usize] += match motion.fed() {
+                0 => 1,
+                _ => snapshot.food.fed_deposit,
+            };
         }
     }
     let last_poses = from.iter().zip(&new.poses);
@@ -116,7 +120,31 @@ pub fn carried(
         deposits,
         transfers: TransferState::default(),
         bias,
+        food: FoodState {
+            remaining: left_of(snapshot, old, new, from),
+            ..snapshot.food
+        },
     })
+}
+
+/// What is left of each of the new scene's foods: those that lay at the same place of the same object keep theirs.
+fn left_of(snapshot: &Snapshot, old: &Setup, new: &Setup, from: &[Option<usize>]) -> Vec<u32> {
+    let left = |place: &FoodPlace| {
+        let object = place.object as usize;
+        let was = from[object]?;
+        let first = |setup: &Setup, object: usize| setup.surface.objects[object].triangles.0;
+        let triangle = place.point.triangle - first(new, object) + first(old, was);
+        let at = |other: &FoodPlace| {
+            let apart = (other.point.u - place.point.u).hypot(other.point.v - place.point.v);
+            other.point.triangle == triangle && apart < 1e-3 && other.amount == place.amount
+        };
+        let food = old.pantry.places.iter().position(at)?;
+        snapshot.food.remaining.get(food).copied()
+    };
+    let places = new.pantry.places.iter();
+    places
+        .map(|place| place.meal(left(place)).remaining)
+        .collect()
 }
 
 #[cfg(test)]

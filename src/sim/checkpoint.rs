@@ -2,8 +2,8 @@
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
 //! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, the poses of
-//! the last step and those that distances were last taken with, and the bias that was painted, if any was, as they lie in
-//! memory, then the CRC-32 of all that precedes it (u32).
+//! the last step and those that distances were last taken with, the bias that was painted, if any was, and what is left of
+//! each food, as they lie in memory, then the CRC-32 of all that precedes it (u32).
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 
 use super::movement::SavedMovement;
 use super::setup::Setup;
-use super::snapshot::Snapshot;
+use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
+use super::types::Motion;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::file::Reader;
@@ -39,6 +40,12 @@ struct Header {
     /// Older files have none.
     #[serde(default)]
     bias: u64,
+    /// Likewise.
+    #[serde(default)]
+    foods: u64,
+    /// Those know of no food, and have more bits of when a particle advanced last in the place of how long it is fed.
+    #[serde(default)]
+    fed_deposit: Option<u32>,
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
@@ -115,6 +122,7 @@ impl Checkpoint {
         }
         self.snapshot.validate(setup)?;
         self.snapshot.movement_of(now.objects.len())?;
+        self.snapshot.check_food(setup.pantry.places.len())?;
         let of_the_state =
             |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
         Ok(live.iter().filter(of_the_state).map(tell).collect())
@@ -149,6 +157,7 @@ impl Checkpoint {
             deposits,
             transfers,
             bias,
+            food,
         } = &self.snapshot;
         let header = serde_json::to_vec(&Header {
             step: *step,
@@ -160,6 +169,8 @@ impl Checkpoint {
             last_poses: last_poses.len() as u64,
             distance_poses: distance_poses.len() as u64,
             bias: bias.len() as u64,
+            foods: food.remaining.len() as u64,
+            fed_deposit: Some(food.fed_deposit),
             scene: self.scene.clone(),
             layout: self.layout,
             movement: movement.clone(),
@@ -183,6 +194,7 @@ impl Checkpoint {
         out.put(bytemuck::cast_slice(last_poses))?;
         out.put(bytemuck::cast_slice(distance_poses))?;
         out.put(bytemuck::cast_slice(bias))?;
+        out.put(bytemuck::cast_slice(&food.remaining))?;
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
         out.inner.flush()
@@ -235,7 +247,7 @@ impl Checkpoint {
         }
         let header: Header =
             serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
-        let checkpoint = Self {
+        let mut checkpoint = Self {
             scene: header.scene,
             layout: header.layout,
             snapshot: Snapshot {
@@ -254,8 +266,16 @@ impl Checkpoint {
                 last_poses: array(&mut rest, header.last_poses).ok_or_else(cut_short)?,
                 distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
                 bias: array(&mut rest, header.bias).ok_or_else(cut_short)?,
+                food: FoodState {
+                    remaining: array(&mut rest, header.foods).ok_or_else(cut_short)?,
+                    fed_deposit: header.fed_deposit.unwrap_or(1).max(1),
+                },
             },
         };
+        if header.fed_deposit.is_none() {
+            let motions = checkpoint.snapshot.motions.iter_mut();
+            motions.for_each(|motion| motion.flags &= !Motion::FED);
+        }
         if rest.len() != crc.len() {
             return Err(format!("it has {} bytes too many", rest.len() - crc.len()));
         }
@@ -300,7 +320,7 @@ mod tests {
     use super::*;
     use glam::Affine3A;
 
-    use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
+    use crate::sim::types::{Flow, Particle, Transfer, Window};
 
     fn checkpoint() -> Checkpoint {
         Checkpoint {
@@ -331,6 +351,10 @@ mod tests {
                 trail: (0..55).map(|i| i as f32 * 0.1).collect(),
                 bias: (0..55).map(|i| i as f32 - 20.0).collect(),
                 deposits: (0..55).collect(),
+                food: FoodState {
+                    remaining: vec![7, 0, 1],
+                    fed_deposit: 4,
+                },
                 transfers: TransferState {
                     windows: vec![Window { start: 3, count: 5 }; 2],
                     in_flight: vec![

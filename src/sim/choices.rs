@@ -60,6 +60,8 @@ pub fn sensor_places(
         across: &[],
         across_triangles: &[],
         bias: &[],
+        scent: &[],
+        plates: &[],
     };
     let turn = Vec2::new(params.sensor_cos, params.sensor_sin);
     let places_of = |(particle, motion): (&Particle, &Motion)| {

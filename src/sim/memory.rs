@@ -2,14 +2,15 @@
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
 use super::distance::{DistanceSetup, TILE_CANDIDATES};
+use super::food::Pantry;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::sorting;
 use super::texel_paths::{TexelPaths, Unused};
 use super::transfers::capacity;
 use super::types::{
-    DistanceJob, HalfEdge, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, Seam,
-    Transfer, Triangle, Vertex,
+    DistanceJob, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
+    Seam, Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, DispatchGroups};
@@ -37,6 +38,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + Unused::SIZE
         + (sorting::bins(&setup.atlas, setup.poses.len()) * size_of::<u32>()) as u64
         + distance_bytes(setup)
+        + food_bytes(setup)
         + transfer_bytes(setup, settings)
         + if settings.uses_raster() {
             Raster::size_in_bytes(setup)
@@ -53,6 +55,26 @@ fn transfer_bytes(setup: &Setup, settings: &Settings) -> u64 {
     // Two lists of transfers, and two of indices.
     let entry = 2 * (size_of::<Transfer>() + size_of::<u32>()) as u64;
     u64::from(capacity(settings, setup, 0)) * entry
+}
+
+/// What food and markers take: what they smell of and where they are eaten, a texel each, and the lists of whom they reach.
+fn food_bytes(setup: &Setup) -> u64 {
+    let Pantry {
+        places,
+        scented,
+        whiffs,
+        plates,
+        ..
+    } = &setup.pantry;
+    let none = size_of::<Meal>() as u64;
+    if places.is_empty() {
+        return none;
+    }
+    none + 2 * size_of_val(&plates[..]) as u64
+        + size_of_val(&scented[..]) as u64
+        + size_of_val(&whiffs[..]) as u64
+        + (places.len() * (size_of::<Meal>() + size_of::<Mark>()) + size_of::<DispatchGroups>())
+            as u64
 }
 
 /// What distances between objects take.

@@ -20,6 +20,7 @@ pub mod depth_queries;
 pub mod diffusion;
 pub mod distance;
 pub mod draws;
+pub mod food;
 pub mod kernels;
 pub mod memory;
 pub mod movement;

@@ -8,8 +8,8 @@ use super::kernels::{
     DiffuseSeamsConstants, DiffuseSeamsParams, DistanceBruteConstants, DistanceBruteParams,
     DistanceConstants, DistanceMergeConstants, DistanceMergeParams, DistanceParams,
     DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsConstants, ExchangeSeamsParams,
-    MoveBorderConstants, SortCountConstants, SortScatterConstants, TransferOutConstants,
-    UnfoldConstants, UnfoldParams,
+    MoveBorderConstants, ScentConstants, SortCountConstants, SortScatterConstants,
+    TransferOutConstants, UnfoldConstants, UnfoldParams,
 };
 use super::setup::Setup;
 use super::sorting::SortParams;
@@ -109,6 +109,8 @@ pub struct StepConstants {
     pub distance_raster: Option<DistanceRasterConstants>,
     /// For `distance_merge`.
     pub distance_merge: DistanceMergeConstants,
+    /// For `scent`, where there is food.
+    pub scent: Option<ScentConstants>,
 }
 
 impl StepConstants {
@@ -150,9 +152,14 @@ impl StepConstants {
             outgrows_block,
             band,
             painted: false,
+            food: settings.food_count() > 0,
         };
         Self {
             advance,
+            scent: (settings.food_count() > 0).then_some(ScentConstants {
+                texels_in_quads,
+                band,
+            }),
             walk_sensors: straight.then_some(AdvanceConstants {
                 sensing: SENSORS_WALK_LISTED,
                 ..advance
@@ -247,6 +254,9 @@ impl StepParams {
                 .div_ceil(Advance::GROUP_SIZE)
                 .div_ceil(GROUPS_A_ROW)
                 .max(1),
+            fed_steps: settings.feeding.fed_steps,
+            fed_deposit: settings.feeding.fed_deposit,
+            fed_attraction: settings.feeding.fed_attraction,
             ..AdvanceParams::default()
         };
         let reach = settings.distance.reach * radius;

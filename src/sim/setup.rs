@@ -2,6 +2,7 @@
 //! The GPU simulation and the CPU twins begin from the same setup.
 
 use super::distance::DistanceSetup;
+use super::food::{Pantry, places};
 use super::params::seed_word;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
@@ -41,6 +42,8 @@ pub struct Setup {
     pub tracks: Vec<Option<RigidTrack>>,
     /// What the distances between objects are taken from.
     pub distance: DistanceSetup,
+    /// Food and markers; those of a running simulation may become others.
+    pub pantry: Pantry,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
 }
@@ -49,8 +52,8 @@ impl Setup {
     /// Lays out the atlas and starts the particles.
     ///
     /// # Errors
-    /// When the texture has no room for the triangles (the message names a size that has), or a start's mask cannot be
-    /// read.
+    /// When the texture has no room for the triangles (the message names a size that has), a start's mask cannot be
+    /// read, or a food lies off its object.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -62,10 +65,11 @@ impl Setup {
     pub fn with_control(scene: &Scene, control: &Control<'_>) -> Result<Self> {
         let settings = &scene.settings;
         let masks = Masks::open(scene)?;
+        let foods = places(settings, &scene.surface, scene.radius)?;
         let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;
         let (particles, motions) = start::start(
             &scene.surface,
-            &Starts::of(scene, &atlas, &masks)?,
+            &Starts::of(scene, &atlas, &masks, &foods)?,
             settings.particles.count,
             seed_word(settings.seed),
         );
@@ -81,6 +85,7 @@ impl Setup {
             strips: scene.surface.strips(&atlas.maps),
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
+            pantry: Pantry::new(&scene.surface, &atlas, foods, None)?,
             poses: scene
                 .world_from_object()
                 .into_iter()

@@ -1,6 +1,7 @@
 //! A running simulation on the GPU.
 
 mod alone;
+mod feeding;
 mod painting;
 
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
 use super::raster::{self, Raster};
 use super::setup::Setup;
-use super::snapshot::{Distances, Snapshot};
+use super::snapshot::{Distances, FoodState, Snapshot};
 use super::state::{Bias, Kernels, State};
 use super::step::{self, Changes};
 use super::texel_paths::TexelPaths;
@@ -47,6 +48,8 @@ pub struct Simulation {
     planner: DistancePlanner,
     /// None before somebody paints.
     painter: Option<Painter>,
+    /// How many particles a fed one counted as in the last step that was recorded.
+    fed_deposit: u32,
     step: u64,
 }
 
@@ -103,6 +106,7 @@ impl Simulation {
             constants,
             planner: DistancePlanner::default(),
             painter: None,
+            fed_deposit: 1,
             step: 0,
         })
     }
@@ -125,6 +129,7 @@ impl Simulation {
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
+        self.fed_deposit = self.settings.feeding.fed_deposit;
         if self.planner.has_taken() {
             self.state.reach = self.settings.distance.reach * self.setup.radius;
         }
@@ -221,7 +226,8 @@ impl Simulation {
     /// Takes over changed settings, poses of objects among them, from the next step on.
     ///
     /// # Errors
-    /// When a changed setting needs a restart (the message names it): make a new simulation then.
+    /// When a changed setting needs a restart (the message names it): make a new simulation then. When a food lies off its
+    /// object.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
         let restarting = restarting(&self.settings, settings);
         if !restarting.is_empty() {
@@ -245,6 +251,7 @@ impl Simulation {
             .then(|| Kernels::new(&self.ctx, &constants))
             .transpose()?;
         raster::check(&self.setup.surface, settings).map_err(Error::Invalid)?;
+        let served = self.served(settings)?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &self.setup))
             .transpose()?;
@@ -255,6 +262,9 @@ impl Simulation {
         if let Some(kernels) = kernels {
             self.kernels = kernels;
             self.constants = constants;
+        }
+        if let Some(served) = served {
+            self.serve(served);
         }
         if raster.is_some() || !settings.uses_raster() {
             self.state.raster = raster;
@@ -327,6 +337,10 @@ impl Simulation {
                 Some(bias) => self.ctx.download(&bias.field)?,
                 None => Vec::new(),
             },
+            food: FoodState {
+                remaining: self.remaining()?,
+                fed_deposit: self.fed_deposit,
+            },
         })
     }
 
@@ -361,6 +375,10 @@ impl Simulation {
         }
         let movement = snapshot.movement_of(self.settings.objects.len());
         let movement = movement.map_err(Error::Invalid)?;
+        let foods = self.setup.pantry.places.len();
+        snapshot.check_food(foods).map_err(Error::Invalid)?;
+        self.state.food = self.restored_food(&snapshot.food)?;
+        self.fed_deposit = snapshot.food.fed_deposit;
         let bias = if snapshot.bias.is_empty() {
             None
         } else {

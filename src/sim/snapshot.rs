@@ -30,6 +30,26 @@ pub struct Snapshot {
     pub transfers: TransferState,
     /// What was painted for sensors to read, one a texel, gutters filled; empty where nobody has.
     pub bias: Vec<f32>,
+    /// What is left to eat.
+    pub food: FoodState,
+}
+
+/// Food and markers after some step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoodState {
+    /// Meals that are left of each; of what never ends always 1.
+    pub remaining: Vec<u32>,
+    /// How many particles a fed one counted as in the last step's deposits.
+    pub fed_deposit: u32,
+}
+
+impl Default for FoodState {
+    fn default() -> Self {
+        Self {
+            remaining: Vec::new(),
+            fed_deposit: 1,
+        }
+    }
 }
 
 /// Where other objects are, seen from every texel.
@@ -66,6 +86,15 @@ impl Snapshot {
             last_poses: setup.poses.clone(),
             distance_poses: Vec::new(),
             bias: Vec::new(),
+            food: FoodState {
+                remaining: setup
+                    .pantry
+                    .meals(None)
+                    .iter()
+                    .map(|m| m.remaining)
+                    .collect(),
+                ..FoodState::default()
+            },
         }
     }
 
@@ -93,6 +122,21 @@ impl Snapshot {
         Ok(movement)
     }
 
+    /// Does it know what is left of so many foods and markers? One without any is of a scene that had none.
+    ///
+    /// # Errors
+    /// When it knows it of another number of them.
+    pub fn check_food(&self, here: usize) -> Result<(), String> {
+        let there = self.food.remaining.len();
+        if there == here {
+            return Ok(());
+        }
+        Err(format!(
+            "the checkpoint has {there} foods and markers, and the scene has {here}: \
+             resume with the scene that it was written with"
+        ))
+    }
+
     /// A hash of everything that particles carry and of the trail's bits. The order of particles does not enter, so
     /// two runs that put them in different slots compare equal.
     #[must_use]
@@ -104,7 +148,7 @@ impl Snapshot {
             .map(|(particle, motion)| {
                 // When it advanced last says nothing that the step does not.
                 let motion = Motion {
-                    flags: motion.flags & Motion::IN_FLIGHT,
+                    flags: motion.flags & !Motion::STAMP,
                     ..*motion
                 };
                 let words: [u32; 8] = bytemuck::cast([
@@ -132,10 +176,13 @@ impl Snapshot {
         let bias = painted
             .filter(|(_, value)| **value != 0.0)
             .map(|(texel, value)| hash_words(&[BIAS, texel as u32, value.to_bits()]));
+        let remaining = self.food.remaining.par_iter().enumerate();
+        let food = remaining.map(|(food, left)| hash_words(&[FOOD, food as u32, *left]));
         particles
             .chain(trail)
             .chain(in_flight)
             .chain(bias)
+            .chain(food)
             .reduce(|| 0, u64::wrapping_add)
             .wrapping_add(self.step)
     }
@@ -230,7 +277,11 @@ impl Snapshot {
                 self.trail.len()
             ));
         }
-        let expected = if self.step == 0 { 0 } else { count as u64 };
+        let expected = if self.step == 0 {
+            0
+        } else {
+            self.deposit_count()
+        };
         if deposited != expected {
             return Err(format!(
                 "{deposited} deposits on owned and gutter texels in the last step, not {expected}"
@@ -239,11 +290,19 @@ impl Snapshot {
         Ok(())
     }
 
+    /// What all particles have deposited in the last step: each one, fed ones more.
+    #[must_use]
+    pub fn deposit_count(&self) -> u64 {
+        let fed = self.motions.iter().filter(|motion| motion.fed() > 0);
+        let more = u64::from(self.food.fed_deposit) - 1;
+        self.motions.len() as u64 + more * fed.count() as u64
+    }
+
     /// Where objects have turns, everybody has been stamped by the last step. Together with as many deposits as
     /// particles that is one advance each. Without turns nobody has a stamp.
     fn validate_turns(&self) -> Result<(), String> {
-        let last = (self.step as u32) << 1;
-        let stamp = |motion: &Motion| motion.flags & !Motion::IN_FLIGHT;
+        let last = Motion::stamp_of((self.step as u32).wrapping_sub(1));
+        let stamp = |motion: &Motion| motion.flags & Motion::STAMP;
         let has_turns = self.motions.iter().any(|motion| stamp(motion) != 0);
         let mut both = self.particles.iter().zip(&self.motions);
         match both.find(|(_, motion)| has_turns && stamp(motion) != last) {
@@ -260,6 +319,8 @@ impl Snapshot {
 
 /// Tells a texel's bias from its trail.
 const BIAS: u32 = 0xb1a5;
+/// Likewise, for what is left to eat.
+const FOOD: u32 = 0xf00d;
 
 /// Mixes words to 64 bits, a multiplication and a shift each (the finalizer of MurmurHash3, Appleby 2011).
 fn hash_words(words: &[u32]) -> u64 {
@@ -304,6 +365,7 @@ mod tests {
             transfers: TransferState::default(),
             movement: SavedMovement::default(),
             bias: Vec::new(),
+            food: FoodState::default(),
         }
     }
 
@@ -334,6 +396,18 @@ mod tests {
         assert_eq!(painted.hash(), state.hash(), "all erased is as none");
         painted.bias[2] = -1.0;
         assert_ne!(painted.hash(), state.hash(), "what was painted counts");
+
+        let mut fed = state.clone();
+        fed.food.remaining = vec![5, 1];
+        assert_ne!(fed.hash(), state.hash(), "what is left to eat counts");
+        let mut eaten = fed.clone();
+        eaten.food.remaining = vec![1, 5];
+        assert_ne!(eaten.hash(), fed.hash(), "and of which food");
+        eaten.food = fed.food.clone();
+        eaten.motions[8].flags = 3 << Motion::FED_SHIFT;
+        assert_ne!(eaten.hash(), fed.hash(), "so does who is fed");
+        eaten.motions[8].flags = Motion::stamp_of(7);
+        assert_eq!(eaten.hash(), fed.hash(), "when it advanced does not");
 
         let flight = Transfer {
             particle: 3,

@@ -276,14 +276,14 @@ fn area(surface: &Surface, triangle: u32) -> f64 {
 
 /// Which triangle holds a share of the area, the triangles laid end to end.
 #[derive(Clone, Debug, Default)]
-struct AreaTable {
+pub(super) struct AreaTable {
     first: u32,
     /// Per triangle, from the first: the area of all triangles up to it, itself included.
     up_to: Vec<f64>,
 }
 
 impl AreaTable {
-    fn new(surface: &Surface, object: Option<u32>) -> Self {
+    pub(super) fn new(surface: &Surface, object: Option<u32>) -> Self {
         let triangles = triangles_of(surface, object);
         let first = triangles.start;
         let mut sum = 0.0;
@@ -297,7 +297,7 @@ impl AreaTable {
     }
 
     /// For a share in `[0, 1)`.
-    fn triangle_at(&self, share: f64) -> u32 {
+    pub(super) fn triangle_at(&self, share: f64) -> u32 {
         let last = self.up_to.len() - 1;
         let area = share * self.up_to[last];
         // The product may round up to the whole area.
@@ -307,7 +307,7 @@ impl AreaTable {
 
 /// A number in `[0, 1)` with 53 bits. A scene may have more triangles than 24 bits can share out fairly, so this takes
 /// the first word and the low bytes of the others, which [`unit`] leaves.
-fn share(words: [u32; 4]) -> f64 {
+pub(super) fn share(words: [u32; 4]) -> f64 {
     let low = words[1..]
         .iter()
         .fold(0, |low, word| (low << 8) | u64::from(word & 0xff));
@@ -316,7 +316,7 @@ fn share(words: [u32; 4]) -> f64 {
 }
 
 /// `u` and `v` are multiples of 2^-24, so folding is exact and `u + v <= 1` holds exactly.
-fn uniform_in_triangle(words: [u32; 4]) -> (f32, f32) {
+pub(super) fn uniform_in_triangle(words: [u32; 4]) -> (f32, f32) {
     let (u, v) = (unit(words[1]), unit(words[2]));
     if u + v > 1.0 {
         (1.0 - u, 1.0 - v)

@@ -6,10 +6,11 @@ use bytemuck::allocation::pod_collect_to_vec;
 
 use super::distance::TILE_CANDIDATES;
 use super::draws::DistanceRasterDraw;
+use super::food::buffers::FoodBuffers;
 use super::kernels::{
-    Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Distance,
-    DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn, SortCount,
-    SortScan, SortScatter, TransferIn, TransferOut, Unfold,
+    Advance, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse, DiffuseSeams, Digest,
+    Distance, DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams, MoveBorder, Respawn,
+    Scent, SortCount, SortScan, SortScatter, TransferIn, TransferOut, Unfold,
 };
 use super::params::StepConstants;
 use super::raster::{Raster, raster_options};
@@ -19,7 +20,7 @@ use super::sorting::Sorting;
 use super::texel_paths::{self, TexelPaths, Unused};
 use super::transfers::{Transfers, arranged};
 use super::types::{
-    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
+    DistanceJob, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
     SurfaceSample, Vertex,
 };
 use crate::gpu::{
@@ -75,6 +76,10 @@ pub struct Kernels {
     pub sort_scan: Pipeline<SortScan>,
     /// Puts particles in order.
     pub sort_scatter: Pipeline<SortScatter>,
+    /// Takes away what was eaten, where there is food.
+    pub digest: Option<Pipeline<Digest>>,
+    /// Sums up what sensors read of food and markers.
+    pub scent: Option<Pipeline<Scent>>,
     /// Is the texture larger than a storage block?
     pub outgrows_block: bool,
 }
@@ -111,6 +116,12 @@ impl Kernels {
             sort_count: Pipeline::new(ctx, &constants.sort_count)?,
             sort_scan: Pipeline::new(ctx, &())?,
             sort_scatter: Pipeline::new(ctx, &constants.sort_scatter)?,
+            digest: (constants.scent.is_some())
+                .then(|| Pipeline::new(ctx, &()))
+                .transpose()?,
+            scent: (constants.scent.as_ref())
+                .map(|constants| Pipeline::new(ctx, constants))
+                .transpose()?,
             outgrows_block: constants.advance.outgrows_block,
         })
     }
@@ -365,6 +376,10 @@ pub struct State {
     pub raster: Option<Raster>,
     /// What attracts, repels or may not be entered, once somebody has painted that.
     pub bias: Option<Bias>,
+    /// Food and markers, where there are any.
+    pub food: Option<FoodBuffers>,
+    /// What is bound where there are none.
+    pub no_meals: Buffer<Meal>,
 }
 
 impl State {
@@ -513,6 +528,10 @@ impl State {
                 .then(|| Raster::new(ctx, setup))
                 .transpose()?,
             bias: None,
+            food: (!setup.pantry.is_empty())
+                .then(|| FoodBuffers::new(ctx, &setup.pantry, &setup.pantry.meals(None)))
+                .transpose()?,
+            no_meals: Buffer::zeroed(ctx, "no_meals", 1)?,
         })
     }
 

@@ -1,6 +1,7 @@
 //! One simulation step: every dispatch and every barrier, in order, and nothing else.
 
 mod distances;
+mod feeding;
 mod sorting;
 
 use super::kernels::{
@@ -19,6 +20,7 @@ use crate::gpu::{
 use crate::scene::settings::Strategy;
 
 use distances::distance;
+use feeding::feed;
 use sorting::sort;
 
 /// Which groups an indirect dispatch takes: one invocation a transfer, or one a particle of the window.
@@ -52,6 +54,7 @@ pub fn record(
     pose(rec, s, changes);
     distance(rec, k, s, params);
     walk_and_change_objects(rec, k, s, &params.turn);
+    feed(rec, k, s);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
         diffuse_seams(rec, k, s, &first_half);
@@ -128,6 +131,8 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
 /// in a third those that may have to do with another object.
 fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
     let deposits = s.unused.counted(k.outgrows_block, &s.deposits);
+    let food = s.food.as_ref();
+    let meals = food.map_or(&s.no_meals, |food| &food.meals);
     let args = |walker_groups: &'s _| AdvanceArgs {
         particles: &s.particles_view,
         motions: &s.motions_view,
@@ -156,6 +161,11 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         walker_groups,
         // Where nobody has painted, nothing reads it.
         bias: (s.bias.as_ref()).map_or(&s.trail.front_views.texels, |bias| &bias.views.texels),
+        scent: food.map_or(&s.trail.front_views.texels, |food| &food.scent_views.texels),
+        plates: food.map_or(&s.deposits.back_views.texels, |food| {
+            &food.plate_views.texels
+        }),
+        meals,
     };
     if k.walk_sensors.is_some() {
         empty_walkers(rec, s, turn);
@@ -174,7 +184,7 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         rec.dispatch(&k.advance, threads, args(&s.walker_groups), turn.advance);
     }
     let [unused_floats, unused_words] = s.unused.all();
-    let advanced: [&dyn AnyBuffer; 11] = [
+    let advanced: [&dyn AnyBuffer; 12] = [
         &s.particles,
         &s.motions,
         &s.deposits.front,
@@ -184,6 +194,7 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         &s.walker_count,
         &s.walker_groups,
         &s.no_groups,
+        meals,
         unused_floats,
         unused_words,
     ];
@@ -204,7 +215,7 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         );
     }
     // diffuse takes up what advance has deposited and clears what it has read; the next turn or step moves particles
-    // on, and takes distances anew; those that were selected leave.
+    // on, and takes distances anew; those that were selected leave; what was eaten is taken away.
     rec.barrier(Kernel, Kernel, &advanced);
     rec.barrier(
         Kernel,

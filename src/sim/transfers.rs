@@ -204,7 +204,8 @@ pub fn arranged(
     }
     if !strategy.has_turns() {
         land_all(&mut state, setup, poses);
-        state.motions.iter_mut().for_each(|motion| motion.flags = 0);
+        let motions = state.motions.iter_mut();
+        motions.for_each(|motion| motion.flags &= Motion::FED);
     }
     if !strategy.has_windows() {
         state.transfers.windows.clear();

@@ -31,20 +31,83 @@ pub struct Motion {
     pub heading_h: f32,
     /// World length that the last walk ran out of edge-crossing attempts for; walked first in the next step.
     pub pending: f32,
-    /// For transfers, 0 without them: bit 0 is set while the particle is in flight, the bits above it are the number of
-    /// the step in which it advanced last, counted from 1.
+    /// For transfers, 0 without them: bit 0 is set while the particle is in flight, the 15 bits above it are the number of
+    /// the step in which it advanced last, counted from 1, as far as they hold it. For food, 0 without it: the upper 16 bits
+    /// say for how many more steps it is fed.
     pub flags: u32,
 }
 
 impl Motion {
     /// The flag of particles that have left their object and have not arrived yet.
     pub const IN_FLIGHT: u32 = 1;
+    /// The bits that tell when a particle advanced last.
+    pub const STAMP: u32 = 0xfffe;
+    /// The bits that tell for how long it is fed.
+    pub const FED: u32 = 0xffff_0000;
+    /// Where they begin.
+    pub const FED_SHIFT: u32 = 16;
+
+    /// For how many more steps the particle is fed.
+    #[must_use]
+    pub fn fed(&self) -> u32 {
+        self.flags >> Self::FED_SHIFT
+    }
+
+    /// The stamp of those who have advanced in a step.
+    #[must_use]
+    pub fn stamp_of(time_step: u32) -> u32 {
+        (time_step.wrapping_add(1) << 1) & Self::STAMP
+    }
 
     /// Has the particle left its object?
     #[must_use]
     pub fn in_flight(&self) -> bool {
         self.flags & Self::IN_FLIGHT != 0
     }
+}
+
+/// What is left of a food, and how strongly it smells.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Meal {
+    /// Meals that are left; of what never ends always 1.
+    pub remaining: u32,
+    /// Meals that were taken in this step.
+    pub eaten: u32,
+    /// Meals that there were at first; 0 where there is no end of them.
+    pub amount: u32,
+    /// Steps of its smell that are left.
+    pub level: u32,
+    /// What sensors read more where it lies uneaten, trail units.
+    pub strength: f32,
+    /// The same as it is.
+    pub scent: f32,
+    /// Unused.
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+}
+
+/// Where a food or a marker is drawn.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Mark {
+    /// In the space of its object, scaled.
+    pub position: Vec3,
+    /// Which pose it moves with.
+    pub object: u32,
+    /// Of its triangle, in the space of its object.
+    pub normal: Vec3,
+    /// While it is whole, a world length.
+    pub radius: f32,
+    /// 1 for food, 0 for a marker.
+    pub is_food: u32,
+    /// Unused.
+    pub pad0: u32,
+    /// Unused.
+    pub pad1: u32,
+    /// Unused.
+    pub pad2: u32,
 }
 
 /// The slots of the particle buffer that hold one object's particles: `count` of them from `start` on, in a ring.

@@ -181,3 +181,60 @@ fn hands_move_and_turn_objects() {
     assert_eq!(turned.objects[0].position, moved.objects[0].position);
     lab.quit();
 }
+
+#[test]
+fn hands_put_food_there_and_take_it_away() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.key_until("space", "it is held", "playing", false);
+    let foods = |count: &str| {
+        let count = count.to_owned();
+        lab.wait("foods", |seen| seen["values"]["foods"] == count);
+    };
+    lab.key("o");
+    lab.wait("the tool is taken", |seen| seen["values"]["tool"] == "food");
+    foods("0");
+    lab.point("picture", 0.5);
+    lab.press();
+    foods("1");
+    lab.wait("it is picked", |seen| seen["values"]["picked.food"] == "0");
+    let saved = lab.save("pair", 1);
+    let [food] = &saved.foods[..] else {
+        panic!("{:?}", saved.foods)
+    };
+    // In the middle of the picture is the ball, of radius 1.
+    assert_eq!(food.object, "ball");
+    let away = food.at.iter().map(|x| x * x).sum::<f32>().sqrt();
+    assert!((away - 1.0).abs() < 0.02, "{food:?}");
+
+    // It is changed, and grows on from what is running.
+    lab.type_until("food.strength", 0.9, "-30", "food.strength", "-30");
+    lab.type_until("food.amount", 0.9, "500", "food.amount", "500");
+    let changed = lab.save("pair", 2);
+    assert_eq!(
+        (changed.foods[0].strength, changed.foods[0].amount),
+        (-30.0, 500)
+    );
+    lab.key("period");
+
+    // Elsewhere there is nobody picked; on it, it is picked again.
+    lab.key("Escape");
+    lab.wait("it is left", |seen| seen["values"]["picked.food"] == "");
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.wait("it is picked again", |seen| {
+        seen["values"]["picked.food"] == "0" && seen["values"]["foods"] == "1"
+    });
+    lab.key("Delete");
+    foods("0");
+    lab.key("ctrl+z");
+    foods("1");
+    lab.click("food.remove");
+    lab.key("ctrl+shift+z");
+    lab.key("Escape");
+    lab.quit();
+}

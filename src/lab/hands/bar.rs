@@ -35,6 +35,10 @@ impl Interface {
                         ui.separator();
                         self.brush_controls(ui);
                     }
+                    if self.hands.tool == Tool::Food {
+                        ui.separator();
+                        self.food_controls(ui, WIDTH, commands);
+                    }
                     ui.separator();
                     self.object_controls(ui, commands);
                 });
@@ -143,5 +147,6 @@ fn label(tool: Tool) -> &'static str {
         Tool::Repel => "➖ repel",
         Tool::NoGo => "🚫 no-go",
         Tool::Particles => "✨ particles",
+        Tool::Food => "🌾 food",
     }
 }

@@ -4,6 +4,7 @@
 //! for by [`Work`], which `work.rs` does.
 
 mod bar;
+mod food;
 mod gizmo;
 mod overlay;
 mod work;
@@ -13,7 +14,7 @@ use std::path::PathBuf;
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::settings::{Settings, Show};
+use myxo::scene::settings::{FoodSettings, Settings, Show};
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
@@ -47,11 +48,13 @@ pub enum Tool {
     NoGo,
     /// Takes particles to a place.
     Particles,
+    /// Puts food and markers there, and picks them.
+    Food,
 }
 
 impl Tool {
     /// In the order of the bar.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Look,
         Self::Trail,
         Self::Erase,
@@ -59,6 +62,7 @@ impl Tool {
         Self::Repel,
         Self::NoGo,
         Self::Particles,
+        Self::Food,
     ];
 
     /// What it is called, for tests and in the bar.
@@ -71,6 +75,7 @@ impl Tool {
             Self::Repel => "repel",
             Self::NoGo => "no-go",
             Self::Particles => "particles",
+            Self::Food => "food",
         }
     }
 
@@ -91,12 +96,15 @@ impl Tool {
             Self::Particles => {
                 "Particles come here, by chance from all over the same object; their number stays what it is"
             }
+            Self::Food => {
+                "A click puts food there, or picks food that lies there; Delete takes it away (O)"
+            }
         }
     }
 
     /// Does it paint?
     pub fn is_brush(self) -> bool {
-        self != Self::Look
+        !matches!(self, Self::Look | Self::Food)
     }
 }
 
@@ -134,6 +142,8 @@ pub struct HandFacts {
     pub under: Option<Under>,
     /// World from object, one an object.
     pub poses: Vec<Affine3A>,
+    /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
+    pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.
     pub time: f64,
     /// The mean of the trail where particles deposit as they do and it decays as it does: what brushes measure by.
@@ -181,6 +191,10 @@ pub struct Hands {
     pub probe: bool,
     /// The object that is picked.
     pub selected: Option<usize>,
+    /// The food that is picked.
+    pub food: Option<usize>,
+    /// What the next food will be like.
+    pub next_food: FoodSettings,
     /// A handle of the gizmo that is held.
     grab: Option<Grab>,
     /// What the pointer is on, pixels of the picture, while that is asked for.
@@ -203,6 +217,8 @@ impl Hands {
             strength: 3.0,
             probe: false,
             selected: None,
+            food: None,
+            next_food: FoodSettings::default(),
             grab: None,
             pointer: None,
             click: None,
@@ -225,12 +241,16 @@ impl Hands {
         self.grab = None;
         self.stroke = None;
         self.selected = self.selected.filter(|object| *object < self.vertices.len());
+        self.food = self.food.filter(|food| *food < scene.settings.foods.len());
     }
 
     /// Leaves a tool or an object; false where there was nothing to leave.
     pub fn back(&mut self) -> bool {
         self.stroke = None;
-        if self.tool.is_brush() {
+        if self.food.take().is_some() {
+            return true;
+        }
+        if self.tool != Tool::Look {
             self.tool = Tool::Look;
             return true;
         }
@@ -240,9 +260,12 @@ impl Hands {
     /// Takes a tool.
     pub fn take(&mut self, tool: Tool) {
         self.tool = tool;
+        self.food = None;
+        if tool != Tool::Look {
+            self.selected = None;
+        }
         if tool.is_brush() {
             self.last_brush = tool;
-            self.selected = None;
         }
     }
 
@@ -256,12 +279,21 @@ impl Hands {
         self.take(tool);
     }
 
+    /// The tool for food, or none.
+    pub fn toggle_food(&mut self) {
+        let tool = match self.tool {
+            Tool::Food => Tool::Look,
+            _ => Tool::Food,
+        };
+        self.take(tool);
+    }
+
     /// What a stroke of so many seconds does in all.
     fn brush(&self, seconds: f32, mean_trail: f32) -> Option<Brush> {
         let amount = 10.0 * self.strength * mean_trail * seconds;
         let share = |rate: f32| 1.0 - (-rate * self.strength * seconds).exp();
         match self.tool {
-            Tool::Look => None,
+            Tool::Look | Tool::Food => None,
             Tool::Trail => Some(Brush::Trail { amount }),
             Tool::Erase => Some(Brush::Erase { share: share(4.0) }),
             Tool::Attract => Some(Brush::Attract { amount }),
@@ -290,7 +322,7 @@ impl Interface {
         let is_held = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         let is_solid = matches!(self.view.show, Show::Surface | Show::Particles);
-        let asks = is_solid && (self.hands.tool.is_brush() || self.hands.probe || is_held);
+        let asks = is_solid && (self.hands.tool != Tool::Look || self.hands.probe || is_held);
         self.hands.pointer = hovered.filter(|_| asks);
         if !is_solid {
             self.hands.stroke = None;
@@ -319,7 +351,7 @@ impl Interface {
             ui.ctx().request_repaint();
             return true;
         }
-        if self.use_gizmo(ui, response, facts, commands) {
+        if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, commands) {
             return true;
         }
         if response.clicked_by(PointerButton::Primary) {
@@ -329,8 +361,12 @@ impl Interface {
             // A quick click is over before the window has looked.
             if facts.hand.looked == Some(click) {
                 let under = facts.hand.under.as_ref();
-                self.hands.selected = under.map(|under| under.object);
                 self.hands.click = None;
+                if self.hands.tool == Tool::Food {
+                    self.feed_at(ui.ctx(), under, facts, commands);
+                } else {
+                    self.hands.selected = under.map(|under| under.object);
+                }
             } else {
                 self.hands.pointer = Some(click);
                 ui.ctx().request_repaint();
@@ -359,6 +395,9 @@ impl Interface {
 
     /// The picked object goes, unless it is the last one.
     pub(super) fn remove_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        if self.hands.tool == Tool::Food {
+            return self.remove_food(ctx, commands);
+        }
         let Some(object) = self.hands.selected else {
             self.notice(ctx, "Pick an object first: click on it", false);
             return;
@@ -401,6 +440,7 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
         // Whose distances were taken to nobody else now has them taken to all.
         other.distance_to.retain(|name| *name != gone.name);
     }
+    settings.foods.retain(|food| food.object != gone.name);
     settings
 }
 

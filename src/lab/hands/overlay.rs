@@ -23,6 +23,10 @@ impl Interface {
     pub(in super::super) fn show_hands(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
         let screen = Screen::of(ui, picture);
         self.outline_picked(ui, screen, facts);
+        if let Some((at, size)) = self.hands.food.and_then(|food| facts.hand.foods.get(food)) {
+            let to_eye = (self.view.camera.eye() - *at).normalize_or(Vec3::Z);
+            self.ring(ui, screen, *at, to_eye, 1.3 * size);
+        }
         if self.hands.pointer.is_none() {
             return;
         }
@@ -30,21 +34,25 @@ impl Interface {
             return;
         };
         if self.hands.tool.is_brush() {
-            self.ring(ui, screen, facts, under);
+            let radius = self.hands.radius * facts.hand.radius;
+            self.ring(ui, screen, under.position, under.normal, radius);
+        }
+        if self.hands.tool == Tool::Food {
+            let size = self.hands.next_food.size.max(0.01) * facts.hand.radius;
+            self.ring(ui, screen, under.position, under.normal, size);
         }
         if self.hands.probe {
             self.probe(ui, picture, facts, under);
         }
     }
 
-    fn ring(&self, ui: &Ui, screen: Screen, facts: &Facts, under: &Under) {
-        let radius = self.hands.radius * facts.hand.radius;
-        let side = under.normal.any_orthonormal_vector();
-        let other = under.normal.cross(side);
+    fn ring(&self, ui: &Ui, screen: Screen, middle: Vec3, normal: Vec3, radius: f32) {
+        let side = normal.any_orthonormal_vector();
+        let other = normal.cross(side);
         let points = (0..=PARTS).filter_map(|i| {
             let angle = i as f32 / PARTS as f32 * std::f32::consts::TAU;
             let (sin, cos) = angle.sin_cos();
-            let place = under.position + radius * (cos * side + sin * other);
+            let place = middle + radius * (cos * side + sin * other);
             screen.point(&self.view.camera, place)
         });
         let points: Vec<Pos2> = points.collect();
@@ -58,7 +66,7 @@ impl Interface {
         let dark = egui::Color32::from_black_alpha(140);
         painter.line(points.clone(), Stroke::new(3.5, dark));
         painter.line(points, Stroke::new(1.5, color));
-        if let Some(middle) = screen.point(&self.view.camera, under.position) {
+        if let Some(middle) = screen.point(&self.view.camera, middle) {
             painter.circle_filled(middle, 2.0, color);
         }
     }

@@ -14,6 +14,18 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
     let because = |idle: bool, why: &'static str| idle.then_some(why);
     match key {
         "particles.start_object" => because(is_alone, ALONE),
+        "particles.start_food" => {
+            because(start != Start::Food, "Only the start food begins on food.")
+        }
+        "feeding.scattered" => None,
+        "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size" => because(
+            settings.feeding.scattered == 0,
+            "No food is scattered: raise Scattered food from 0.",
+        ),
+        _ if key.starts_with("feeding.") => because(
+            settings.food_count() == 0,
+            "There is no food: put some on an object, or raise Scattered food from 0.",
+        ),
         _ if key.starts_with("particles.start_") => why_start_idle(
             key.trim_start_matches("particles.start_"),
             start,

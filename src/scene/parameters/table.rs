@@ -2,8 +2,8 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, SignRule,
-    Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, ShowFood,
+    SignRule, Start, Strategy,
 };
 
 /// Every parameter of a scene, in the order that people read them.
@@ -36,7 +36,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "particles.start",
         name: "Start",
         unit: "",
-        help: "Where particles begin. uniform: everywhere, equally many for equal area. point: all at a marker, the start point. ring, disc: on a circle round it, or inside. mask: where a picture of the texture is light.",
+        help: "Where particles begin. uniform: everywhere, equally many for equal area. point: all at a marker, the start point. ring, disc: on a circle round it, or inside. mask: where a picture of the texture is light. food: all on one food or marker.",
         effect: Effect::Restart,
         kind: word!(particles.start: Start),
     },
@@ -67,6 +67,14 @@ pub static PARAMETERS: &[Parameter] = &[
             "the name of an object, or nothing",
             false
         ),
+    },
+    Parameter {
+        key: "particles.start_food",
+        name: "Start food",
+        unit: "",
+        help: "For the start food: on which food or marker particles begin, counted from 0; scattered food comes after the others.",
+        effect: Effect::Restart,
+        kind: whole!(particles.start_food: u32, (0.0, 255.0), (0.0, 15.0), Linear),
     },
     Parameter {
         key: "particles.start_mask",
@@ -362,6 +370,70 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: whole!(transfer.buffer_size: u32, (1.0, 2_097_152.0), (1_024.0, 1_048_576.0), Logarithmic),
     },
     Parameter {
+        key: "feeding.scattered",
+        name: "Scattered food",
+        unit: "foods",
+        help: "How many foods are scattered over all objects, as far apart as can be, besides those with a [[food]] of their own.",
+        effect: Effect::Live,
+        kind: whole!(feeding.scattered: u32, (0.0, 256.0), (0.0, 64.0), Linear),
+    },
+    Parameter {
+        key: "feeding.radius",
+        name: "Food radius",
+        unit: "scene radii",
+        help: "How far along the surface scattered food is sensed. What sensors read falls off with the square of what is left of the way, to nothing there.",
+        effect: Effect::Live,
+        kind: real!(feeding.radius, (0.001, 10.0), (0.05, 2.0), Logarithmic),
+    },
+    Parameter {
+        key: "feeding.strength",
+        name: "Food strength",
+        unit: "trail units",
+        help: "What a sensor reads more where scattered food lies. Less than 0 repels.",
+        effect: Effect::Live,
+        kind: real!(feeding.strength, (-1e6, 1e6), (-100.0, 100.0), Linear),
+    },
+    Parameter {
+        key: "feeding.amount",
+        name: "Food amount",
+        unit: "meals",
+        help: "How many meals each scattered food is: each hungry particle that comes to it takes one, it smells less the less is left, and at last it is gone. 0: it never ends.",
+        effect: Effect::Live,
+        kind: whole!(feeding.amount: u32, (0.0, 60_000_000.0), (0.0, 1e6), Logarithmic),
+    },
+    Parameter {
+        key: "feeding.size",
+        name: "Food size",
+        unit: "scene radii",
+        help: "How far along the surface scattered food is eaten. 0 makes markers of it, which nobody eats.",
+        effect: Effect::Live,
+        kind: real!(feeding.size, (0.0, 10.0), (0.0, 0.2), Linear),
+    },
+    Parameter {
+        key: "feeding.fed_steps",
+        name: "Fed for",
+        unit: "steps",
+        help: "How long a particle that has eaten is fed. Only hungry ones eat.",
+        effect: Effect::Live,
+        kind: whole!(feeding.fed_steps: u32, (0.0, 65_535.0), (0.0, 2_000.0), Logarithmic),
+    },
+    Parameter {
+        key: "feeding.fed_deposit",
+        name: "Fed deposit",
+        unit: "particles",
+        help: "How many particles a fed one counts as where it deposits, and for the decrowding weight: where many are fed, the trail is thicker.",
+        effect: Effect::Live,
+        kind: whole!(feeding.fed_deposit: u32, (1.0, 64.0), (1.0, 16.0), Linear),
+    },
+    Parameter {
+        key: "feeding.fed_attraction",
+        name: "Fed attraction",
+        unit: "",
+        help: "What share of the attraction of food and markers a fed particle feels: 0 leaves it to the trails, 1 draws it as if it were hungry. What repels does so in any case.",
+        effect: Effect::Live,
+        kind: real!(feeding.fed_attraction, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
         key: "camera.azimuth",
         name: "Azimuth",
         unit: "degrees",
@@ -479,6 +551,14 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "How much darker places are that see little of the sky: hollows, and what is close to another object. 0 is off.",
         effect: Effect::Live,
         kind: real!(picture.occlusion, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
+        key: "picture.food",
+        name: "Food",
+        unit: "",
+        help: "Are food and markers drawn? Food as a dome that shrinks as it is eaten; markers green where they lure and orange where they repel.",
+        effect: Effect::Live,
+        kind: word!(picture.food: ShowFood),
     },
     Parameter {
         key: "picture.background",

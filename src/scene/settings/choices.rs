@@ -40,6 +40,8 @@ choice! {
         Disc = "disc",
         /// Where a picture of the texture is light.
         Mask = "mask",
+        /// All on one food or marker.
+        Food = "food",
     }
 }
 
@@ -273,5 +275,16 @@ choice! {
         Moss = "moss",
         /// Black to white.
         Grayscale = "grayscale",
+    }
+}
+
+choice! {
+    /// Whether pictures show food and markers.
+    ShowFood {
+        /// As domes that shrink as they are eaten.
+        #[default]
+        Shown = "shown",
+        /// Only what they do is seen.
+        Hidden = "hidden",
     }
 }

@@ -4,10 +4,11 @@ use glam::{DVec3, Vec3};
 
 use super::mask::{Mask, MaskTable};
 use super::{StartHeading, StartPlace, StartRule, Starts, nearest_point};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::scene::Scene;
 use crate::scene::settings::{Heading, Start, StartSettings};
+use crate::sim::food::FoodPlace;
 
 /// The pictures that a scene's starts ask for: the scene's, and one for each object.
 #[derive(Clone, Debug)]
@@ -45,16 +46,16 @@ impl Starts {
     ///
     /// # Errors
     /// When a mask is black wherever particles could begin.
-    pub fn of(scene: &Scene, atlas: &Atlas, masks: &Masks) -> Result<Self> {
+    pub fn of(scene: &Scene, atlas: &Atlas, masks: &Masks, foods: &[FoodPlace]) -> Result<Self> {
         let (scenes, own) = scene.settings.starts();
         let own = own.iter().zip(&masks.own).map(|(start, mask)| {
             let start = start.as_ref();
             start
-                .map(|start| rule(scene, atlas, start, mask.as_ref()))
+                .map(|start| rule(scene, atlas, start, mask.as_ref(), foods))
                 .transpose()
         });
         Ok(Self {
-            scene: rule(scene, atlas, &scenes, masks.scene.as_ref())?,
+            scene: rule(scene, atlas, &scenes, masks.scene.as_ref(), foods)?,
             own: own.collect::<Result<_>>()?,
         })
     }
@@ -65,6 +66,7 @@ fn rule(
     atlas: &Atlas,
     start: &StartSettings<'_>,
     mask: Option<&Mask>,
+    foods: &[FoodPlace],
 ) -> Result<StartRule> {
     let surface = &scene.surface;
     let object = start.object.map(|object| object as u32);
@@ -100,6 +102,18 @@ fn rule(
                 centre: centre(),
                 radius,
             },
+            (Start::Food, _) => {
+                let food = foods.get(scene.settings.particles.start_food as usize);
+                let food = food.ok_or_else(|| {
+                    Error::Invalid(
+                        "there is no such food to begin on: see particles.start_food".to_owned(),
+                    )
+                })?;
+                StartPlace::Disc {
+                    centre: food.point,
+                    radius: food.size,
+                }
+            }
         },
         object,
         heading: match start.heading {

@@ -10,7 +10,7 @@ use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
 use crate::sim::surroundings::{COVERED, NEAR};
-use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Vertex, Window};
+use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
 
 /// What rounding may make of a distance.
 const ROUNDING: f32 = 1e-6;
@@ -43,6 +43,10 @@ pub struct AdvanceInputs<'a> {
     pub across_triangles: &'a [u32],
     /// Trail units that sensors read more, with filled gutters.
     pub bias: &'a [f32],
+    /// Trail units that sensors read more for food and markers, with filled gutters.
+    pub scent: &'a [f32],
+    /// Per texel: the food that is eaten there, counted from 1, or 0.
+    pub plates: &'a [u32],
 }
 
 impl AdvanceInputs<'_> {
@@ -63,6 +67,8 @@ pub struct Turn<'a> {
     pub flow: &'a mut Flow,
     /// The selected ones.
     pub particle_indices: &'a mut [u32],
+    /// What there is to eat, and what was eaten of it.
+    pub meals: &'a mut [Meal],
 }
 
 /// Advances every particle of a turn by one step. Returns for each the smallest gap between two sensors that decided its turn:
@@ -89,9 +95,10 @@ pub fn advance(
         let i = i as usize;
         let particle = particles[i];
         let motion = motions[i];
-        let mut flags = motion.flags;
+        let mut fed = if constants.food { motion.fed() } else { 0 };
+        let mut flags = motion.flags & !Motion::FED;
         if constants.turns {
-            let stamp = params.time_step.wrapping_add(1) << 1;
+            let stamp = Motion::stamp_of(params.time_step);
             let object = inputs.strips[particle.triangle as usize].shape.object;
             let of_another = !constants.windows && object != params.object;
             if of_another || flags == stamp || motion.in_flight() {
@@ -100,6 +107,7 @@ pub fn advance(
             flags = stamp;
         }
         let own = physarum_on(constants, params, inputs, particle.triangle);
+        let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
 
         let mut heading = [motion.heading_p, motion.heading_h];
         let mut w = StripWalk {
@@ -143,11 +151,12 @@ pub fn advance(
                     &own,
                     place,
                     (NONE, [0.0; 2]),
-                    from_open && concerned,
+                    (from_open && concerned, appetite),
                 )
             }),
             None => towards.map(|towards| {
-                sensed_by_walking(constants, params, inputs, &own, w, towards, from_open)
+                let how = (from_open, appetite);
+                sensed_by_walking(constants, params, inputs, &own, w, towards, how)
             }),
         };
         if constants.sensor_noise {
@@ -207,7 +216,12 @@ pub fn advance(
             id: particle.id,
         };
         let position = inputs.position_of(w.triangle, [w.u, w.v]);
-        deposits[texel_at(position, params.pitch) as usize] += 1;
+        let texel = texel_at(position, params.pitch) as usize;
+        if constants.food {
+            fed = fed_at(params, inputs, turn.meals, texel, fed);
+            flags |= fed << Motion::FED_SHIFT;
+        }
+        deposits[texel] += if fed == 0 { 1 } else { params.fed_deposit };
         if constants.selects && concerned {
             let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
             let now = trail_at(inputs.distances, position, params.pitch);
@@ -247,6 +261,26 @@ fn is_near(
         || places.iter().any(|&place| end(place) & COVERED != 0)
 }
 
+/// For how many steps a particle is fed that was so for `fed` and has come to a texel.
+fn fed_at(
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    meals: &mut [Meal],
+    texel: usize,
+    fed: u32,
+) -> u32 {
+    let fed = fed - fed.min(1);
+    let plate = inputs.plates[texel];
+    if fed == 0 && plate != 0 {
+        let meal = &mut meals[plate as usize - 1];
+        if meal.remaining != 0 {
+            meal.eaten += 1;
+            return params.fed_steps;
+        }
+    }
+    fed
+}
+
 /// Where sensors get to straight ahead in the atlas, in texels, if only the surface around lies there.
 #[must_use]
 pub fn straight_places(
@@ -281,7 +315,7 @@ fn sensed_by_walking(
     own: &Physarum,
     mut w: StripWalk,
     heading: [f32; 2],
-    from_open: bool,
+    how: (bool, f32),
 ) -> f32 {
     w.heading = heading;
     w.remaining = own.sensor_offset;
@@ -294,12 +328,12 @@ fn sensed_by_walking(
         own,
         position,
         (w.triangle, [w.u, w.v]),
-        from_open,
+        how,
     )
 }
 
 /// What a sensor reads at a place, which only gravity asks the triangle of. From one that is itself covered, no other
-/// object is seen.
+/// object is seen. The appetite is the share of what food and markers attract that the particle feels.
 fn sensed_at(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -307,7 +341,7 @@ fn sensed_at(
     own: &Physarum,
     mut position: [f32; 2],
     (mut triangle, [mut u, mut v]): (u32, [f32; 2]),
-    from_open: bool,
+    (from_open, appetite): (bool, f32),
 ) -> f32 {
     if constants.across {
         let texel = texel_at(position, params.pitch) as usize;
@@ -342,6 +376,14 @@ fn sensed_at(
     }
     if constants.painted {
         value += trail_at(inputs.bias, position, params.pitch);
+    }
+    if constants.food {
+        let smelled = trail_at(inputs.scent, position, params.pitch);
+        value += if smelled > 0.0 {
+            appetite * smelled
+        } else {
+            smelled
+        };
     }
     value
 }

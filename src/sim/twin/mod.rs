@@ -9,6 +9,7 @@ pub mod crossing;
 pub mod depth;
 mod diffuse;
 mod diffuse_seams;
+mod digest;
 pub mod distance;
 mod distance_brute;
 mod distance_merge;
@@ -16,11 +17,13 @@ mod distance_raster;
 mod distance_tiles;
 pub mod exact;
 mod exchange_seams;
+mod feeding;
 pub mod nearest;
 mod paint;
 mod painting;
 mod respawn;
 pub mod ring;
+mod scent;
 pub mod sign;
 pub mod sort;
 pub mod strip;
@@ -38,6 +41,7 @@ pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance, straight_places};
 pub use depth::depth_queries;
 pub use diffuse::diffuse;
 pub use diffuse_seams::diffuse_seams;
+pub use digest::digest;
 pub use distance::{DistanceInputs, distance};
 pub use distance_brute::distance_brute;
 pub use distance_merge::distance_merge;
@@ -46,6 +50,7 @@ pub use distance_tiles::{TileLooks, distance_tiles};
 pub use exchange_seams::exchange_seams;
 pub use paint::paint;
 pub use respawn::respawn;
+pub use scent::scent;
 pub use summon::summon;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
@@ -60,12 +65,12 @@ use super::movement::Movement;
 use super::params::{StepConstants, StepParams};
 use super::raster::RasterLayout;
 use super::setup::Setup;
-use super::snapshot::Snapshot;
+use super::snapshot::{FoodState, Snapshot};
 use super::surroundings::COVERED;
 use super::texel_paths::TexelPaths;
 use super::transfers::arranged;
 use super::turns::Turn;
-use super::types::{Motion, Particle, Pose};
+use super::types::{Meal, Motion, Particle, Pose};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::{DistanceMethod, Settings, Strategy};
 
@@ -83,6 +88,11 @@ pub struct Simulation {
     previous_deposits: Vec<u32>,
     /// Empty where nobody has painted any.
     bias: Vec<f32>,
+    meals: Vec<Meal>,
+    /// Empty where there is neither food nor marker.
+    scent: Vec<f32>,
+    /// Of the last step.
+    fed_deposit: u32,
     movement: Movement,
     poses: Vec<Pose>,
     poses_before: Vec<Pose>,
@@ -112,7 +122,7 @@ impl Simulation {
         let poses = setup.poses.clone();
         let tile_states = vec![0; setup.distance.tiles.len()];
         let margins = vec![0.0; setup.distance.margins_len()];
-        Self {
+        let mut simulation = Self {
             transfers: TwinTransfers::new(&settings, &setup, &start.transfers),
             particles: start.particles,
             motions: start.motions,
@@ -127,6 +137,9 @@ impl Simulation {
             deposits: vec![0; texels],
             previous_deposits: vec![0; texels],
             bias: Vec::new(),
+            meals: Vec::new(),
+            scent: Vec::new(),
+            fed_deposit: 1,
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],
             across: vec![NONE; texels],
@@ -135,7 +148,9 @@ impl Simulation {
             tile_states,
             margins,
             step: 0,
-        }
+        };
+        simulation.serve(None);
+        simulation
     }
 
     /// One step; what [`super::step::record`] records. Returns the sensor gaps of [`advance`].
@@ -158,6 +173,7 @@ impl Simulation {
         );
         self.distance(&constants, &params);
         let gaps = self.walk_and_change_objects(&constants, &params.turn);
+        self.feed(&constants);
         if let Some(first_half) = params.first_half() {
             self.diffuse(&constants, &first_half);
             std::mem::swap(&mut self.trail, &mut self.next_trail);
@@ -370,6 +386,10 @@ impl Simulation {
             deposits: self.previous_deposits.clone(),
             transfers: self.transfers.state(self.settings.strategy()),
             bias: self.bias.clone(),
+            food: FoodState {
+                remaining: self.meals.iter().map(|meal| meal.remaining).collect(),
+                fed_deposit: self.fed_deposit,
+            },
         }
     }
 
@@ -392,6 +412,8 @@ impl Simulation {
         self.trail.clone_from(&snapshot.trail);
         self.previous_deposits.clone_from(&snapshot.deposits);
         self.bias.clone_from(&snapshot.bias);
+        self.fed_deposit = snapshot.food.fed_deposit;
+        self.serve(Some(&snapshot.food.remaining));
         self.deposits.fill(0);
         self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
         self.step = snapshot.step;

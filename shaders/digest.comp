@@ -1,0 +1,46 @@
+// digest: takes from each food what was eaten of it in the step, and says how strongly it smells from now on.
+// Reads   meals.
+// Writes  meals; the groups of the dispatch of scent, where the smell of any has become another.
+// One invocation a food.
+// Smells fall in steps, so that the field is made anew only now and then, and whoever resumes finds the same one.
+// Overflow: cannot happen; what is left is never less than nothing.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform Params {
+    uint food_count;
+    uint scented_count;  // texels that smell of anything
+    uint scent_group;    // invocations in a group of scent
+} params;
+
+// Of a smell there are so many steps. MOST_AMOUNT in src/sim/food.rs keeps the product below 2^32.
+const uint LEVELS = 64u;
+
+layout(std430, set = 0, binding = 0) buffer Meals { Meal meals[]; };
+layout(std430, set = 0, binding = 1) buffer Groups { DispatchGroups groups[]; };
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.food_count) return;
+    Meal meal = meals[i];
+    uint eaten = meal.eaten;
+    meals[i].eaten = 0u;
+    // Of what has no amount there is always enough.
+    if (meal.amount == 0u || eaten == 0u) return;
+    uint remaining = meal.remaining - min(meal.remaining, eaten);
+    uint level = (LEVELS * remaining + (meal.amount - 1u)) / meal.amount;
+    precise float scent = meal.strength * (float(level) / float(LEVELS));
+    meals[i].remaining = remaining;
+    meals[i].level = level;
+    meals[i].scent = scent;
+    if (level != meal.level) {
+        DispatchGroups all = dispatch_groups(params.scented_count, params.scent_group);
+        atomicMax(groups[0].x, all.x);
+        atomicMax(groups[0].y, all.y);
+    }
+}

@@ -1,0 +1,43 @@
+// scent: what sensors read more for food and markers, summed up anew from what is left of each.
+// Reads   scented, whiffs, meals.
+// Writes  the field, as low_field and high_field, at every texel that any food or marker reaches, gutters too.
+// One invocation a texel that is reached.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "index.glsl"
+
+layout(local_size_x = 64) in;
+
+// What one view of single texels does not hold is written through two views.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+layout(constant_id = 1) const uint BAND = 0xffffffffu;  // texels of the first of two
+
+layout(push_constant) uniform Params {
+    uint scented_count;
+} params;
+
+// The texel, and its first whiff; one more at the end, which says where the last one's end.
+layout(std430, set = 0, binding = 0) readonly buffer Scented { uvec2 scented[]; };
+// The food, and the bits of its falloff there: 1 where it is, 0 where it ends.
+layout(std430, set = 0, binding = 1) readonly buffer Whiffs { uvec2 whiffs[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Meals { Meal meals[]; };
+layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer low_field;
+layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer high_field;
+
+#include "texels.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.scented_count) return;
+    uint texel = scented[i].x;
+    uint end = scented[i + 1u].y;
+    precise float sum = 0.0;
+    for (uint k = scented[i].y; k < end; k++) {
+        uvec2 whiff = whiffs[k];
+        sum += meals[whiff.x].scent * uintBitsToFloat(whiff.y);
+    }
+    store_texel(low_field, high_field, texel, vec4(sum))
+}

@@ -1,0 +1,59 @@
+//! Food and markers: a low dome for each, which shrinks as the food is eaten.
+
+use std::sync::Arc;
+
+use super::{LAMP_BESIDE_GLOW, Renderer, Shot};
+use crate::gpu::{Context, Format, GpuError, PassRecorder, RasterOptions, RasterPipeline};
+use crate::scene::settings::Show;
+use crate::sim::draws::{FoodsArgs, FoodsDraw, FoodsParams};
+
+/// Vertices of a dome: `SIDES * RINGS * 6` of `shaders/foods.vert`.
+const VERTICES: u32 = 20 * 8 * 6;
+/// Light that food sends out itself where the trail is the only light.
+const GLOW: f32 = 0.22;
+
+/// Draws them on canvases of one format and one number of samples.
+pub(super) fn pipeline(
+    ctx: &Arc<Context>,
+    format: Format,
+    samples: u32,
+) -> Result<RasterPipeline<FoodsDraw>, GpuError> {
+    let options = RasterOptions {
+        color: format,
+        samples,
+        ..RasterOptions::default()
+    };
+    RasterPipeline::new(ctx, &(), options)
+}
+
+impl Renderer {
+    /// On the surface, if there are any and they are to be seen.
+    pub(super) fn draw_foods(pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let (state, view) = (shot.state, shot.view);
+        let Some(food) = state.food.as_ref().filter(|_| view.shows_food) else {
+            return;
+        };
+        let (lamp, glow) = match view.show {
+            Show::Glow => (LAMP_BESIDE_GLOW, GLOW),
+            _ => (1.0, 0.0),
+        };
+        let camera = &view.camera;
+        pass.draw(
+            &shot.pipelines.foods,
+            VERTICES,
+            food.food_count,
+            FoodsArgs {
+                marks: &food.marks,
+                meals: &food.meals,
+                poses: &state.poses,
+            },
+            FoodsParams {
+                clip_from_world: camera.clip_from_world(shot.size),
+                eye: camera.eye(),
+                lamp,
+                key_direction: view.light.direction(camera),
+                glow,
+            },
+        );
+    }
+}

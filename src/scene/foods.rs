@@ -1,0 +1,81 @@
+//! What must hold of food and markers beside the ranges of their keys.
+
+use std::path::PathBuf;
+
+use super::error::SceneError;
+use super::file::Problem;
+use super::settings::{MOST_FOODS, Settings, Start};
+
+/// Names the only object where that is left out, so that it stays clear when there are more.
+pub(super) fn name(settings: &mut Settings) {
+    if let [only] = &settings.objects[..] {
+        let foods = settings.foods.iter_mut();
+        for food in foods.filter(|food| food.object.is_empty()) {
+            food.object.clone_from(&only.name);
+        }
+    }
+}
+
+/// Makes sure that each lies on an object, that there are not too many, and that their trail can be counted. Objects have
+/// their names.
+pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {
+    let messages = problems(settings);
+    if messages.is_empty() {
+        return Ok(());
+    }
+    let problem = |message| Problem {
+        place: String::new(),
+        message,
+    };
+    Err(SceneError::Problems {
+        scene: PathBuf::from(scene),
+        problems: messages.into_iter().map(problem).collect(),
+    })
+}
+
+/// Everything of that that does not hold, one sentence each.
+#[must_use]
+pub fn problems(settings: &Settings) -> Vec<String> {
+    let mut messages = Vec::new();
+    for (i, food) in settings.foods.iter().enumerate() {
+        if settings.object_of(food).is_some() {
+            continue;
+        }
+        let names = settings.objects.iter().map(|object| object.name.as_str());
+        let known: Vec<&str> = names.collect();
+        let known = known.join(", ");
+        messages.push(if food.object.is_empty() {
+            format!("food.{i}.object is empty: name the object that it lies on; there is {known}")
+        } else {
+            format!(
+                "food.{i}.object: there is no object \"{}\"; there is {known}",
+                food.object
+            )
+        });
+    }
+    let count = settings.food_count();
+    if count > MOST_FOODS {
+        messages.push(format!(
+            "the scene has {count} foods and markers, and there may be {MOST_FOODS}: \
+             take some out, or lower feeding.scattered"
+        ));
+    }
+    if settings.particles.start == Start::Food && settings.particles.start_food as usize >= count {
+        messages.push(match count {
+            0 => "particles.start = \"food\", and the scene has no food: add a [[food]], or raise feeding.scattered"
+                .to_owned(),
+            _ => format!(
+                "particles.start_food = {}, and the scene has {count} foods and markers, counted from 0",
+                settings.particles.start_food
+            ),
+        });
+    }
+    let most = u64::from(settings.particles.count) * u64::from(settings.feeding.fed_deposit);
+    if count > 0 && most > u64::from(u32::MAX) {
+        messages.push(format!(
+            "{} particles that each count as {} are more than a texel can count: lower feeding.fed_deposit",
+            settings.particles.count, settings.feeding.fed_deposit
+        ));
+    }
+    messages
+}

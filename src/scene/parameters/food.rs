@@ -1,0 +1,56 @@
+//! The rows of the parameter table for one `[[food]]`.
+
+use super::{Effect, Kind, Number, Parameter, Scale};
+use crate::scene::settings::FoodSettings;
+
+/// The parameters of one `[[food]]`. All change while a simulation runs; what is left of a food stays.
+pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
+    Parameter {
+        key: "object",
+        name: "On object",
+        unit: "",
+        help: "The name of the object that the food lies on and moves with. May be empty where there is only one.",
+        effect: Effect::Live,
+        kind: text!(object, "the name of an object", false),
+    },
+    Parameter {
+        key: "at",
+        name: "Place",
+        unit: "mesh units",
+        help: "Where it lies: the nearest point of the object's surface to this place, in the coordinates of the object's mesh, before its scale, rotation and position.",
+        effect: Effect::Live,
+        kind: vector!(at, (-1e9, 1e9)),
+    },
+    Parameter {
+        key: "radius",
+        name: "Radius",
+        unit: "scene radii",
+        help: "How far along the surface sensors read it. What they read falls off with the square of what is left of the way, to nothing there.",
+        effect: Effect::Live,
+        kind: real!(radius, (0.001, 10.0), (0.05, 2.0), Logarithmic),
+    },
+    Parameter {
+        key: "strength",
+        name: "Strength",
+        unit: "trail units",
+        help: "What a sensor reads more where it lies. Less than 0 repels.",
+        effect: Effect::Live,
+        kind: real!(strength, (-1e6, 1e6), (-100.0, 100.0), Linear),
+    },
+    Parameter {
+        key: "amount",
+        name: "Amount",
+        unit: "meals",
+        help: "How many meals it is: each hungry particle that comes to it takes one, it smells less the less is left, and at last it is gone. 0: it never ends.",
+        effect: Effect::Live,
+        kind: whole!(amount: u32, (0.0, 60_000_000.0), (0.0, 1e6), Logarithmic),
+    },
+    Parameter {
+        key: "size",
+        name: "Size",
+        unit: "scene radii",
+        help: "How far along the surface it is eaten. 0 makes it a marker, which nobody eats.",
+        effect: Effect::Live,
+        kind: real!(size, (0.0, 10.0), (0.0, 0.2), Linear),
+    },
+];

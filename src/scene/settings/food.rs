@@ -1,0 +1,107 @@
+//! What is eaten, what lures and what repels: single foods and markers, and what a scene says about all food.
+
+use serde::Serialize;
+
+use super::Settings;
+
+/// Foods and markers that a scene may have, scattered ones among them.
+pub const MOST_FOODS: usize = 256;
+
+/// `[[food]]`: a food, or with `size = 0` a marker, on the surface of an object, with which it moves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoodSettings {
+    /// The name of the object that it lies on; may be empty where there is only one.
+    pub object: String,
+    /// In the object's own coordinates, as its mesh has them: the nearest point of its surface is the place.
+    pub at: [f32; 3],
+    /// How far along the surface it is sensed, in scene radii.
+    pub radius: f32,
+    /// What a sensor reads more where it lies, in trail units; negative repels.
+    pub strength: f32,
+    /// How many meals it is; 0 for no end of them.
+    pub amount: u32,
+    /// How far along the surface it is eaten, in scene radii; 0 for a marker.
+    pub size: f32,
+}
+
+impl Default for FoodSettings {
+    fn default() -> Self {
+        let FeedingSettings {
+            radius,
+            strength,
+            amount,
+            size,
+            ..
+        } = FeedingSettings::default();
+        Self {
+            object: String::new(),
+            at: [0.0; 3],
+            radius,
+            strength,
+            amount,
+            size,
+        }
+    }
+}
+
+impl FoodSettings {
+    /// Is it one that nobody eats?
+    #[must_use]
+    pub fn is_marker(&self) -> bool {
+        self.size == 0.0
+    }
+}
+
+/// `[feeding]`: food that is scattered over all objects, and what becomes of those who have eaten.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FeedingSettings {
+    /// How many foods are scattered besides those that have a `[[food]]` of their own.
+    pub scattered: u32,
+    /// As [`FoodSettings::radius`], of scattered ones.
+    pub radius: f32,
+    /// As [`FoodSettings::strength`].
+    pub strength: f32,
+    /// As [`FoodSettings::amount`].
+    pub amount: u32,
+    /// As [`FoodSettings::size`].
+    pub size: f32,
+    /// For how many steps a particle that has eaten is fed.
+    pub fed_steps: u32,
+    /// How many particles a fed one counts as where it deposits.
+    pub fed_deposit: u32,
+    /// What share of an attraction of food and markers a fed particle feels.
+    pub fed_attraction: f32,
+}
+
+impl Default for FeedingSettings {
+    fn default() -> Self {
+        Self {
+            scattered: 0,
+            radius: 0.5,
+            strength: 20.0,
+            amount: 0,
+            size: 0.03,
+            fed_steps: 150,
+            fed_deposit: 4,
+            fed_attraction: 0.0,
+        }
+    }
+}
+
+impl Settings {
+    /// The object that a food lies on, if there is one with that name.
+    #[must_use]
+    pub fn object_of(&self, food: &FoodSettings) -> Option<usize> {
+        if food.object.is_empty() && self.objects.len() == 1 {
+            return Some(0);
+        }
+        let mut objects = self.objects.iter();
+        objects.position(|object| object.name == food.object)
+    }
+
+    /// All foods and markers, scattered ones among them.
+    #[must_use]
+    pub fn food_count(&self) -> usize {
+        self.foods.len() + self.feeding.scattered as usize
+    }
+}

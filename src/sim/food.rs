@@ -1,0 +1,318 @@
+//! Food and markers: where they lie, how far every texel is from them along the surface, and what sensors read of that.
+//!
+//! The host measures; simulation and twin begin from the same [`Pantry`]. The kernels `digest` and `scent` keep up with what
+//! is eaten.
+
+pub mod buffers;
+mod places;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use glam::{DVec3, UVec2};
+use rayon::prelude::*;
+
+use super::types::{Mark, Meal};
+use crate::error::{Error, Result};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::{Seam, Surface};
+use crate::mesh::surface_distance::SurfaceDistance;
+use crate::mesh::walk::SurfacePoint;
+
+pub use places::{nearest_on_object, places};
+
+/// Steps in which a smell falls; `shaders/digest.comp` has the same.
+pub const LEVELS: u32 = 64;
+/// The steps times an amount, plus the amount, is a 32-bit number.
+pub const MOST_AMOUNT: u32 = 60_000_000;
+/// Texels that all foods and markers of a scene may reach, each counted for itself: what a storage block of every device
+/// holds.
+const MOST_WHIFFS: usize = 1 << 24;
+/// A marker is drawn as large as food of this part of its radius, but no larger than [`MARKER_RADIUS`].
+const MARKER_SHARE: f64 = 0.08;
+/// World lengths for a part of the object's own extent.
+const MARKER_RADIUS: f64 = 0.03;
+
+/// A food or a marker where it lies. Lengths are world lengths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoodPlace {
+    /// The object that it lies on and moves with.
+    pub object: u32,
+    /// Where.
+    pub point: SurfacePoint,
+    /// How far along the surface sensors read it.
+    pub radius: f64,
+    /// What they read more where it lies, trail units; negative to repel.
+    pub strength: f32,
+    /// How far along the surface it is eaten; 0 for a marker.
+    pub size: f64,
+    /// How many meals it is; 0 where there is no end of it.
+    pub amount: u32,
+}
+
+impl FoodPlace {
+    /// How far it has any effect.
+    fn reach(&self) -> f64 {
+        self.radius.max(self.size)
+    }
+
+    /// The same place with the same effect, whatever its strength and amount?
+    fn reaches_as(&self, other: &Self) -> bool {
+        (self.point, self.reach()) == (other.point, other.reach())
+    }
+
+    /// What is left of the strength at a distance: 1 where it lies, 0 from the radius on.
+    #[must_use]
+    pub fn falloff(&self, distance: f64) -> f64 {
+        let share = (1.0 - distance / self.radius).max(0.0);
+        share * share
+    }
+
+    /// Where it is drawn.
+    fn mark(&self, surface: &Surface) -> Mark {
+        let [a, b, c] = surface.corners[self.point.triangle as usize]
+            .map(|vertex| surface.positions[vertex as usize].as_dvec3());
+        let middle = a + self.point.u * (b - a) + self.point.v * (c - a);
+        let (first, end) = surface.objects[self.object as usize].vertices;
+        let own = &surface.positions[first as usize..end as usize];
+        let extent = own.iter().fold(0.0_f32, |far, p| far.max(p.length()));
+        let marker = (MARKER_SHARE * self.radius).min(MARKER_RADIUS * f64::from(extent));
+        let is_food = self.size > 0.0;
+        Mark {
+            position: middle.as_vec3(),
+            object: self.object,
+            normal: (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3(),
+            radius: if is_food { self.size } else { marker } as f32,
+            is_food: is_food.into(),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
+        }
+    }
+
+    /// As it lies there uneaten, or with so much left.
+    #[must_use]
+    pub fn meal(&self, remaining: Option<u32>) -> Meal {
+        let Self {
+            amount, strength, ..
+        } = *self;
+        let mut meal = Meal {
+            // There is always enough of what has no amount.
+            remaining: if amount == 0 {
+                1
+            } else {
+                remaining.unwrap_or(amount).min(amount)
+            },
+            eaten: 0,
+            amount,
+            level: LEVELS,
+            strength,
+            scent: strength,
+            pad0: 0,
+            pad1: 0,
+        };
+        if amount > 0 {
+            meal.smell();
+        }
+        meal
+    }
+}
+
+impl Meal {
+    /// Says how strongly it smells for what is left, in steps.
+    pub(super) fn smell(&mut self) {
+        self.level = (LEVELS * self.remaining + (self.amount - 1)) / self.amount;
+        self.scent = self.strength * (self.level as f32 / LEVELS as f32);
+    }
+}
+
+/// The texels within reach of one food: each owned one with its distance.
+type Reached = Vec<(u32, f32)>;
+
+/// Everything about food and markers that does not change while they are eaten.
+#[derive(Clone, Debug, Default)]
+pub struct Pantry {
+    /// Each of them.
+    pub places: Vec<FoodPlace>,
+    /// The texels that any reaches, ascending, and the first whiff of each; then one more, where the last one's end.
+    pub scented: Vec<UVec2>,
+    /// The food and the bits of its falloff.
+    pub whiffs: Vec<UVec2>,
+    /// One a texel: the food that is eaten there, counted from 1, or 0. Empty where there are neither foods nor markers.
+    pub plates: Vec<u32>,
+    /// Where each is drawn.
+    pub marks: Vec<Mark>,
+    /// For each place, so that what stays is not measured again.
+    reached: Vec<Arc<Reached>>,
+}
+
+impl Pantry {
+    /// Measures how far everything is from these places. What `before` has measured is taken from there.
+    ///
+    /// # Errors
+    /// When they reach more texels than there may be.
+    pub fn new(
+        surface: &Surface,
+        atlas: &Atlas,
+        places: Vec<FoodPlace>,
+        before: Option<&Self>,
+    ) -> Result<Self> {
+        if places.is_empty() {
+            return Ok(Self::default());
+        }
+        let known = |place: &FoodPlace| {
+            let before = before?;
+            let same = before.places.iter().position(|was| was.reaches_as(place));
+            same.map(|i| Arc::clone(&before.reached[i]))
+        };
+        let measure = |place: &FoodPlace| Arc::new(reached(surface, atlas, place));
+        let reached: Vec<Arc<Reached>> = places
+            .par_iter()
+            .map(|place| known(place).unwrap_or_else(|| measure(place)))
+            .collect();
+        let count: usize = reached.iter().map(|reached| reached.len()).sum();
+        if count > MOST_WHIFFS {
+            return Err(Error::Invalid(format!(
+                "foods and markers reach {count} texels, each counted for itself, and there may be {MOST_WHIFFS}: \
+                 give them smaller radii, or the atlas a smaller size"
+            )));
+        }
+        let both = places.iter().zip(&reached);
+        let mut entries: Vec<(u32, u32, f32)> = Vec::with_capacity(count);
+        let mut plates = vec![0; atlas.density.len()];
+        let mut nearest = vec![f32::INFINITY; atlas.density.len()];
+        let mut falloff = vec![0.0_f32; atlas.density.len()];
+        for (food, (place, reached)) in (0..).zip(both) {
+            for &(texel, distance) in reached.iter() {
+                let value = place.falloff(distance.into()) as f32;
+                if value > 0.0 {
+                    falloff[texel as usize] = value;
+                    entries.push((texel, food, value));
+                }
+                // Where two discs overlap, the nearer one is eaten.
+                if f64::from(distance) < place.size && distance < nearest[texel as usize] {
+                    nearest[texel as usize] = distance;
+                    plates[texel as usize] = food + 1;
+                }
+            }
+            let filled = atlas.seams.iter().filter_map(|seam| {
+                let value = mixed(seam, &falloff);
+                (value > 0.0).then_some((seam.texel, food, value))
+            });
+            entries.extend(filled);
+            for &(texel, _) in reached.iter() {
+                falloff[texel as usize] = 0.0;
+            }
+        }
+        for seam in &atlas.seams {
+            plates[seam.texel as usize] = plates[most_of(seam) as usize];
+        }
+        entries.par_sort_unstable_by_key(|&(texel, food, _)| (texel, food));
+        let mut scented: Vec<UVec2> = Vec::new();
+        for (i, &(texel, ..)) in (0..).zip(&entries) {
+            if scented.last().is_none_or(|last| last.x != texel) {
+                scented.push(UVec2::new(texel, i));
+            }
+        }
+        scented.push(UVec2::new(0, entries.len() as u32));
+        let whiffs = entries.iter();
+        Ok(Self {
+            whiffs: whiffs
+                .map(|&(_, food, value)| UVec2::new(food, value.to_bits()))
+                .collect(),
+            marks: places.iter().map(|place| place.mark(surface)).collect(),
+            places,
+            scented,
+            plates,
+            reached,
+        })
+    }
+
+    /// Is there neither food nor marker?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Texels that any of them reaches.
+    #[must_use]
+    pub fn scented_count(&self) -> u32 {
+        self.scented.len().saturating_sub(1) as u32
+    }
+
+    /// What is left of each, if somebody knows; else all of it.
+    #[must_use]
+    pub fn meals(&self, remaining: Option<&[u32]>) -> Vec<Meal> {
+        let places = self.places.iter().enumerate();
+        places
+            .map(|(i, place)| place.meal(remaining.map(|remaining| remaining[i])))
+            .collect()
+    }
+
+    /// What is left of each when `before` was there until now: those that were there keep what is left of them.
+    #[must_use]
+    pub fn kept(&self, before: &Self, remaining: &[u32]) -> Vec<u32> {
+        let mut was: Vec<Option<(&FoodPlace, u32)>> = (before.places.iter())
+            .zip(remaining.iter().copied())
+            .map(Some)
+            .collect();
+        let same = |a: &FoodPlace, b: &FoodPlace| (a.point, a.amount) == (b.point, b.amount);
+        let mut take = |place: &FoodPlace| {
+            let mut old = was.iter_mut();
+            let old = old.find(|old| old.is_some_and(|(old, _)| same(old, place)));
+            old.and_then(|old| old.take().map(|(_, left)| left))
+        };
+        let places = self.places.iter();
+        places
+            .map(|place| place.meal(take(place)).remaining)
+            .collect()
+    }
+}
+
+/// The owned texels within reach of a place, with their distances along the surface.
+fn reached(surface: &Surface, atlas: &Atlas, place: &FoodPlace) -> Reached {
+    let reach = place.reach();
+    let distance = SurfaceDistance::new(surface, &[place.point], reach);
+    let (first, end) = surface.objects[place.object as usize].triangles;
+    let corners = |triangle: u32| {
+        let corners = surface.corners[triangle as usize];
+        corners.map(|vertex| surface.positions[vertex as usize].as_dvec3())
+    };
+    let [a, b, c] = corners(place.point.triangle);
+    let middle = a + place.point.u * (b - a) + place.point.v * (c - a);
+    // No way along the surface is shorter than the straight one.
+    let is_near: Vec<bool> = (first..end)
+        .map(|triangle| {
+            let [a, b, c] = corners(triangle);
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            middle.distance(middle.clamp(low, high)) <= reach
+        })
+        .collect();
+    let texels = (0..atlas.owner.len() as u32).into_par_iter();
+    texels
+        .filter_map(|texel| {
+            let owner = atlas.owner[texel as usize];
+            if owner < first || owner >= end || !is_near[(owner - first) as usize] {
+                return None;
+            }
+            let (triangle, u, v) = atlas.surface_point_of(texel)?;
+            let distance = distance.at(triangle, u.into(), v.into());
+            (distance <= reach).then_some((texel, distance as f32))
+        })
+        .collect()
+}
+
+/// What a gutter texel is filled with.
+fn mixed(seam: &Seam, field: &[f32]) -> f32 {
+    let units = seam.units();
+    let parts = (0..4).map(|k| units[k] as f32 * field[seam.source[k] as usize]);
+    parts.sum::<f32>() / Seam::UNITS as f32
+}
+
+/// The owned texel that a gutter texel is filled from more than from others.
+fn most_of(seam: &Seam) -> u32 {
+    let units = seam.units();
+    let most = (0..4).max_by_key(|&k| (units[k], 3 - k));
+    seam.source[most.expect("there are four")]
+}

@@ -1,0 +1,73 @@
+//! Food on the device.
+
+use std::sync::Arc;
+
+use glam::UVec2;
+
+use super::Pantry;
+use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
+use crate::sim::kernels::ScentParams;
+use crate::sim::state::Views;
+use crate::sim::twin::scent;
+use crate::sim::types::{Mark, Meal};
+
+/// What kernels read and write about food and markers.
+pub struct FoodBuffers {
+    /// One a food or marker: what is left of it.
+    pub meals: Buffer<Meal>,
+    /// Where they are drawn.
+    pub marks: Buffer<Mark>,
+    /// One a texel, gutters filled: trail units that sensors read more.
+    pub scent: Buffer<f32>,
+    /// The same, as kernels read and write it.
+    pub scent_views: Views<f32>,
+    /// One a texel, gutters filled: the food that is eaten there, counted from 1, or 0.
+    pub plates: Buffer<u32>,
+    /// The same, as kernels read it.
+    pub plate_views: Views<u32>,
+    /// As [`Pantry::scented`].
+    pub scented: Buffer<UVec2>,
+    /// As [`Pantry::whiffs`].
+    pub whiffs: Buffer<UVec2>,
+    /// The groups of the dispatch that sums smells up anew.
+    pub groups: Buffer<DispatchGroups>,
+    /// How many foods and markers.
+    pub food_count: u32,
+    /// How many texels they reach.
+    pub scented_count: u32,
+}
+
+impl FoodBuffers {
+    /// Takes the memory and uploads: of each food there is what `meals` say.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn new(ctx: &Arc<Context>, pantry: &Pantry, meals: &[Meal]) -> Result<Self, GpuError> {
+        let mut field = vec![0.0; pantry.plates.len()];
+        let params = ScentParams {
+            scented_count: pantry.scented_count(),
+        };
+        scent(&params, &pantry.scented, &pantry.whiffs, meals, &mut field);
+        let texels = Domain::Texels;
+        let scent = Buffer::from_slice_in(ctx, "scent", &field, texels)?;
+        let plates = Buffer::from_slice_in(ctx, "plates", &pantry.plates, texels)?;
+        // Markers without a radius reach nothing.
+        let whiffs: &[UVec2] = match &pantry.whiffs[..] {
+            [] => &[UVec2::ZERO],
+            whiffs => whiffs,
+        };
+        Ok(Self {
+            meals: Buffer::from_slice(ctx, "meals", meals)?,
+            marks: Buffer::from_slice(ctx, "marks", &pantry.marks)?,
+            scent_views: Views::new(ctx, &scent)?,
+            scent,
+            plate_views: Views::new(ctx, &plates)?,
+            plates,
+            scented: Buffer::from_slice(ctx, "scented", &pantry.scented)?,
+            whiffs: Buffer::from_slice(ctx, "whiffs", whiffs)?,
+            groups: Buffer::zeroed(ctx, "scent_groups", 1)?,
+            food_count: meals.len() as u32,
+            scented_count: pantry.scented_count(),
+        })
+    }
+}

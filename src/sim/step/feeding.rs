@@ -1,0 +1,54 @@
+//! Food in a step: what was eaten is taken away, and where that changes a smell, sensors read another one.
+
+use super::{Kernels, Recorder, State};
+use crate::gpu::{
+    Access::{Copy, Indirect, Kernel},
+    DispatchGroups, Kernel as _, Threads,
+};
+use crate::sim::kernels::{DigestArgs, DigestParams, Scent, ScentArgs, ScentParams};
+
+/// Nothing where there is no food.
+pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
+    let (Some(food), Some(digest), Some(scent)) = (&s.food, &k.digest, &k.scent) else {
+        return;
+    };
+    let none = DispatchGroups { x: 0, y: 0, z: 1 };
+    rec.barrier(Indirect, Copy, &[&food.groups]);
+    rec.barrier(Kernel, Copy, &[&food.groups]);
+    rec.update(&food.groups, 0, &[none]);
+    rec.barrier(Copy, Kernel, &[&food.groups]);
+    rec.dispatch(
+        digest,
+        Threads(food.food_count),
+        DigestArgs {
+            meals: &food.meals,
+            groups: &food.groups,
+        },
+        DigestParams {
+            food_count: food.food_count,
+            scented_count: food.scented_count,
+            scent_group: Scent::GROUP_SIZE,
+        },
+    );
+    // What is left says how strongly it smells, and the next step eats of it.
+    // This step's sensors have read the field.
+    rec.barrier(Kernel, Kernel, &[&food.meals, &food.scent]);
+    rec.barrier(Kernel, Indirect, &[&food.groups]);
+    rec.dispatch_indirect(
+        scent,
+        &food.groups,
+        0,
+        ScentArgs {
+            scented: &food.scented,
+            whiffs: &food.whiffs,
+            meals: &food.meals,
+            low_field: &food.scent_views.low,
+            high_field: &food.scent_views.high,
+        },
+        ScentParams {
+            scented_count: food.scented_count,
+        },
+    );
+    // The next step's sensors read it, and its particles eat of what is left.
+    rec.barrier(Kernel, Kernel, &[&food.scent, &food.meals]);
+}
