@@ -25,10 +25,12 @@ use super::hands::Hand;
 use super::interface::Interface;
 use super::loading::Loading;
 use super::out::TakeOut;
+use super::own::OwnPresets;
 use super::pacing::Pacer;
 use super::place::Place;
 use super::places::Places;
 use super::preferences::Preferences;
+use super::saving::save_scene;
 use super::stage::Stage;
 use super::theme;
 
@@ -69,6 +71,8 @@ pub struct Lab {
     pub closing: bool,
     /// Pictures of the scene until the lab closes by itself.
     frames_left: Option<u32>,
+    /// Pictures until the device is taken for lost.
+    lose_device: Option<u32>,
     /// When the picture last moved.
     pub(super) moved: Instant,
     /// What the validation layers said, counted.
@@ -145,6 +149,7 @@ impl Lab {
         interface.panel = preferences.panel;
         interface.light = preferences.light;
         interface.out.folder = preferences.folder.clone();
+        interface.own = OwnPresets::read(OwnPresets::folder());
         let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();
         let mut lab = Self {
@@ -163,6 +168,7 @@ impl Lab {
             hand: Hand::default(),
             closing: false,
             frames_left: options.frames,
+            lose_device: options.lose_device,
             moved: Instant::now(),
             message_count: 0,
             format: picture_format(format),
@@ -283,6 +289,12 @@ impl Lab {
                 *left = left.saturating_sub(1);
                 self.closing |= *left == 0;
             }
+            if let Some(left) = &mut self.lose_device {
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    self.ctx.pretend_lost();
+                }
+            }
         }
         self.report_messages();
         if let Some(places) = &mut self.places {
@@ -360,6 +372,20 @@ impl Lab {
         if !told.entries.is_empty() || told.overflow > 0 {
             log::warn!("told by debug_value:\n{told}");
         }
+    }
+
+    /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
+    pub fn rescue(&self, error: &Error) -> Error {
+        let Some(text) = self.scene_text() else {
+            return Error::Invalid(error.to_string());
+        };
+        let folder = PathBuf::from(self.interface.out.folder.trim());
+        let saved = save_scene(&folder, &self.name, &text);
+        let kept = match saved.and_then(|path| Ok(std::path::absolute(&path).unwrap_or(path))) {
+            Ok(path) => format!("the scene as it was set is kept in {}", path.display()),
+            Err(error) => format!("the scene as it was set is not kept, either: {error}"),
+        };
+        Error::Invalid(format!("{error}; what had grown is lost, {kept}"))
     }
 
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.

@@ -19,6 +19,7 @@ use super::stage::Stage;
 use super::window::Lab;
 use job::{ExportJob, Film, Job, Picture};
 pub use names::Reserved;
+pub use shot::Shot;
 use recording::Recording;
 
 use panel::Kind;
@@ -351,7 +352,7 @@ impl Lab {
 }
 
 /// The view for a picture of another size: points of particles keep their share of it.
-fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
+pub fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
     let mut view = *view;
     if from[1] > 0 {
         view.particle_size *= to[1] as f32 / from[1] as f32;
