@@ -247,7 +247,11 @@ fn presets_come_from_files_and_from_the_users_folder() {
         }
     }
     let list = text(&scenes(&[]).stdout);
-    for part in ["Presets of your own", "fern       Mine, all mine.", "torn       cannot be taken"] {
+    for part in [
+        "Presets of your own",
+        "fern       Mine, all mine.",
+        "torn       cannot be taken",
+    ] {
         assert!(list.contains(part), "{part}: {list}");
     }
 }

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use egui::{
-    ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2,
-};
+use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2};
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use super::interface::{Command, Facts, Interface};
@@ -26,7 +24,7 @@ macro_rules! pictures {
 static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
     "crowd", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace",
-    "waves", "mist", "streams", "shy", "meeting",
+    "bands", "waves", "mist", "streams", "shy", "meeting",
 );
 
 /// Whether it is open, and its pictures once they have been shown.
@@ -200,7 +198,10 @@ impl Interface {
                     let size = [image.width() as usize, image.height() as usize];
                     let image = ColorImage::from_rgb(size, image.as_raw());
                     let texture = format!("own {name}");
-                    Some(ui.ctx().load_texture(texture, image, TextureOptions::LINEAR))
+                    Some(
+                        ui.ctx()
+                            .load_texture(texture, image, TextureOptions::LINEAR),
+                    )
                 });
                 let texture = texture.as_ref().map(TextureHandle::id);
                 let hint = match &own.problem {
@@ -247,6 +248,9 @@ enum Removing {
 /// A cross in the corner of a card; once it was clicked, a question in the middle.
 fn remove_button(ui: &mut Ui, card: &Response, name: &str, asked: bool) -> Option<Removing> {
     let image = Rect::from_min_size(card.rect.min, SIZE);
+    // Beside what is laid out, so that the next card stays where it is.
+    let mut over = ui.new_child(egui::UiBuilder::new().max_rect(image));
+    let ui = &mut over;
     if asked {
         ui.painter()
             .rect_filled(image, 4.0, egui::Color32::from_black_alpha(170));
@@ -278,9 +282,7 @@ fn card(
     is_chosen: bool,
 ) -> Response {
     let (rect, response) = ui.allocate_exact_size(SIZE + vec2(0.0, 20.0), Sense::click());
-    let response = response
-        .on_hover_text(hint)
-        .marked(&format!("card={name}"));
+    let response = response.on_hover_text(hint).marked(&format!("card={name}"));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, name));
     let image = Rect::from_min_size(rect.min, SIZE);
     let painter = ui.painter();

@@ -20,8 +20,8 @@ use super::keys::{self, KeyAction};
 use super::navigation::{Moved, Navigation};
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
-use super::places::Marked as _;
 use super::own::OwnPresets;
+use super::places::Marked as _;
 use super::presets::Morph;
 use super::theme;
 use super::undo::Undo;
@@ -452,9 +452,7 @@ impl Interface {
         ctx.input(|input| {
             for event in &input.events {
                 match event {
-                    egui::Event::Copy if input.modifiers.shift => {
-                        commands.push(Command::CopyLook)
-                    }
+                    egui::Event::Copy if input.modifiers.shift => commands.push(Command::CopyLook),
                     egui::Event::Copy => commands.push(Command::Copy),
                     egui::Event::Paste(text) => commands.push(Command::Paste(text.clone())),
                     _ => {}

@@ -262,19 +262,33 @@ mod tests {
             .iter()
             .map(|own| (own.name.as_str(), own.problem.is_some()))
             .collect();
-        let expected = [("a", true), ("b", true), ("c", true), ("d", false), ("f", true)];
+        let expected = [
+            ("a", true),
+            ("b", true),
+            ("c", true),
+            ("d", false),
+            ("f", true),
+        ];
         assert_eq!(told, expected);
         let problem = own.find("a").unwrap().problem.as_ref().unwrap();
-        assert!(problem.contains("line 2") && problem.contains("0 to 1"), "{problem}");
+        assert!(
+            problem.contains("line 2") && problem.contains("0 to 1"),
+            "{problem}"
+        );
         assert_eq!(preset_in(&folder.path().join("b.toml")), None);
         assert_eq!(preset_in(&folder.path().join("e.txt")), None);
-        assert!(preset_in(&folder.path().join("a.toml")).is_some(), "it is one, and wrong");
+        assert!(
+            preset_in(&folder.path().join("a.toml")).is_some(),
+            "it is one, and wrong"
+        );
     }
 
     #[test]
     fn names_are_such_that_files_can_be_called_so() {
         assert_eq!(check_name("  my look 2 "), Ok("my look 2"));
-        for name in ["", " ", "cells", "a/b", "a\\b", "..", ".hidden", "x.", "a\nb", "a:b"] {
+        for name in [
+            "", " ", "cells", "a/b", "a\\b", "..", ".hidden", "x.", "a\nb", "a:b",
+        ] {
             assert!(check_name(name).is_err(), "{name:?}");
         }
         assert!(check_name(&"ä".repeat(LONGEST_NAME)).is_ok());

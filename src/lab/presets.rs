@@ -184,7 +184,10 @@ mod tests {
         let settings = Settings::default();
         let error = with_preset(&settings, "mine", "[trail]\ndecay = 2\n").unwrap_err();
         let text = error.to_string();
-        assert!(text.starts_with("preset mine: line 2: trail.decay = 2"), "{text}");
+        assert!(
+            text.starts_with("preset mine: line 2: trail.decay = 2"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub const DEFAULT_SCENE: &str = "torus";
 pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "crowd");
 
 /// Every built-in preset: looks, that is, values for `[physarum]` and `[trail]`.
-pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "waves", "mist",
+pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist",
         "streams", "shy", "meeting");
 
 /// The built-in scene with this name.

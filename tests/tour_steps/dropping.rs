@@ -37,7 +37,13 @@ pub fn drop_on(window: &str, file: &Path) {
     };
     send("XdndEnter", [source, 5 << 24, list, 0, 0]);
     let place = 450 << 16 | 380;
-    let position = [source, 0, place, x11rb::CURRENT_TIME, atom("XdndActionCopy")];
+    let position = [
+        source,
+        0,
+        place,
+        x11rb::CURRENT_TIME,
+        atom("XdndActionCopy"),
+    ];
     send("XdndPosition", position);
 
     let (status, finished) = (atom("XdndStatus"), atom("XdndFinished"));
@@ -54,8 +60,13 @@ pub fn drop_on(window: &str, file: &Path) {
             Some(Event::SelectionRequest(event)) => {
                 let address = format!("file://{}\r\n", file.display());
                 let (to, property) = (event.requestor, event.property);
-                let put =
-                    connection.change_property8(PropMode::REPLACE, to, property, list, address.as_bytes());
+                let put = connection.change_property8(
+                    PropMode::REPLACE,
+                    to,
+                    property,
+                    list,
+                    address.as_bytes(),
+                );
                 put.expect("it is sent");
                 let answer = SelectionNotifyEvent {
                     response_type: SELECTION_NOTIFY_EVENT,

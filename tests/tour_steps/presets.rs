@@ -53,7 +53,9 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     let name = "Moss 2";
     lab.type_until("preset.name", 0.5, "Moss 2", "preset.name", name);
     lab.click("preset.keep");
-    lab.wait("it is kept", |seen| seen["state"]["own"] == serde_json::json!([name]));
+    lab.wait("it is kept", |seen| {
+        seen["state"]["own"] == serde_json::json!([name])
+    });
     assert_eq!(lab.seen().expect("it is told")["state"]["preset"], name);
     let folder = lab.folder.file("myxo/presets");
     let text = std::fs::read_to_string(folder.join("Moss 2.toml")).expect("it is there");
@@ -84,11 +86,17 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     assert_same_look(&lab.save("cube", 4), &mine);
 
     // Dropped: a look, and what is none.
-    let preset = lab.folder.with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
+    let preset = lab
+        .folder
+        .with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
     drop_and_hear(&lab, &preset, "The look of fern");
     assert_eq!(lab.save("cube", 5).trail.decay, 0.375);
     for (name, text, part) in [
-        ("wrong.toml", "[trail]\ndecay = 7\n", "trail.decay = 7 is out of range"),
+        (
+            "wrong.toml",
+            "[trail]\ndecay = 7\n",
+            "trail.decay = 7 is out of range",
+        ),
         ("torn.toml", "[trail\ndecay", "not valid TOML"),
         ("empty.obj", "", "empty.obj"),
         ("torn.glb", "glTF but not really", "torn.glb"),
@@ -100,7 +108,11 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     drop_and_hear(&lab, &lab.folder.file("nowhere.toml"), "nowhere.toml");
     let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
     lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
-    assert_eq!(lab.save("cube", 6).trail.decay, 0.375, "nothing has changed");
+    assert_eq!(
+        lab.save("cube", 6).trail.decay,
+        0.375,
+        "nothing has changed"
+    );
 
     // A scene and a mesh.
     let scene = "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
@@ -125,7 +137,9 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     lab.click("remove=Moss 2");
     assert!(folder.join("Moss 2.toml").exists());
     lab.click("remove=Moss 2:yes");
-    lab.wait("it is gone", |seen| seen["state"]["own"] == serde_json::json!([]));
+    lab.wait("it is gone", |seen| {
+        seen["state"]["own"] == serde_json::json!([])
+    });
     assert_eq!(std::fs::read_dir(&folder).expect("it is there").count(), 0);
     lab.quit();
 }

@@ -19,8 +19,8 @@ use super::stage::Stage;
 use super::window::Lab;
 use job::{ExportJob, Film, Job, Picture};
 pub use names::Reserved;
-pub use shot::Shot;
 use recording::Recording;
+pub use shot::Shot;
 
 use panel::Kind;
 pub use panel::OutPanel;

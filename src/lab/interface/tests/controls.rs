@@ -103,7 +103,8 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     let picture = image::RgbaImage::new(3, 2);
     let mut own = OwnPresets::read(Some(folder.path().to_owned()));
     let text = myxo::scene::presets::to_toml(&harness.interface.edited, "Mine.");
-    own.save("moss", &text.replace("0.95", "0.5"), &picture).unwrap();
+    own.save("moss", &text.replace("0.95", "0.5"), &picture)
+        .unwrap();
     std::fs::write(folder.path().join("torn.toml"), "[trail").unwrap();
     own.read_again();
     harness.interface.own = own;
@@ -124,7 +125,11 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     let at = in_gallery(&harness, "torn") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), []);
     let notice = harness.interface.notice.as_ref().expect("it is said");
-    assert!(notice.text.contains("preset torn: line 1"), "{}", notice.text);
+    assert!(
+        notice.text.contains("preset torn: line 1"),
+        "{}",
+        notice.text
+    );
     // Asked before it is removed.
     let cross = in_gallery(&harness, "✖");
     assert_eq!(harness.click(cross), []);
