@@ -63,6 +63,10 @@ pub struct Lab {
     /// Where the validation layers are on.
     pub(super) checks: Option<Checks>,
     pub(super) pacer: Pacer,
+    /// Steps were taken that no picture shows yet.
+    is_unshown: bool,
+    /// The last frame took no steps, to answer the hand at once.
+    has_answered: bool,
     /// Steps that were asked for one by one.
     pub(super) single_steps: u32,
     /// What the hands have on the device.
@@ -164,6 +168,8 @@ impl Lab {
             out: TakeOut::default(),
             checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
+            is_unshown: false,
+            has_answered: false,
             single_steps: 0,
             hand: Hand::default(),
             closing: false,
@@ -205,6 +211,7 @@ impl Lab {
         self.clocks.facts.out = self.out.told();
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
+        let is_asked = !input.events.is_empty();
         let mut shown = None;
         let output = context.run_ui(input, |ui| {
             shown = Some(self.interface.show(ui, &self.clocks.facts))
@@ -236,8 +243,12 @@ impl Lab {
         let Some(image) = self.swapchain.acquire()? else {
             return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
         };
-        let steps = self.steps(since_last, shown.touched);
+        let steps = self.steps(since_last, shown.touched, is_asked);
         let holds = self.out.holds();
+        // On a device that is slow, steps and their picture are two frames, so that the hand is answered between them.
+        let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
+        let only_steps = is_cpu && self.runs() && self.pacer.are_notable(steps);
+        self.is_unshown = false;
         if steps > 0 || shown.touched || holds {
             self.moved = Instant::now();
         }
@@ -256,7 +267,8 @@ impl Lab {
             }
             if !place.is_empty() {
                 let sizes = (place.size, beside.map(|place| place.size));
-                let (picture, atlas) = if holds && stage.shows(&view, sizes) {
+                let (picture, atlas) = if (holds || only_steps) && stage.shows(&view, sizes) {
+                    self.is_unshown = only_steps;
                     stage.picture()
                 } else {
                     stage.draw(&mut rec, &view, sizes, is_moving)?
@@ -281,6 +293,10 @@ impl Lab {
             gui.draw(pass, target.size(), output.pixels_per_point, &primitives)
         })?;
         self.swapchain.present(&mut self.frames, rec, image)?;
+        if is_cpu {
+            // What the hand does meanwhile belongs into the next frame, which therefore does not begin before.
+            self.frames.wait_idle()?;
+        }
         if let Some(stage) = &self.stage {
             self.clocks
                 .shown(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
@@ -321,12 +337,17 @@ impl Lab {
         self.stage.is_some() && self.interface.playing && !waits && !self.out.holds()
     }
 
-    /// How many steps this frame takes.
-    fn steps(&mut self, since_last: Duration, touched: bool) -> u32 {
+    /// How many steps this frame takes. Where something is to be shown or answered at once, they wait for the next one.
+    fn steps(&mut self, since_last: Duration, touched: bool, is_asked: bool) -> u32 {
         if self.runs() {
             let cap = self.interface.running.time.steps_per_second;
-            return self.pacer.steps(since_last, cap, touched);
+            let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
+            let answers = is_cpu && is_asked && !self.has_answered;
+            let waits = self.is_unshown || answers;
+            self.has_answered = waits && is_asked;
+            return self.pacer.steps(since_last, cap, touched, waits);
         }
+        self.is_unshown = false;
         self.pacer.restart();
         if self.out.holds() {
             return 0;
