@@ -215,3 +215,43 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_none() {
         (Some(0), "")
     );
 }
+
+/// A preset is the program's, a file's, or one that was kept in the window.
+#[test]
+fn presets_come_from_files_and_from_the_users_folder() {
+    let folder = Folder::new();
+    let mine = folder.with("mine.toml", "# Mine, all mine.\n[trail]\ndecay = 0.375\n");
+    let kept = folder.file("data/myxo/presets");
+    std::fs::create_dir_all(&kept).expect("it can be made");
+    std::fs::copy(&mine, kept.join("fern.toml")).expect("it can be copied");
+    std::fs::write(kept.join("torn.toml"), "[trail").expect("it can be written");
+    let scenes = |arguments: &[&str]| {
+        let mut run = program();
+        run.env("XDG_DATA_HOME", folder.file("data"));
+        run.arg("scenes").args(arguments);
+        run.output().expect("the program starts")
+    };
+    for preset in [path(&mine), "fern"] {
+        let output = scenes(&["cube", "--preset", preset]);
+        let scene = text(&output.stdout);
+        assert!(scene.contains("decay = 0.375"), "{preset}: {scene}");
+    }
+    for (preset, parts) in [
+        ("torn", ["torn.toml", "not valid TOML"]),
+        ("furn", ["there is no preset `furn`", "a .toml file"]),
+        ("nowhere.toml", ["cannot read the preset", "nowhere.toml"]),
+    ] {
+        let message = failure(&scenes(&["cube", "--preset", preset]));
+        for part in parts {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+    }
+    let list = text(&scenes(&[]).stdout);
+    for part in [
+        "Presets of your own",
+        "fern       Mine, all mine.",
+        "torn       cannot be taken",
+    ] {
+        assert!(list.contains(part), "{part}: {list}");
+    }
+}

@@ -201,3 +201,28 @@ fn the_readme_quotes_the_table_of_layouts() {
         "copy benches/results/atlases.md into the README's chapter on the world atlas"
     );
 }
+
+/// Whoever reads of a view finds it in the program, and the other way round.
+#[test]
+fn the_readme_names_the_views_of_the_program() {
+    use myxo::scene::settings::Show;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let readme = fs::read_to_string(path).unwrap();
+    let table = readme.split("| view | shows |").nth(1).unwrap();
+    let rows = table
+        .lines()
+        .skip(2)
+        .take_while(|line| line.starts_with('|'));
+    let mut named: Vec<&str> = rows
+        .flat_map(|row| row.split('|').nth(1).unwrap().split(','))
+        .map(|name| name.trim().trim_matches('`'))
+        .collect();
+    let mut known = Show::WORDS.to_vec();
+    named.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(named, known, "the README's table of views");
+    for preset in myxo::scene::builtin::PRESETS {
+        let name = format!("`{}`", preset.name);
+        assert!(readme.contains(&name), "the README lacks the preset {name}");
+    }
+}

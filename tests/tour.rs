@@ -74,11 +74,16 @@ fn xdotool(arguments: &[&str]) -> String {
 
 impl Lab {
     fn open(arguments: &[&str]) -> Self {
+        Self::start(program(), arguments)
+    }
+
+    fn start(mut program: Command, arguments: &[&str]) -> Self {
         let hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = Folder::new();
         let places = folder.file("places.json");
-        let child = program()
+        let child = program
             .current_dir(folder.path())
+            .env("XDG_DATA_HOME", folder.path())
             .args(["lab", "--no-preferences", "--size=900x760", "--validate"])
             .args(["--places", path(&places)])
             .args(arguments)
@@ -510,8 +515,7 @@ fn every_button_and_key_has_its_effect() {
     lab.type_until(count, 0.9, "4000", count, "4000");
     lab.wait("it waits", |seen| seen["state"]["pending"] == true);
     lab.click_until("discard", "pending", false);
-    lab.find("particles.count");
-    let count = "particles.count";
+    lab.find(count);
     lab.type_until(count, 0.9, "4000", count, "4000");
     lab.wait("it waits", |seen| seen["state"]["pending"] == true);
     lab.click_until("restart", "pending", false);
@@ -536,9 +540,7 @@ fn every_button_and_key_has_its_effect() {
     assert_eq!(lab.save("cube", 10).physarum.sensor_offset, 0.03);
 
     // The window itself.
-    let light = |seen: &Value| seen["state"]["light"] == true;
-    lab.click("theme");
-    lab.wait("it is light", light);
+    lab.click_until("theme", "light", true);
     lab.key_until("t", "it is dark", "light", false);
     lab.key_until("p", "the panel goes", "panel", false);
     lab.key_until("p", "the panel comes", "panel", true);
@@ -546,8 +548,7 @@ fn every_button_and_key_has_its_effect() {
     lab.key_until("Escape", "and not alone", "performing", false);
     lab.click_until("help", "help", true);
     lab.key_until("h", "it goes again", "help", false);
-    lab.key("F11");
-    lab.key("F11");
+    ["F11", "F11"].map(|key| lab.key(key));
     lab.click("screenshot");
     lab.wait("it is told", |seen| {
         let notice = seen["state"]["notice"].as_str();

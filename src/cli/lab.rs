@@ -35,6 +35,9 @@ pub struct Lab {
     /// Closes the window after so many pictures; for tests
     #[arg(long, value_name = "N", hide = true)]
     frames: Option<u32>,
+    /// Behaves as if the device were lost after so many pictures; for tests
+    #[arg(long, value_name = "N", hide = true)]
+    lose_device: Option<u32>,
     #[command(flatten)]
     changes: SceneOptions,
     #[command(flatten)]
@@ -48,6 +51,7 @@ impl Default for Lab {
             size: None,
             places: None,
             frames: None,
+            lose_device: None,
             no_preferences: false,
             changes: SceneOptions::default(),
             device: DeviceOptions::default(),
@@ -71,6 +75,7 @@ impl Lab {
                 atlases: atlas_cache(),
                 places: self.places.clone(),
                 frames: self.frames,
+                lose_device: self.lose_device,
             },
         )?;
         Ok(Outcome::Done)

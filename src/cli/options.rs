@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myxo::Result;
-use myxo::scene::{Overrides, Scene};
+use myxo::scene::{Overrides, Scene, builtin};
 
 use super::files;
+use crate::lab::OwnPresets;
 
 /// What changes a scene.
 #[derive(Clone, Debug, Default, Args)]
@@ -15,8 +16,8 @@ pub struct SceneOptions {
     /// Sets a key of the scene file; `myxo scenes --keys` lists them. May be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Takes the look of a preset; `myxo scenes` lists them
-    #[arg(long, value_name = "NAME")]
+    /// Takes the look of a preset: one that `myxo scenes` lists, or a .toml file
+    #[arg(long, value_name = "NAME|FILE")]
     pub preset: Option<String>,
     /// Everything random depends on it: the same seed gives the same bits
     #[arg(long, value_name = "N")]
@@ -27,11 +28,22 @@ impl SceneOptions {
     /// In the form that scenes take: preset, then `--set`, then the seed.
     pub fn overrides(&self) -> Overrides {
         Overrides {
-            preset: self.preset.clone(),
+            preset: self.preset.clone().map(named_preset),
             set: self.set.clone(),
             seed: self.seed,
         }
     }
+}
+
+/// The preset of this name; for one that was kept in the window, its file.
+fn named_preset(wanted: String) -> String {
+    if builtin::preset(&wanted).is_some() || Path::new(&wanted).is_file() {
+        return wanted;
+    }
+    let own = OwnPresets::folder().map(|folder| folder.join(format!("{wanted}.toml")));
+    let own = own.filter(|own| own.is_file());
+    own.and_then(|own| own.into_os_string().into_string().ok())
+        .unwrap_or(wanted)
 }
 
 /// Which device computes, and how closely it is watched.

@@ -15,6 +15,7 @@ use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 
 use super::options::SceneOptions;
 use super::{Outcome, console};
+use crate::lab::{OwnPresets, summary};
 
 /// List built-in scenes, presets and meshes, or print a scene as a file
 #[derive(Clone, Debug, Args)]
@@ -54,6 +55,17 @@ fn names() -> String {
         let _ = writeln!(text, "{title}:");
         for entry in list {
             let _ = writeln!(text, "  {:<10} {}", entry.name, entry.summary());
+        }
+        text.push('\n');
+    }
+    let own = OwnPresets::read(OwnPresets::folder());
+    if !own.all().is_empty() {
+        let _ = writeln!(text, "Presets of your own (--preset):");
+        for own in own.all() {
+            let _ = match &own.problem {
+                Some(problem) => writeln!(text, "  {:<10} cannot be taken: {problem}", own.name),
+                None => writeln!(text, "  {:<10} {}", own.name, summary(&own.text)),
+            };
         }
         text.push('\n');
     }

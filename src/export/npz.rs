@@ -55,6 +55,10 @@ const LAYOUT_VERSION: i64 = 1;
 /// # Errors
 /// When the disk is full.
 pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::Result<()> {
+    let out = UntilFailed {
+        out,
+        has_failed: false,
+    };
     let mut archive = Archive(ZipWriter::new(out));
     archive.scalar("layout_version", LAYOUT_VERSION)?;
     archive.scalar("step", export.snapshot.step as i64)?;
@@ -68,6 +72,40 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     write_objects(export, &mut archive)?;
     archive.0.finish()?;
     Ok(())
+}
+
+/// What a failure has ended takes in the rest and does nothing with it: the archive writes its end whatever happens, and
+/// would print that it could not.
+struct UntilFailed<W> {
+    out: W,
+    has_failed: bool,
+}
+
+impl<W: Write> Write for UntilFailed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.has_failed {
+            return Ok(bytes.len());
+        }
+        let written = self.out.write(bytes);
+        self.has_failed = written.is_err();
+        written
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.has_failed {
+            return Ok(());
+        }
+        self.out.flush()
+    }
+}
+
+impl<W: Seek> Seek for UntilFailed<W> {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        if self.has_failed {
+            return Ok(0);
+        }
+        self.out.seek(to)
+    }
 }
 
 /// Row i is the particle with the id i, whatever slot it lies in.

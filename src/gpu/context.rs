@@ -82,6 +82,8 @@ pub struct Context {
     pub(crate) draws_debug: AtomicBool,
     /// Submits so far, of frames and of uploads.
     pub(crate) submits: AtomicU64,
+    /// Everything fails as if the device were gone.
+    pretends_lost: AtomicBool,
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     info: DeviceInfo,
@@ -157,6 +159,7 @@ impl Context {
             debug_capacity: options.debug_capacity,
             draws_debug: AtomicBool::new(false),
             submits: AtomicU64::new(0),
+            pretends_lost: AtomicBool::new(false),
             debug: Mutex::default(),
             pipeline_cache: PipelineCache::open(
                 &device.raw,
@@ -198,6 +201,20 @@ impl Context {
     #[must_use]
     pub fn submits(&self) -> u64 {
         self.submits.load(Ordering::Relaxed)
+    }
+
+    /// Lets everything that is submitted or waited for from now on fail as if the device had been lost, so that tests see
+    /// what a program makes of it.
+    pub fn pretend_lost(&self) {
+        self.pretends_lost.store(true, Ordering::Relaxed);
+    }
+
+    /// An error where the device is taken for lost.
+    pub(crate) fn is_there(&self) -> Result<(), vk::Result> {
+        if self.pretends_lost.load(Ordering::Relaxed) {
+            return Err(vk::Result::ERROR_DEVICE_LOST);
+        }
+        Ok(())
     }
 
     /// Waits until the device has nothing to do.

@@ -153,7 +153,8 @@ impl Frames {
                 .check("vkResetFences", "a frame")?;
         }
         // SAFETY: as above.
-        let submitted = unsafe { device.queue_submit(*self.ctx.queue(), &info, frame.fence) };
+        let submit = || unsafe { device.queue_submit(*self.ctx.queue(), &info, frame.fence) };
+        let submitted = self.ctx.is_there().and_then(|()| submit());
         self.ctx.submits.fetch_add(1, Ordering::Relaxed);
         submitted
             .check("vkQueueSubmit", "a frame")

@@ -64,7 +64,10 @@ impl ApplicationHandler for App {
             WindowEvent::RedrawRequested => match lab.frame() {
                 Ok(_) if lab.closing => events.exit(),
                 Ok(next) => self.wake = next,
-                Err(error) => self.fail(events, error),
+                Err(error) => {
+                    let error = lab.rescue(&error);
+                    self.fail(events, error)
+                }
             },
             _ if wants_repaint => lab.window.request_redraw(),
             _ => {}

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::file::Reader;
+use myxo::scene::presets::is_preset;
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
@@ -50,6 +51,10 @@ impl Lab {
                         .notice(context, "The scene is in the clipboard", false);
                 }
             }
+            Command::CopyLook => self.copy_look(context),
+            Command::SavePreset(name) => self.save_preset(context, &name),
+            Command::RemovePreset(name) => self.remove_preset(context, &name),
+            Command::Paste(text) if is_preset(&text) => self.take_look(context, "clipboard", &text),
             Command::Paste(text) => match read_scene(&text) {
                 Ok(settings) => {
                     let (name, folder) = (self.name.clone(), self.folder.clone());
@@ -78,7 +83,7 @@ impl Lab {
     }
 
     /// Lets the running simulation take over what can change while it runs.
-    fn apply(&mut self, context: &egui::Context) {
+    pub(super) fn apply(&mut self, context: &egui::Context) {
         let Some(stage) = &mut self.stage else {
             return;
         };
@@ -115,7 +120,7 @@ impl Lab {
     }
 
     /// The scene as it is edited and looked at, as a scene file; none before there is one.
-    fn scene_text(&self) -> Option<String> {
+    pub(super) fn scene_text(&self) -> Option<String> {
         let mut scene = self.stage.as_ref()?.scene.clone();
         scene.settings = self.interface.edited.clone();
         for object in &mut scene.settings.objects {

@@ -1,10 +1,14 @@
-//! The gallery: scenes and presets that come with the program, each with a small picture.
+//! The gallery: scenes and presets that come with the program, and presets of one's own, each with a small picture.
 
-use egui::{ColorImage, Rect, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2};
+use std::collections::BTreeMap;
+
+use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2};
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use super::interface::{Command, Facts, Interface};
-use super::places::Marked as _;
+use super::looks::summary;
+use super::own::check_name;
+use super::places::{Marked as _, note_value};
 use super::theme;
 
 /// Of a small picture, points.
@@ -20,7 +24,7 @@ macro_rules! pictures {
 static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
     "oats", "crowd", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores",
-    "lace", "waves", "mist", "streams", "feeding", "shy", "meeting",
+    "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
 /// Whether it is open, and its pictures once they have been shown.
@@ -28,7 +32,15 @@ static PICTURES: &[(&str, &[u8])] = pictures!(
 pub struct Gallery {
     /// Is it shown?
     pub open: bool,
+    /// Was it, in the last frame?
+    was_open: bool,
     pictures: Vec<(&'static str, TextureHandle)>,
+    /// Of the user's presets, by name; some have none.
+    own_pictures: BTreeMap<String, Option<TextureHandle>>,
+    /// What the look will be called, if it is kept.
+    pub name: String,
+    /// The preset of which it is asked whether it may be removed.
+    removing: Option<String>,
 }
 
 impl std::fmt::Debug for Gallery {
@@ -38,6 +50,12 @@ impl std::fmt::Debug for Gallery {
 }
 
 impl Gallery {
+    /// Those of the user's presets are read anew.
+    pub fn forget_pictures(&mut self) {
+        self.own_pictures.clear();
+        self.removing = None;
+    }
+
     fn picture(&mut self, ctx: &egui::Context, name: &str) -> Option<&TextureHandle> {
         if self.pictures.is_empty() {
             let decoded = PICTURES.iter().filter_map(|&(name, bytes)| {
@@ -63,7 +81,13 @@ impl Interface {
         commands: &mut Vec<Command>,
     ) {
         if !self.gallery.open {
+            self.gallery.was_open = false;
             return;
+        }
+        if !self.gallery.was_open {
+            self.gallery.was_open = true;
+            self.gallery.forget_pictures();
+            self.own.read_again();
         }
         let mut open = true;
         let margin = 24.0;
@@ -88,10 +112,12 @@ impl Interface {
                         }
                         ui.add_space(8.0);
                         ui.label(RichText::new("Presets").strong());
-                        let taken = self.preset;
-                        let is_taken = |preset: &Builtin| taken == Some(preset.name);
+                        self.keeping(ui, commands);
+                        self.own_cards(ui, commands);
+                        let taken = self.preset.clone();
+                        let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
                         if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
-                            self.take_preset(ui.ctx(), preset, commands);
+                            self.take_preset(ui.ctx(), preset.name, preset.text, commands);
                         }
                     });
             });
@@ -111,28 +137,153 @@ impl Interface {
             for builtin in all {
                 let texture = self.gallery.picture(ui.ctx(), builtin.name);
                 let texture = texture.map(TextureHandle::id);
-                if card(ui, builtin, texture, is_chosen(builtin)) {
+                let is_chosen = is_chosen(builtin);
+                if card(ui, builtin.name, builtin.summary(), texture, is_chosen).clicked() {
                     clicked = Some(builtin);
                 }
             }
         });
         clicked
     }
+
+    /// A name for the look as it is, and what can be done with it.
+    fn keeping(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        ui.horizontal(|ui| {
+            let name = egui::TextEdit::singleline(&mut self.gallery.name)
+                .hint_text("name of this look")
+                .desired_width(150.0);
+            let edit = ui.add(name).marked("preset.name");
+            note_value(ui.ctx(), "preset.name", || self.gallery.name.clone());
+            let checked = check_name(&self.gallery.name);
+            let is_known = checked.clone().is_ok_and(|name| self.own.find(name).is_some());
+            let label = if is_known { "Replace" } else { "Keep" };
+            let reason = checked.clone().err().unwrap_or_default();
+            let button = ui
+                .add_enabled(checked.is_ok(), egui::Button::new(label))
+                .on_hover_text("Keeps the look, with a picture of it as it is now, as a preset of your own")
+                .on_disabled_hover_text(reason)
+                .marked("preset.keep");
+            let entered = edit.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            if let Ok(name) = checked
+                && (button.clicked() || entered)
+            {
+                commands.push(Command::SavePreset(name.to_owned()));
+                self.gallery.name.clear();
+            }
+            if ui
+                .button("Copy")
+                .on_hover_text("Puts the look into the clipboard as text (Ctrl Shift C), for Ctrl V here or elsewhere")
+                .marked("preset.copy")
+                .clicked()
+            {
+                commands.push(Command::CopyLook);
+            }
+        });
+        ui.add_space(2.0);
+    }
+
+    /// The user's own presets, each with a way to remove it.
+    fn own_cards(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        if self.own.all().is_empty() {
+            return;
+        }
+        let mut taken = None;
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing = vec2(10.0, 8.0);
+            for own in self.own.all() {
+                let name = own.name.as_str();
+                let pictures = &mut self.gallery.own_pictures;
+                let texture = pictures.entry(own.name.clone()).or_insert_with(|| {
+                    let image = image::open(self.own.picture(name)?).ok()?.into_rgb8();
+                    let size = [image.width() as usize, image.height() as usize];
+                    let image = ColorImage::from_rgb(size, image.as_raw());
+                    let texture = format!("own {name}");
+                    Some(
+                        ui.ctx()
+                            .load_texture(texture, image, TextureOptions::LINEAR),
+                    )
+                });
+                let texture = texture.as_ref().map(TextureHandle::id);
+                let hint = match &own.problem {
+                    Some(problem) => format!("⚠ {problem}"),
+                    None => summary(&own.text).to_owned(),
+                };
+                let is_chosen = self.preset.as_deref() == Some(name);
+                let card = card(ui, name, &hint, texture, is_chosen);
+                if own.problem.is_some() {
+                    ui.painter().text(
+                        card.rect.center(),
+                        egui::Align2::CENTER_CENTER,
+                        "⚠",
+                        egui::TextStyle::Heading.resolve(ui.style()),
+                        theme::error(ui),
+                    );
+                }
+                let asked = self.gallery.removing.as_deref() == Some(name);
+                match remove_button(ui, &card, name, asked) {
+                    Some(Removing::Ask) => self.gallery.removing = Some(name.to_owned()),
+                    Some(Removing::Keep) => self.gallery.removing = None,
+                    Some(Removing::Remove) => {
+                        commands.push(Command::RemovePreset(name.to_owned()));
+                    }
+                    None if card.clicked() => taken = Some((own.name.clone(), own.text.clone())),
+                    None => {}
+                }
+            }
+        });
+        if let Some((name, text)) = taken {
+            self.take_preset(ui.ctx(), &name, &text, commands);
+        }
+        ui.add_space(8.0);
+    }
 }
 
-/// A picture with a name below; true where it was clicked.
+/// What the hand wants of a card that can be removed.
+enum Removing {
+    Ask,
+    Keep,
+    Remove,
+}
+
+/// A cross in the corner of a card; once it was clicked, a question in the middle.
+fn remove_button(ui: &mut Ui, card: &Response, name: &str, asked: bool) -> Option<Removing> {
+    let image = Rect::from_min_size(card.rect.min, SIZE);
+    // Beside what is laid out, so that the next card stays where it is.
+    let mut over = ui.new_child(egui::UiBuilder::new().max_rect(image));
+    let ui = &mut over;
+    if asked {
+        ui.painter()
+            .rect_filled(image, 4.0, egui::Color32::from_black_alpha(170));
+        let size = vec2(66.0, 24.0);
+        let place = |x: f32| Rect::from_center_size(image.center() + vec2(x, 0.0), size);
+        let remove = egui::Button::new(RichText::new("Remove").color(theme::error(ui)));
+        let remove = ui.put(place(-36.0), remove).on_hover_text("For good");
+        let keep = ui.put(place(36.0), egui::Button::new("Keep"));
+        if remove.marked(&format!("remove={name}:yes")).clicked() {
+            return Some(Removing::Remove);
+        }
+        let kept = keep.marked(&format!("remove={name}:no")).clicked();
+        return kept.then_some(Removing::Keep);
+    }
+    let corner = Rect::from_min_size(image.right_top() + vec2(-24.0, 4.0), vec2(20.0, 20.0));
+    let cross = ui
+        .put(corner, egui::Button::new("✖").small())
+        .on_hover_text("Remove it");
+    let clicked = cross.marked(&format!("remove={name}")).clicked();
+    clicked.then_some(Removing::Ask)
+}
+
+/// A picture with a name below.
 fn card(
     ui: &mut Ui,
-    builtin: &'static Builtin,
+    name: &str,
+    hint: &str,
     texture: Option<egui::TextureId>,
     is_chosen: bool,
-) -> bool {
+) -> Response {
     let (rect, response) = ui.allocate_exact_size(SIZE + vec2(0.0, 20.0), Sense::click());
-    let response = response
-        .on_hover_text(builtin.summary())
-        .marked(&format!("card={}", builtin.name));
-    response
-        .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, builtin.name));
+    let response = response.on_hover_text(hint).marked(&format!("card={name}"));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, name));
     let image = Rect::from_min_size(rect.min, SIZE);
     let painter = ui.painter();
     painter.rect_filled(image, 4.0, ui.visuals().extreme_bg_color);
@@ -150,14 +301,15 @@ fn card(
     } else {
         ui.visuals().text_color()
     };
+    let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     painter.text(
         rect.left_bottom() + vec2(2.0, -2.0),
         egui::Align2::LEFT_BOTTOM,
-        builtin.name,
+        name,
         egui::TextStyle::Body.resolve(ui.style()),
         color,
     );
-    response.clicked()
+    response
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ use myxo::render::Camera;
 use myxo::render::exposure::Exposure;
 use myxo::render::view::{self, AtlasWindow, View};
 use myxo::scene::Scene;
-use myxo::scene::builtin::Builtin;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
 use serde::Serialize;
@@ -21,8 +20,9 @@ use super::keys::{self, KeyAction};
 use super::navigation::{Moved, Navigation};
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
+use super::own::OwnPresets;
 use super::places::Marked as _;
-use super::presets::{self, Morph};
+use super::presets::Morph;
 use super::theme;
 use super::undo::Undo;
 
@@ -41,9 +41,15 @@ pub enum Command {
     Refocus(Vec2),
     /// Put the scene with its settings and camera into the clipboard.
     Copy,
+    /// Put the look alone into the clipboard.
+    CopyLook,
+    /// Keep the look as a preset of this name.
+    SavePreset(String),
+    /// Remove a preset of one's own.
+    RemovePreset(String),
     /// Close the window.
     Quit,
-    /// Take over a scene from the clipboard.
+    /// Take over a scene or a look from the clipboard.
     Paste(String),
     /// Write the scene as it is edited and looked at to a file.
     Save,
@@ -87,6 +93,8 @@ pub struct State<'a> {
     recorded: u64,
     making: Option<String>,
     preset: Option<&'a str>,
+    /// Presets that the user has kept.
+    own: Vec<&'a str>,
     morphing: bool,
     show: &'a str,
     split: bool,
@@ -130,7 +138,9 @@ pub struct Interface {
     pub(super) gallery: Gallery,
     pub(super) undo: Undo,
     /// The preset that was taken last.
-    pub(super) preset: Option<&'static str>,
+    pub(super) preset: Option<String>,
+    /// Those that the user has kept.
+    pub own: OwnPresets,
     /// Seconds that the change to another preset takes.
     pub(super) morph_seconds: f64,
     pub(super) morph: Option<Morph>,
@@ -178,6 +188,7 @@ impl Interface {
             gallery: Gallery::default(),
             undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
             preset: None,
+            own: OwnPresets::default(),
             morph_seconds: 0.0,
             morph: None,
             filter: String::new(),
@@ -334,7 +345,8 @@ impl Interface {
             recording: facts.out.recording.is_some(),
             recorded: facts.out.recording.map_or(0, |recording| recording.frames),
             making: facts.out.making.as_ref().map(|making| making.name.clone()),
-            preset: self.preset,
+            preset: self.preset.as_deref(),
+            own: self.own.all().iter().map(|own| own.name.as_str()).collect(),
             morphing: self.morph.is_some(),
             show: self.view.show.word(),
             split: self.split,
@@ -435,54 +447,6 @@ impl Interface {
         }
     }
 
-    fn step_preset(&mut self, ctx: &egui::Context, forward: bool, commands: &mut Vec<Command>) {
-        let preset = presets::neighbour(self.preset, forward);
-        self.take_preset(ctx, preset, commands);
-        self.notice(ctx, format!("{}: {}", preset.name, preset.summary()), false);
-    }
-
-    /// Takes over a preset's look, at once or over some seconds.
-    pub(super) fn take_preset(
-        &mut self,
-        ctx: &egui::Context,
-        preset: &'static Builtin,
-        commands: &mut Vec<Command>,
-    ) {
-        self.preset = Some(preset.name);
-        let to = presets::with_preset(&self.edited, preset);
-        self.change_look(ctx, to, commands);
-    }
-
-    /// A look that nobody has thought of.
-    pub(super) fn by_chance(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let seed = ctx.input(|i| i.time).to_bits();
-        self.preset = None;
-        let to = presets::by_chance(&self.edited, seed);
-        self.change_look(ctx, to, commands);
-    }
-
-    fn change_look(&mut self, ctx: &egui::Context, to: Settings, commands: &mut Vec<Command>) {
-        if self.morph_seconds > 0.0 {
-            let now = ctx.input(|i| i.time);
-            self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
-        } else {
-            self.morph = None;
-            self.edited = to;
-            commands.push(Command::Apply);
-        }
-    }
-
-    fn advance_morph(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let Some(morph) = &mut self.morph else {
-            return;
-        };
-        if morph.advance(&mut self.edited, ctx.input(|i| i.time)) {
-            self.morph = None;
-        }
-        ctx.request_repaint();
-        commands.push(Command::Apply);
-    }
-
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         if ctx.text_edit_focused() {
             return;
@@ -490,6 +454,7 @@ impl Interface {
         ctx.input(|input| {
             for event in &input.events {
                 match event {
+                    egui::Event::Copy if input.modifiers.shift => commands.push(Command::CopyLook),
                     egui::Event::Copy => commands.push(Command::Copy),
                     egui::Event::Paste(text) => commands.push(Command::Paste(text.clone())),
                     _ => {}

@@ -363,6 +363,10 @@ pub const MOUSE: &[(&str, &str)] = &[
         "Ctrl C, Ctrl V",
         "copy and paste the scene and the view as text",
     ),
+    (
+        "Ctrl Shift C",
+        "copy the look alone; Ctrl V takes looks, too",
+    ),
     ("Ctrl +, Ctrl -, Ctrl 0", "larger, smaller, usual letters"),
 ];
 

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use myxo::Result;
 use myxo::gpu::DeviceInfo;
 use myxo::mesh::atlas::{AtlasError, Control};
+use myxo::render::Prepared;
 use myxo::scene::Scene;
 use myxo::sim::{Setup, Simulation};
 
@@ -21,6 +22,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// Atlas, particles, tables.
     pub setup: Setup,
+    /// What pictures need of it.
+    pub prepared: Prepared,
 }
 
 /// A scene on its way. Dropping it lets the thread end by itself, as soon as it looks.
@@ -60,7 +63,13 @@ impl Loading {
             if stop.load(Ordering::Relaxed) {
                 return Err(AtlasError::Cancelled.into());
             }
-            Ok(Loaded { scene, setup })
+            *tell.lock().unwrap_or_else(PoisonError::into_inner) = ("light", 1.0);
+            let prepared = Prepared::new(&setup);
+            Ok(Loaded {
+                scene,
+                setup,
+                prepared,
+            })
         });
         Self {
             name,

@@ -12,9 +12,11 @@ mod history;
 mod interface;
 mod keys;
 mod loading;
+mod looks;
 mod navigation;
 mod out;
 mod overlays;
+mod own;
 mod pacing;
 mod panel;
 mod place;
@@ -38,6 +40,8 @@ use myxo::scene::Scene;
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
 
+pub use looks::summary;
+pub use own::OwnPresets;
 pub use preferences::Preferences;
 
 /// How the lab is opened.
@@ -58,6 +62,8 @@ pub struct LabOptions {
     pub places: Option<PathBuf>,
     /// Close after so many pictures; `None` waits for the user.
     pub frames: Option<u32>,
+    /// Behave as if the device were lost after so many pictures.
+    pub lose_device: Option<u32>,
 }
 
 /// Opens the window and runs until it is closed.

@@ -13,6 +13,10 @@ const SHARE_WHILE_TOUCHED: f64 = 0.4;
 const LONGEST_FRAME: f64 = 0.1;
 /// The most steps in one frame, so that one command buffer stays small.
 const MOST_STEPS: u32 = 256;
+/// The steps of one frame take no longer, but for a single one: as long as they run, nobody is answered.
+const LONGEST_STEPS: f64 = 0.05;
+/// Where steps take longer than this, their picture comes in a frame of its own.
+const NOTABLE: f64 = 0.02;
 /// How much one measurement weighs in the estimate of a step's cost.
 const NEW_MEASUREMENT: f64 = 0.2;
 
@@ -57,14 +61,22 @@ impl Pacer {
 
     /// The number of steps for a frame that begins `since_last` after the one before it.
     ///
-    /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera.
-    pub fn steps(&mut self, since_last: Duration, steps_per_second: f32, touched: bool) -> u32 {
+    /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera. A frame that
+    /// `waits` takes none, and leaves its credit to the next.
+    pub fn steps(
+        &mut self,
+        since_last: Duration,
+        steps_per_second: f32,
+        touched: bool,
+        waits: bool,
+    ) -> u32 {
         let seconds = since_last.as_secs_f64().min(LONGEST_FRAME);
         let share = if touched { SHARE_WHILE_TOUCHED } else { SHARE };
         let cost = self.step_seconds.max(1e-6);
         // At least one step can always be saved for, however dear it is.
         self.credit = (self.credit + share * seconds).min(cost.max(share * LONGEST_FRAME));
-        let mut steps = ((self.credit / cost) as u32).min(MOST_STEPS);
+        let most = ((LONGEST_STEPS / cost) as u32).clamp(1, MOST_STEPS);
+        let mut steps = ((self.credit / cost) as u32).min(if waits { 0 } else { most });
         if steps_per_second > 0.0 {
             let rate = f64::from(steps_per_second);
             self.allowed = (self.allowed + rate * seconds).min(1.0 + rate * LONGEST_FRAME);
@@ -73,6 +85,11 @@ impl Pacer {
         }
         self.credit -= f64::from(steps) * cost;
         steps
+    }
+
+    /// Do so many steps take long enough to be felt?
+    pub fn are_notable(&self, steps: u32) -> bool {
+        f64::from(steps) * self.step_seconds > NOTABLE
     }
 
     /// Forgets what was earned, as after a pause.
@@ -92,7 +109,7 @@ mod tests {
         pacer.measured(Duration::from_secs_f64(step));
         let (mut time, mut total, mut longest, mut last) = (0.0, 0, 0.0_f64, 0.0);
         while time < 10.0 {
-            let steps = pacer.steps(Duration::from_secs_f64(last), cap, touched);
+            let steps = pacer.steps(Duration::from_secs_f64(last), cap, touched, false);
             last = frame + f64::from(steps) * step;
             longest = longest.max(last);
             time += last;
@@ -142,8 +159,22 @@ mod tests {
     fn nothing_is_made_up_for_after_a_stall() {
         let mut pacer = Pacer::default();
         pacer.measured(Duration::from_millis(10));
-        assert!(pacer.steps(Duration::from_secs(60), 0.0, false) <= 8);
-        assert_eq!(pacer.steps(Duration::ZERO, 0.0, false), 0);
+        assert!(pacer.steps(Duration::from_secs(60), 0.0, false, false) <= 8);
+        assert_eq!(pacer.steps(Duration::ZERO, 0.0, false, false), 0);
+    }
+
+    #[test]
+    fn frames_of_steps_are_short_and_those_that_wait_lose_nothing() {
+        let mut pacer = Pacer::default();
+        pacer.measured(Duration::from_millis(20));
+        let frame = Duration::from_millis(100);
+        for _ in 0..3 {
+            assert_eq!(pacer.steps(frame, 0.0, false, true), 0, "it waits");
+            assert_eq!(pacer.steps(frame, 0.0, false, false), 2, "50 ms of 75");
+        }
+        assert!(pacer.are_notable(2) && !pacer.are_notable(1) && !pacer.are_notable(0));
+        pacer.measured(Duration::from_millis(900));
+        assert!(pacer.are_notable(1));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::render::exposure::Exposure;
-use myxo::scene::builtin::{self, Builtin, PRESETS};
+use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{
     FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle,
 };
@@ -11,9 +11,9 @@ use myxo::sim::types::Flow;
 
 use super::checks::Check;
 use super::interface::{Command, Facts, Interface};
+use super::looks::summary;
 use super::places::{Marked as _, note_value};
 use super::plot::kernel_plot;
-use super::presets;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
 use super::widgets::{color_map_picker, kernel_table, wide_slider};
@@ -207,31 +207,39 @@ impl Interface {
             ui.toggle_value(&mut self.gallery.open, "🖼 Gallery")
                 .on_hover_text("Scenes and presets (G)")
                 .marked("gallery");
-            let name = match self.preset.and_then(builtin::preset) {
-                Some(preset) if self.is_changed_from(preset) => format!("{}*", preset.name),
-                Some(preset) => preset.name.to_owned(),
+            let name = match &self.preset {
+                Some(name) if self.is_changed_from(name) => format!("{name}*"),
+                Some(name) => name.clone(),
                 None => "preset".to_owned(),
             };
             let mut chosen = None;
             egui::ComboBox::from_id_salt("preset")
                 .width(96.0)
                 .height(600.0)
+                .truncate()
                 .selected_text(name)
                 .show_ui(ui, |ui| {
-                    for preset in PRESETS {
-                        let is_taken = self.preset == Some(preset.name);
-                        let item = ui.selectable_label(is_taken, preset.name);
-                        let item = item.on_hover_text(preset.summary());
-                        if item.marked(&format!("preset={}", preset.name)).clicked() {
-                            chosen = Some(preset);
+                    let names = self.preset_names();
+                    for (i, name) in names.iter().enumerate() {
+                        if i == PRESETS.len() {
+                            ui.separator();
+                        }
+                        let Some(text) = self.preset_text(name) else {
+                            continue;
+                        };
+                        let is_taken = self.preset.as_ref() == Some(name);
+                        let item = ui.selectable_label(is_taken, name);
+                        let item = item.on_hover_text(summary(&text));
+                        if item.marked(&format!("preset={name}")).clicked() {
+                            chosen = Some((name.clone(), text));
                         }
                     }
                 })
                 .response
-                .on_hover_text("A look: values for Physarum and Trail ([ and ] for the next); * where it was changed")
+                .on_hover_text("A look: values for Physarum and Trail ([ and ] for the next); * where it was changed. Looks are kept in the gallery.")
                 .marked("preset");
-            if let Some(preset) = chosen {
-                self.take_preset(ui.ctx(), preset, commands);
+            if let Some((name, text)) = chosen {
+                self.take_preset(ui.ctx(), &name, &text, commands);
             }
             if ui
                 .button("🎲")
@@ -252,11 +260,6 @@ impl Interface {
             .on_hover_text("How long the change to another look takes. Drag, or click to type.")
             .marked("morph");
         });
-    }
-
-    /// Is something different from what the preset says?
-    fn is_changed_from(&self, preset: &Builtin) -> bool {
-        self.morph.is_none() && presets::with_preset(&self.edited, preset) != self.edited
     }
 
     fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {

@@ -1,8 +1,10 @@
-//! Presets in the panel: taken over at once or over some seconds, stepped through, and made up by chance.
+//! What presets do to settings: taken over at once or over some seconds, stepped through, and made up by chance.
 
-use myxo::scene::builtin::{Builtin, PRESETS};
+use myxo::Result;
+use myxo::scene::SceneError;
 use myxo::scene::file::Reader;
-use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
+use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Scale, find};
+use myxo::scene::presets::is_look;
 use myxo::scene::settings::Settings;
 
 /// A look that changes into another.
@@ -44,11 +46,6 @@ impl Morph {
     }
 }
 
-/// Does a look consist of it?
-fn is_look(parameter: &Parameter) -> bool {
-    matches!(parameter.section(), "physarum" | "trail" | "feeding")
-}
-
 /// A share of the way from a look to another: numbers in between, by factors where their sliders are; words of the first.
 pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
     let mut settings = from.clone();
@@ -72,27 +69,32 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
 }
 
 /// The settings with a preset over them.
-pub fn with_preset(settings: &Settings, preset: &Builtin) -> Settings {
-    let mut settings_before = settings.clone();
+pub fn with_preset(settings: &Settings, name: &str, text: &str) -> Result<Settings> {
+    let mut before = settings.clone();
     // Of most looks food is no part.
-    settings_before.feeding.scattered = 0;
-    let mut reader = Reader::new(settings_before);
-    reader.text(preset.name, preset.text);
-    // Those that come with the program are right, as a test sees to.
-    reader.finish().unwrap_or_else(|_| settings.clone())
+    before.feeding.scattered = 0;
+    let mut reader = Reader::new(before);
+    reader.preset("", text);
+    Ok(reader.finish().map_err(|problems| SceneError::Problems {
+        scene: format!("preset {name}").into(),
+        problems,
+    })?)
 }
 
-/// The preset after or before the one with this name; the first or the last one if there is none.
-pub fn neighbour(name: Option<&str>, forward: bool) -> &'static Builtin {
-    let count = PRESETS.len();
-    let place = name.and_then(|name| PRESETS.iter().position(|preset| preset.name == name));
+/// The name after or before this one; the first or the last one if it is none of them.
+///
+/// # Panics
+/// Where there are no names.
+pub fn neighbour<'n>(names: &'n [String], name: Option<&str>, forward: bool) -> &'n str {
+    let count = names.len();
+    let place = name.and_then(|name| names.iter().position(|other| other == name));
     let place = match (place, forward) {
         (Some(place), true) => (place + 1) % count,
         (Some(place), false) => (place + count - 1) % count,
         (None, true) => 0,
         (None, false) => count - 1,
     };
-    &PRESETS[place]
+    &names[place]
 }
 
 /// What chance may choose, and within which bounds: a part of what sliders offer, in which something grows.
@@ -142,23 +144,28 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use myxo::scene::builtin::{Builtin, PRESETS};
     use myxo::scene::parameters::out_of_range;
+
+    fn with(settings: &Settings, preset: &Builtin) -> Settings {
+        with_preset(settings, preset.name, preset.text).expect("those of the program are right")
+    }
 
     #[test]
     fn every_preset_can_be_taken_over_and_changes_nothing_but_the_look() {
         let settings = Settings::default();
         for preset in PRESETS {
-            let mut with = with_preset(&settings, preset);
-            assert_eq!(out_of_range(&with), []);
-            let again = with_preset(&with, preset);
-            assert_eq!(with, again, "{}", preset.name);
+            let mut taken = with(&settings, preset);
+            assert_eq!(out_of_range(&taken), []);
+            let again = with(&taken, preset);
+            assert_eq!(taken, again, "{}", preset.name);
             for parameter in PARAMETERS.iter().filter(|p| is_look(p)) {
-                assert!(!parameter.restarts(&settings, &with), "{}", parameter.key);
-                parameter.copy(&settings, &mut with);
+                assert!(!parameter.restarts(&settings, &taken), "{}", parameter.key);
+                parameter.copy(&settings, &mut taken);
             }
-            assert_eq!(with, settings, "{}", preset.name);
+            assert_eq!(taken, settings, "{}", preset.name);
         }
-        let looks: Vec<Settings> = PRESETS.iter().map(|p| with_preset(&settings, p)).collect();
+        let looks: Vec<Settings> = PRESETS.iter().map(|p| with(&settings, p)).collect();
         for (i, look) in looks.iter().enumerate() {
             assert!(!looks[..i].contains(look), "{}", PRESETS[i].name);
         }
@@ -166,14 +173,24 @@ mod tests {
 
     #[test]
     fn presets_follow_one_another_in_a_ring() {
-        let mut name = None;
-        for preset in PRESETS {
-            name = Some(neighbour(name, true).name);
-            assert_eq!(name, Some(preset.name));
-        }
-        assert_eq!(neighbour(name, true).name, PRESETS[0].name);
-        assert_eq!(Some(neighbour(Some(PRESETS[0].name), false).name), name);
-        assert_eq!(Some(neighbour(None, false).name), name);
+        let names = ["a", "b", "c"].map(str::to_owned);
+        let next = |name| neighbour(&names, name, true);
+        let before = |name| neighbour(&names, name, false);
+        assert_eq!((next(None), before(None)), ("a", "c"));
+        assert_eq!((next(Some("a")), next(Some("c"))), ("b", "a"));
+        assert_eq!((before(Some("a")), before(Some("c"))), ("c", "b"));
+        assert_eq!(next(Some("gone")), "a");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_preset_is_said_with_its_name() {
+        let settings = Settings::default();
+        let error = with_preset(&settings, "mine", "[trail]\ndecay = 2\n").unwrap_err();
+        let text = error.to_string();
+        assert!(
+            text.starts_with("preset mine: line 2: trail.decay = 2"),
+            "{text}"
+        );
     }
 
     #[test]

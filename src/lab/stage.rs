@@ -55,10 +55,14 @@ pub struct Stage {
 impl Stage {
     /// Puts a scene on the device; pictures are of this format, an sRGB one.
     pub fn new(ctx: &Arc<Context>, loaded: Loaded, format: Format) -> Result<Self> {
-        let Loaded { scene, setup } = loaded;
+        let Loaded {
+            scene,
+            setup,
+            prepared,
+        } = loaded;
         let simulation = Simulation::from_setup(ctx, &scene, setup)?;
         Ok(Self {
-            renderer: Renderer::new(ctx, simulation.setup(), format)?,
+            renderer: Renderer::from_prepared(ctx, simulation.setup(), &prepared, format)?,
             ctx: Arc::clone(ctx),
             scene,
             simulation,
@@ -197,6 +201,7 @@ mod tests {
     use super::*;
     use myxo::gpu::{ContextOptions, Frames};
     use myxo::mesh::atlas::Control;
+    use myxo::render::Prepared;
     use myxo::scene::Overrides;
     use std::path::Path;
 
@@ -225,7 +230,13 @@ mod tests {
         let scene = Scene::load(Path::new("trio"), &overrides).unwrap();
         let view = View::of(&scene, Vec2::new(64.0, 48.0));
         let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
-        let mut stage = Stage::new(&ctx, Loaded { scene, setup }, Format::Rgba8Srgb).unwrap();
+        let prepared = Prepared::new(&setup);
+        let loaded = Loaded {
+            scene,
+            setup,
+            prepared,
+        };
+        let mut stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
         let mut frames = Frames::new(&ctx, 2).unwrap();
         let all = Strategy::ALL.iter();
         for &strategy in all.clone().chain(all.rev()) {

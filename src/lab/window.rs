@@ -25,10 +25,12 @@ use super::hands::Hand;
 use super::interface::Interface;
 use super::loading::Loading;
 use super::out::TakeOut;
+use super::own::OwnPresets;
 use super::pacing::Pacer;
 use super::place::Place;
 use super::places::Places;
 use super::preferences::Preferences;
+use super::saving::save_scene;
 use super::stage::Stage;
 use super::theme;
 
@@ -61,6 +63,10 @@ pub struct Lab {
     /// Where the validation layers are on.
     pub(super) checks: Option<Checks>,
     pub(super) pacer: Pacer,
+    /// Steps were taken that no picture shows yet.
+    is_unshown: bool,
+    /// The last frame took no steps, to answer the hand at once.
+    has_answered: bool,
     /// Steps that were asked for one by one.
     pub(super) single_steps: u32,
     /// What the hands have on the device.
@@ -69,6 +75,8 @@ pub struct Lab {
     pub closing: bool,
     /// Pictures of the scene until the lab closes by itself.
     frames_left: Option<u32>,
+    /// Pictures until the device is taken for lost.
+    lose_device: Option<u32>,
     /// When the picture last moved.
     pub(super) moved: Instant,
     /// What the validation layers said, counted.
@@ -145,6 +153,7 @@ impl Lab {
         interface.panel = preferences.panel;
         interface.light = preferences.light;
         interface.out.folder = preferences.folder.clone();
+        interface.own = OwnPresets::read(OwnPresets::folder());
         let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();
         let mut lab = Self {
@@ -159,10 +168,13 @@ impl Lab {
             out: TakeOut::default(),
             checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
+            is_unshown: false,
+            has_answered: false,
             single_steps: 0,
             hand: Hand::default(),
             closing: false,
             frames_left: options.frames,
+            lose_device: options.lose_device,
             moved: Instant::now(),
             message_count: 0,
             format: picture_format(format),
@@ -199,6 +211,7 @@ impl Lab {
         self.clocks.facts.out = self.out.told();
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
+        let is_asked = !input.events.is_empty();
         let mut shown = None;
         let output = context.run_ui(input, |ui| {
             shown = Some(self.interface.show(ui, &self.clocks.facts))
@@ -230,8 +243,12 @@ impl Lab {
         let Some(image) = self.swapchain.acquire()? else {
             return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
         };
-        let steps = self.steps(since_last, shown.touched);
+        let steps = self.steps(since_last, shown.touched, is_asked);
         let holds = self.out.holds();
+        // On a device that is slow, steps and their picture are two frames, so that the hand is answered between them.
+        let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
+        let only_steps = is_cpu && self.runs() && self.pacer.are_notable(steps);
+        self.is_unshown = false;
         if steps > 0 || shown.touched || holds {
             self.moved = Instant::now();
         }
@@ -250,7 +267,8 @@ impl Lab {
             }
             if !place.is_empty() {
                 let sizes = (place.size, beside.map(|place| place.size));
-                let (picture, atlas) = if holds && stage.shows(&view, sizes) {
+                let (picture, atlas) = if (holds || only_steps) && stage.shows(&view, sizes) {
+                    self.is_unshown = only_steps;
                     stage.picture()
                 } else {
                     stage.draw(&mut rec, &view, sizes, is_moving)?
@@ -275,6 +293,10 @@ impl Lab {
             gui.draw(pass, target.size(), output.pixels_per_point, &primitives)
         })?;
         self.swapchain.present(&mut self.frames, rec, image)?;
+        if is_cpu {
+            // What the hand does meanwhile belongs into the next frame, which therefore does not begin before.
+            self.frames.wait_idle()?;
+        }
         if let Some(stage) = &self.stage {
             self.clocks
                 .shown(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
@@ -282,6 +304,12 @@ impl Lab {
             if let Some(left) = &mut self.frames_left {
                 *left = left.saturating_sub(1);
                 self.closing |= *left == 0;
+            }
+            if let Some(left) = &mut self.lose_device {
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    self.ctx.pretend_lost();
+                }
             }
         }
         self.report_messages();
@@ -309,12 +337,17 @@ impl Lab {
         self.stage.is_some() && self.interface.playing && !waits && !self.out.holds()
     }
 
-    /// How many steps this frame takes.
-    fn steps(&mut self, since_last: Duration, touched: bool) -> u32 {
+    /// How many steps this frame takes. Where something is to be shown or answered at once, they wait for the next one.
+    fn steps(&mut self, since_last: Duration, touched: bool, is_asked: bool) -> u32 {
         if self.runs() {
             let cap = self.interface.running.time.steps_per_second;
-            return self.pacer.steps(since_last, cap, touched);
+            let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
+            let answers = is_cpu && is_asked && !self.has_answered;
+            let waits = self.is_unshown || answers;
+            self.has_answered = waits && is_asked;
+            return self.pacer.steps(since_last, cap, touched, waits);
         }
+        self.is_unshown = false;
         self.pacer.restart();
         if self.out.holds() {
             return 0;
@@ -360,6 +393,20 @@ impl Lab {
         if !told.entries.is_empty() || told.overflow > 0 {
             log::warn!("told by debug_value:\n{told}");
         }
+    }
+
+    /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
+    pub fn rescue(&self, error: &Error) -> Error {
+        let Some(text) = self.scene_text() else {
+            return Error::Invalid(error.to_string());
+        };
+        let folder = PathBuf::from(self.interface.out.folder.trim());
+        let saved = save_scene(&folder, &self.name, &text);
+        let kept = match saved.and_then(|path| Ok(std::path::absolute(&path).unwrap_or(path))) {
+            Ok(path) => format!("the scene as it was set is kept in {}", path.display()),
+            Err(error) => format!("the scene as it was set is not kept, either: {error}"),
+        };
+        Error::Invalid(format!("{error}; what had grown is lost, {kept}"))
     }
 
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.

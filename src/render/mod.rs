@@ -12,10 +12,12 @@ pub mod occlusion;
 pub mod offscreen;
 pub mod output;
 pub mod pick;
+mod prepared;
 pub mod renderer;
 pub mod view;
 
 pub use camera::Camera;
 pub use offscreen::Offscreen;
+pub use prepared::Prepared;
 pub use renderer::{Canvas, Quality, Renderer};
 pub use view::View;

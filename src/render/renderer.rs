@@ -10,17 +10,13 @@ mod painted;
 use std::ops::Range;
 use std::sync::Arc;
 
-use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec2, Vec4};
 
 use super::camera::Camera;
 pub use super::canvas::{Canvas, Quality};
-use super::charts;
 use super::colormap;
 use super::exposure::{self, Exposure};
-use super::hues::object_light;
-use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
-use super::occlusion::openness;
+use super::prepared::Prepared;
 use super::view::View;
 use crate::gpu::{
     Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
@@ -158,6 +154,19 @@ impl Renderer {
     /// # Errors
     /// When the device cannot draw, or has no memory left.
     pub fn new(ctx: &Arc<Context>, setup: &Setup, format: Format) -> Result<Self, GpuError> {
+        Self::from_prepared(ctx, setup, &Prepared::new(setup), format)
+    }
+
+    /// As [`Renderer::new`], where what the host has to find was found before, such as on another thread.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn from_prepared(
+        ctx: &Arc<Context>,
+        setup: &Setup,
+        prepared: &Prepared,
+        format: Format,
+    ) -> Result<Self, GpuError> {
         let mut samples = [Quality::Quick, Quality::Smooth]
             .map(|quality| quality.samples(ctx))
             .to_vec();
@@ -167,30 +176,26 @@ impl Renderer {
         let pipelines = samples
             .into_iter()
             .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads));
-        let normals = corner_normals(&setup.surface, CREASE_ANGLE);
-        let mut openness = openness(&setup.surface, &normals);
-        openness.resize(openness.len().next_multiple_of(4), u8::MAX);
-        let openness = pod_collect_to_vec::<u8, u32>(&openness);
-        let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
-        let object_colors: Vec<Vec4> = (0..setup.poses.len())
-            .map(|object| object_light(object).extend(1.0))
-            .collect();
-        let (surface, atlas) = (&setup.surface, &setup.atlas);
-        let chart_colors = charts::chart_colors(surface, atlas);
-        let texels = charts::texel_words(surface, atlas, &chart_colors);
-        let triangles = charts::triangle_words(surface, atlas, &chart_colors);
+        let Prepared {
+            normals,
+            openness,
+            object_colors,
+            texels,
+            charts,
+        } = prepared;
+        let atlas = &setup.atlas;
         Ok(Self {
             pipelines: pipelines.collect::<Result<_, _>>()?,
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
             expose: Pipeline::new(ctx, &())?,
-            normals: Buffer::from_slice(ctx, "normals", &normals)?,
-            openness: Buffer::from_slice(ctx, "openness", &openness)?,
-            object_colors: Buffer::from_slice(ctx, "object_colors", &object_colors)?,
+            normals: Buffer::from_slice(ctx, "normals", normals)?,
+            openness: Buffer::from_slice(ctx, "openness", openness)?,
+            object_colors: Buffer::from_slice(ctx, "object_colors", object_colors)?,
             texels: Texels::new(
-                &Buffer::from_slice_in(ctx, "texels", &texels, Domain::Texels)?,
+                &Buffer::from_slice_in(ctx, "texels", texels, Domain::Texels)?,
                 if texels_in_quads { 4 } else { 1 },
             )?,
-            charts: Buffer::from_slice(ctx, "charts", &triangles)?,
+            charts: Buffer::from_slice(ctx, "charts", charts)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
             colors_are: None,
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,

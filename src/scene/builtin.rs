@@ -38,7 +38,7 @@ pub const DEFAULT_SCENE: &str = "torus";
 pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "oats", "crowd");
 
 /// Every built-in preset: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]`.
-pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "waves", "mist",
+pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist",
         "streams", "feeding", "shy", "meeting");
 
 /// The built-in scene with this name.

@@ -24,7 +24,9 @@ pub enum SceneError {
         known: String,
     },
     /// No preset has this name.
-    #[error("there is no preset `{name}`{suggestion}: the presets are {known}")]
+    #[error(
+        "there is no preset `{name}`{suggestion}: the presets are {known}; a preset can also be a .toml file"
+    )]
     UnknownPreset {
         /// What was asked for.
         name: String,
@@ -32,6 +34,14 @@ pub enum SceneError {
         suggestion: String,
         /// All names.
         known: String,
+    },
+    /// The file of a preset could not be read.
+    #[error("cannot read the preset {path}: {source}", path = path.display())]
+    ReadPreset {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
     },
     /// The scene file could not be read.
     #[error("cannot read the scene {path}: {source}", path = path.display())]

@@ -11,6 +11,7 @@ use super::parameters::{
     FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside,
     out_of_range,
 };
+use super::presets::SECTIONS;
 use super::settings::{FoodSettings, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
@@ -81,15 +82,47 @@ impl Reader {
 
     /// Reads TOML text. `prefix` goes before the line numbers of problems; empty for the scene file itself.
     pub fn text(&mut self, prefix: &str, text: &str) {
+        if let Some(table) = self.parse(prefix, text) {
+            self.table("", table.get_ref());
+        }
+    }
+
+    /// Reads the TOML text of a preset: the sections of a look, and nothing else.
+    pub fn preset(&mut self, prefix: &str, text: &str) {
+        let Some(table) = self.parse(prefix, text) else {
+            return;
+        };
+        let [first, second, third] = SECTIONS;
+        let mut others: Vec<_> = table.get_ref().keys().collect();
+        let is_empty = others.is_empty();
+        others.retain(|key| !SECTIONS.contains(&key.get_ref().as_ref()));
+        let other = others.into_iter().min_by_key(|key| key.span().start);
+        if let Some(key) = other {
+            let message = format!(
+                "{} is no part of a look: a preset has the sections [{first}], [{second}] and [{third}] only",
+                key.get_ref()
+            );
+            self.problem(key.span().start, message);
+        } else if is_empty {
+            let message =
+                format!("it has none of the sections [{first}], [{second}] and [{third}]");
+            self.problem(0, message);
+        } else {
+            self.table("", table.get_ref());
+        }
+    }
+
+    fn parse<'t>(&mut self, prefix: &str, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
         self.place = Place::Text {
             prefix: prefix.to_owned(),
             line_ends: text.match_indices('\n').map(|(i, _)| i).collect(),
         };
         match DeTable::parse(text) {
-            Ok(table) => self.table("", table.get_ref()),
+            Ok(table) => Some(table),
             Err(error) => {
                 let at = error.span().map_or(0, |span| span.start);
                 self.problem(at, format!("not valid TOML: {}", one_line(error.message())));
+                None
             }
         }
     }

@@ -8,6 +8,7 @@ pub mod foods;
 mod keyframes;
 pub mod motion;
 pub mod parameters;
+pub mod presets;
 pub mod settings;
 mod starts;
 mod strategy;
@@ -31,7 +32,7 @@ use settings::ObjectSettings;
 /// What the command line changes about a scene, in the order in which it is applied.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// A built-in preset.
+    /// The name of a preset that comes with the program, or a file of one.
     pub preset: Option<String>,
     /// `KEY=VALUE`, later ones over earlier ones.
     pub set: Vec<String>,
@@ -117,9 +118,7 @@ impl Scene {
             }
         };
         if let Some(wanted) = &overrides.preset {
-            let preset =
-                builtin::preset(wanted).ok_or_else(|| SceneError::unknown_preset(wanted))?;
-            reader.text(&format!("preset {wanted}"), preset.text);
+            reader.preset(&format!("preset {wanted}"), &presets::text_of(wanted)?);
         }
         for assignment in &overrides.set {
             reader.assignment(assignment);

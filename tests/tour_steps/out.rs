@@ -1,5 +1,10 @@
 //! Steps of the tour that take things out: pictures, recordings, films and exports, each looked at where it lies.
 
+#[path = "presets.rs"]
+mod presets;
+#[path = "troubles.rs"]
+mod troubles;
+
 use std::path::{Path, PathBuf};
 
 use super::*;

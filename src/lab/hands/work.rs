@@ -13,6 +13,7 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::window::Lab;
 use super::overlay::normal_towards;
@@ -103,10 +104,13 @@ impl Lab {
         }
     }
 
-    /// A mesh that was dropped joins the scene; everything else is opened.
+    /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
     pub fn drop_file(&mut self, path: PathBuf) {
         if is_mesh(&path) && self.stage.is_some() {
             self.add_object(mesh_name(&path));
+        } else if let Some(text) = preset_in(&path) {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            self.take_look(&self.egui.egui_ctx().clone(), &name, &text);
         } else {
             self.open_file(path);
         }

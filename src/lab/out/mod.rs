@@ -20,6 +20,7 @@ use super::window::Lab;
 use job::{ExportJob, Film, Job, Picture};
 pub use names::Reserved;
 use recording::Recording;
+pub use shot::Shot;
 
 use panel::Kind;
 pub use panel::OutPanel;
@@ -351,7 +352,7 @@ impl Lab {
 }
 
 /// The view for a picture of another size: points of particles keep their share of it.
-fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
+pub fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
     let mut view = *view;
     if from[1] > 0 {
         view.particle_size *= to[1] as f32 / from[1] as f32;

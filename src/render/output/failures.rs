@@ -35,6 +35,19 @@ fn output_without_a_frame_is_no_file() {
 }
 
 #[test]
+fn a_folder_that_stays_empty_goes_and_one_that_was_there_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("old")).unwrap();
+    for name in ["new/", "old/"] {
+        drop(Output::create(&folder.path().join(name), (4, 4), 30.0).unwrap());
+    }
+    let mut output = Output::create(&folder.path().join("kept/"), (16, 16), 30.0).unwrap();
+    output.frame(&plain((16, 16), RED)).unwrap();
+    drop(output);
+    assert_eq!(names_in(folder.path()), ["kept", "old"]);
+}
+
+#[test]
 fn folder_that_cannot_be_written_is_an_error_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");

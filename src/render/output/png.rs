@@ -1,10 +1,10 @@
 //! Pictures as PNG: the last frame, or every frame in a file of its own.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, ImageError, RgbaImage};
+use image::{ExtendedColorType, ImageEncoder, RgbaImage};
 
 use super::OutputError;
 use super::name::Numbering;
@@ -42,16 +42,21 @@ impl Picture {
 pub(super) struct Sequence {
     numbering: Numbering,
     files: Vec<PathBuf>,
+    /// The folder, if it was made for them.
+    made: Option<PathBuf>,
 }
 
 impl Sequence {
     pub(super) fn create(numbering: Numbering) -> Result<Self, OutputError> {
         // A file is begun and dropped, to know now whether the folder can be written.
         let first = numbering.path(0);
+        let folder = first.parent().filter(|folder| !folder.exists());
+        let made = folder.map(Path::to_owned);
         WholeFile::create(&first).map_err(OutputError::file(&first))?;
         Ok(Self {
             numbering,
             files: Vec::new(),
+            made,
         })
     }
 
@@ -62,17 +67,27 @@ impl Sequence {
         Ok(())
     }
 
-    pub(super) fn finish(self) -> Vec<PathBuf> {
-        self.files
+    pub(super) fn finish(mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.files)
+    }
+}
+
+impl Drop for Sequence {
+    fn drop(&mut self) {
+        // One with something in it stays.
+        if let Some(folder) = &self.made {
+            let _ = std::fs::remove_dir(folder);
+        }
     }
 }
 
 /// Writes a PNG; one without transparency has no alpha channel.
-fn write_png(file: impl Write, image: &RgbaImage) -> io::Result<()> {
-    let mut file = BufWriter::new(file);
+fn write_png(mut file: impl Write, image: &RgbaImage) -> io::Result<()> {
+    // By way of memory: the encoder would tell that the disk is full in words only.
+    let mut bytes = Vec::new();
     let (width, height) = image.dimensions();
-    let encoder = PngEncoder::new(&mut file);
-    let written = if image.pixels().all(|pixel| pixel.0[3] == 255) {
+    let encoder = PngEncoder::new(&mut bytes);
+    let encoded = if image.pixels().all(|pixel| pixel.0[3] == 255) {
         let rgb: Vec<u8> = image
             .pixels()
             .flat_map(|p| [p.0[0], p.0[1], p.0[2]])
@@ -81,9 +96,7 @@ fn write_png(file: impl Write, image: &RgbaImage) -> io::Result<()> {
     } else {
         encoder.write_image(image.as_raw(), width, height, ExtendedColorType::Rgba8)
     };
-    written.map_err(|error| match error {
-        ImageError::IoError(error) => error,
-        other => io::Error::other(other),
-    })?;
+    encoded.map_err(io::Error::other)?;
+    file.write_all(&bytes)?;
     file.flush()
 }

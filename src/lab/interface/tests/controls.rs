@@ -1,6 +1,7 @@
 //! Undo, looks, the gallery, loading, and numbers that are typed.
 
 use super::*;
+use crate::lab::presets;
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
@@ -47,9 +48,10 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     let first = &myxo::scene::builtin::PRESETS[0];
     let second = &myxo::scene::builtin::PRESETS[1];
     assert_eq!(harness.press(Key::CloseBracket), [Command::Apply]);
-    assert_eq!(harness.interface.preset, Some(first.name));
+    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
     harness.interface.morph_seconds = 1.0;
-    let to = presets::with_preset(&harness.interface.edited, second);
+    let to = presets::with_preset(&harness.interface.edited, second.name, second.text);
+    let to = to.expect("it is right");
     harness.press(Key::CloseBracket);
     assert_ne!(harness.interface.edited, to, "on the way");
     harness.time += 0.5;
@@ -60,7 +62,7 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     assert_eq!(harness.frame(vec![]).commands, [], "it has arrived");
     harness.interface.morph_seconds = 0.0;
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
-    assert_eq!(harness.interface.preset, Some(first.name));
+    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
     let before = harness.interface.edited.clone();
     assert_eq!(harness.press(Key::D), [Command::Apply]);
     assert_ne!(harness.interface.edited, before);
@@ -88,10 +90,60 @@ fn the_gallery_opens_scenes_and_takes_presets() {
     }
     let at = card(&harness, "spots");
     assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.preset, Some("spots"));
+    assert_eq!(harness.interface.preset.as_deref(), Some("spots"));
     assert!(harness.interface.gallery.open, "others can be tried");
     harness.press(Key::Escape);
     assert!(!harness.interface.gallery.open);
+}
+
+#[test]
+fn looks_are_kept_and_removed_in_the_gallery() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = Harness::new();
+    let picture = image::RgbaImage::new(3, 2);
+    let mut own = OwnPresets::read(Some(folder.path().to_owned()));
+    let text = myxo::scene::presets::to_toml(&harness.interface.edited, "Mine.");
+    own.save("moss", &text.replace("0.95", "0.5"), &picture)
+        .unwrap();
+    std::fs::write(folder.path().join("torn.toml"), "[trail").unwrap();
+    own.read_again();
+    harness.interface.own = own;
+    harness.press(Key::G);
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let in_gallery = |harness: &Harness, name: &str| {
+        let places = harness.places_of(name);
+        let place = places.iter().find(|place| place.x > 340.0);
+        *place.unwrap_or_else(|| panic!("{name}: {places:?}"))
+    };
+    // Taken, and one that cannot be.
+    let at = in_gallery(&harness, "moss") + vec2(0.0, -40.0);
+    assert_eq!(harness.click(at), [Command::Apply]);
+    assert_eq!(harness.interface.preset.as_deref(), Some("moss"));
+    assert_eq!(harness.interface.edited.trail.decay, 0.5);
+    let at = in_gallery(&harness, "torn") + vec2(0.0, -40.0);
+    assert_eq!(harness.click(at), []);
+    let notice = harness.interface.notice.as_ref().expect("it is said");
+    assert!(
+        notice.text.contains("preset torn: line 1"),
+        "{}",
+        notice.text
+    );
+    // Asked before it is removed.
+    let cross = in_gallery(&harness, "✖");
+    assert_eq!(harness.click(cross), []);
+    harness.frame(vec![]);
+    let at = in_gallery(&harness, "Remove");
+    let removed = Command::RemovePreset("moss".to_owned());
+    assert_eq!(harness.click(at), [removed]);
+    // The steps go round all that can be taken.
+    harness.press(Key::Escape);
+    harness.interface.preset = None;
+    harness.press(Key::OpenBracket);
+    assert_eq!(harness.interface.preset.as_deref(), Some("moss"));
+    harness.press(Key::CloseBracket);
+    assert_eq!(harness.interface.preset.as_deref(), Some("network"));
 }
 
 #[test]

@@ -1,0 +1,196 @@
+//! Looks in the window: presets taken at once or slowly, made up by chance, copied, kept and removed again.
+
+use myxo::render::exposure::Exposure;
+use myxo::scene::builtin::{self, PRESETS};
+use myxo::scene::presets;
+use myxo::scene::settings::Settings;
+use myxo::{Error, Result};
+
+use super::interface::{Command, Interface};
+use super::out::{Shot, scaled};
+use super::own::check_name;
+use super::presets::{Morph, by_chance, neighbour, with_preset};
+use super::window::Lab;
+
+/// Of the small picture of a preset, pixels.
+const PICTURE: [u32; 2] = [300, 200];
+
+/// What a preset is, in a sentence: the comment at its beginning, if it has one.
+pub fn summary(text: &str) -> &str {
+    let first = text.lines().next().unwrap_or("");
+    first.strip_prefix('#').unwrap_or("").trim()
+}
+
+impl Interface {
+    /// The text of a preset, the program's or the user's.
+    pub(super) fn preset_text(&self, name: &str) -> Option<String> {
+        match builtin::preset(name) {
+            Some(preset) => Some(preset.text.to_owned()),
+            None => self.own.find(name).map(|own| own.text.clone()),
+        }
+    }
+
+    /// Names of all presets that can be taken: the program's first.
+    pub(super) fn preset_names(&self) -> Vec<String> {
+        let own = self.own.all().iter().filter(|own| own.problem.is_none());
+        let names = PRESETS.iter().map(|preset| preset.name.to_owned());
+        names.chain(own.map(|own| own.name.clone())).collect()
+    }
+
+    /// The preset after or before the one that was taken last.
+    pub(super) fn step_preset(
+        &mut self,
+        ctx: &egui::Context,
+        forward: bool,
+        commands: &mut Vec<Command>,
+    ) {
+        let names = self.preset_names();
+        let name = neighbour(&names, self.preset.as_deref(), forward);
+        let Some(text) = self.preset_text(name) else {
+            return;
+        };
+        if self.take_preset(ctx, name, &text, commands) {
+            self.notice(ctx, format!("{name}: {}", summary(&text)), false);
+        }
+    }
+
+    /// Takes over a preset's look, at once or over some seconds. What is wrong with it is said, and changes nothing.
+    pub(super) fn take_preset(
+        &mut self,
+        ctx: &egui::Context,
+        name: &str,
+        text: &str,
+        commands: &mut Vec<Command>,
+    ) -> bool {
+        match with_preset(&self.edited, name, text) {
+            Ok(to) => {
+                self.preset = Some(name.to_owned());
+                self.change_look(ctx, to, commands);
+                true
+            }
+            Err(error) => {
+                self.notice(ctx, error.to_string(), true);
+                false
+            }
+        }
+    }
+
+    /// Is something different from what the preset says?
+    pub(super) fn is_changed_from(&self, name: &str) -> bool {
+        let with = |text: String| with_preset(&self.edited, name, &text).ok();
+        let with = self.preset_text(name).and_then(with);
+        self.morph.is_none() && with.is_some_and(|with| with != self.edited)
+    }
+
+    /// A look that nobody has thought of.
+    pub(super) fn by_chance(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        let seed = ctx.input(|i| i.time).to_bits();
+        self.preset = None;
+        let to = by_chance(&self.edited, seed);
+        self.change_look(ctx, to, commands);
+    }
+
+    fn change_look(&mut self, ctx: &egui::Context, to: Settings, commands: &mut Vec<Command>) {
+        if self.morph_seconds > 0.0 {
+            let now = ctx.input(|i| i.time);
+            self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
+        } else {
+            self.morph = None;
+            self.edited = to;
+            commands.push(Command::Apply);
+        }
+    }
+
+    /// Goes on with a look that changes slowly.
+    pub(super) fn advance_morph(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        let Some(morph) = &mut self.morph else {
+            return;
+        };
+        if morph.advance(&mut self.edited, ctx.input(|i| i.time)) {
+            self.morph = None;
+        }
+        ctx.request_repaint();
+        commands.push(Command::Apply);
+    }
+
+    /// The look as it is edited, as the text of a preset.
+    fn look_text(&self, scene: &str) -> String {
+        presets::to_toml(&self.edited, &format!("A look of one's own, from {scene}."))
+    }
+}
+
+impl Lab {
+    /// Puts the look alone into the clipboard.
+    pub(super) fn copy_look(&mut self, context: &egui::Context) {
+        context.copy_text(self.interface.look_text(&self.name));
+        self.interface
+            .notice(context, "The look is in the clipboard", false);
+    }
+
+    /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
+    pub(super) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
+        if self.stage.is_none() {
+            let text = "Nothing grows yet that could take the look: wait for the scene";
+            return self.interface.notice(context, text, true);
+        }
+        let mut commands = Vec::new();
+        let taken = self
+            .interface
+            .take_preset(context, name, text, &mut commands);
+        if !commands.is_empty() {
+            self.apply(context);
+        }
+        if taken {
+            // So it can be kept by one click.
+            self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
+            let text = format!("The look of {name}: keep it in the gallery (G)");
+            self.interface.notice(context, text, false);
+        }
+        self.window.request_redraw();
+    }
+
+    /// Keeps the look under a name, with a picture of what is seen now.
+    pub(super) fn save_preset(&mut self, context: &egui::Context, name: &str) {
+        match self.try_to_save_preset(name) {
+            Ok(text) => self.interface.notice(context, text, false),
+            Err(error) => self.interface.notice(context, error.to_string(), true),
+        }
+        self.interface.gallery.forget_pictures();
+    }
+
+    fn try_to_save_preset(&mut self, name: &str) -> Result<String> {
+        let name = check_name(name).map_err(Error::Invalid)?.to_owned();
+        let Some(stage) = &mut self.stage else {
+            return Err(Error::Invalid(
+                "nothing grows yet whose look could be kept: wait for the scene".to_owned(),
+            ));
+        };
+        let window: [u32; 2] = self.window.inner_size().into();
+        let mut view = scaled(&self.interface.view, window, PICTURE);
+        if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
+            *adaptation = 0.0;
+        }
+        let mut shot = Shot::new(&self.ctx, PICTURE, self.format)?;
+        while !shot.advance(&mut self.frames, stage, &view)? {}
+        let picture = shot.take(0).into_picture();
+        let text = self.interface.look_text(&self.name);
+        let path = self.interface.own.save(&name, &text, &picture)?;
+        self.interface.preset = Some(name);
+        Ok(format!("Saved {}", path.display()))
+    }
+
+    /// Removes a preset of one's own.
+    pub(super) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
+        match self.interface.own.remove(name) {
+            Ok(()) => {
+                if self.interface.preset.as_deref() == Some(name) {
+                    self.interface.preset = None;
+                }
+                let text = format!("{name} is removed");
+                self.interface.notice(context, text, false);
+            }
+            Err(error) => self.interface.notice(context, error.to_string(), true),
+        }
+        self.interface.gallery.forget_pictures();
+    }
+}

@@ -1,0 +1,297 @@
+//! Presets of one's own: files in the user's folder for data, each with a small picture beside it.
+
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+
+use image::RgbaImage;
+use myxo::scene::builtin;
+use myxo::scene::presets::is_preset;
+use myxo::scene::settings::Settings;
+use myxo::whole_file::WholeFile;
+use myxo::{Error, Result};
+
+use super::presets::with_preset;
+
+/// No preset is larger, bytes.
+const LARGEST: u64 = 64 << 10;
+/// The longest name, letters.
+const LONGEST_NAME: usize = 40;
+/// Letters that some system does not take in the names of files.
+const NOT_IN_NAMES: &str = r#"/\:*?"<>|"#;
+
+/// A preset that the user has kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Own {
+    /// What it is called, as its file.
+    pub name: String,
+    /// The TOML text.
+    pub text: String,
+    /// Why it cannot be taken, if so.
+    pub problem: Option<String>,
+}
+
+/// All of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnPresets {
+    folder: Option<PathBuf>,
+    all: Vec<Own>,
+}
+
+impl OwnPresets {
+    /// Where they lie; `None` where the user has no such folder.
+    pub fn folder() -> Option<PathBuf> {
+        directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("presets"))
+    }
+
+    /// Those in a folder, which need not be there.
+    pub fn read(folder: Option<PathBuf>) -> Self {
+        let mut all: Vec<Own> = folder.iter().flat_map(|folder| files(folder)).collect();
+        all.sort_by_key(|own| own.name.to_lowercase());
+        Self { folder, all }
+    }
+
+    /// Takes up what other windows and other programs have changed.
+    pub fn read_again(&mut self) {
+        *self = Self::read(self.folder.take());
+    }
+
+    /// In the order of their names.
+    pub fn all(&self) -> &[Own] {
+        &self.all
+    }
+
+    /// The one with this name.
+    pub fn find(&self, name: &str) -> Option<&Own> {
+        self.all.iter().find(|own| own.name == name)
+    }
+
+    /// Its small picture, which may be missing.
+    pub fn picture(&self, name: &str) -> Option<PathBuf> {
+        Some(self.path(name)?.with_extension("png"))
+    }
+
+    fn path(&self, name: &str) -> Option<PathBuf> {
+        Some(self.folder.as_ref()?.join(format!("{name}.toml")))
+    }
+
+    /// Keeps a preset; one of the same name is replaced.
+    pub fn save(&mut self, name: &str, text: &str, picture: &RgbaImage) -> Result<PathBuf> {
+        let name = check_name(name).map_err(Error::Invalid)?;
+        let Some(path) = self.path(name) else {
+            return Err(Error::Invalid(
+                "no preset can be kept: there is no folder for your data (is HOME set?)".to_owned(),
+            ));
+        };
+        write(&path, text.as_bytes())?;
+        let mut bytes = Vec::new();
+        let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+        let encoded = picture.write_with_encoder(encoder);
+        let encoded = encoded.map_err(std::io::Error::other).map(|()| bytes);
+        let file = path.with_extension("png");
+        let bytes = encoded.map_err(|source| unwritable(&file, source))?;
+        write(&file, &bytes)?;
+        self.read_again();
+        Ok(path)
+    }
+
+    /// Removes one, with its picture.
+    pub fn remove(&mut self, name: &str) -> Result<()> {
+        if let (Some(path), Some(_)) = (self.path(name), self.find(name)) {
+            let removed = std::fs::remove_file(&path);
+            removed.map_err(|source| Error::Io {
+                action: "remove",
+                path: path.clone(),
+                source,
+            })?;
+            // It may have none.
+            let _ = std::fs::remove_file(path.with_extension("png"));
+        }
+        self.read_again();
+        Ok(())
+    }
+}
+
+/// The name without spaces round it, if a file can be called so and no preset of the program is.
+pub fn check_name(name: &str) -> Result<&str, String> {
+    let name = name.trim();
+    if name.is_empty() {
+        return Err("a preset needs a name".to_owned());
+    }
+    if name.chars().count() > LONGEST_NAME {
+        return Err(format!(
+            "the name is too long: {LONGEST_NAME} letters are the most"
+        ));
+    }
+    if let Some(letter) = name
+        .chars()
+        .find(|c| c.is_control() || NOT_IN_NAMES.contains(*c))
+    {
+        return Err(format!(
+            "{letter:?} cannot stand in the name, because files cannot be called so"
+        ));
+    }
+    if name.starts_with('.') || name.ends_with('.') {
+        return Err("the name can neither begin nor end with a full stop".to_owned());
+    }
+    if builtin::preset(name).is_some() {
+        return Err(format!(
+            "{name} comes with the program: choose another name"
+        ));
+    }
+    Ok(name)
+}
+
+/// The text of a small file, `None` where it is none or cannot be read.
+fn small_text(path: &Path) -> Option<String> {
+    let file = std::fs::File::open(path).ok()?;
+    let mut text = String::new();
+    file.take(LARGEST + 1).read_to_string(&mut text).ok()?;
+    (text.len() as u64 <= LARGEST).then_some(text)
+}
+
+/// The text of a file that holds a look and nothing else, as far as one can see without reading on.
+pub fn preset_in(path: &Path) -> Option<String> {
+    let ending = path.extension()?;
+    if !ending.eq_ignore_ascii_case("toml") {
+        return None;
+    }
+    small_text(path).filter(|text| is_preset(text))
+}
+
+/// Every `.toml` file of a folder.
+fn files(folder: &Path) -> Vec<Own> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let presets = entries.filter_map(|entry| {
+        let path = entry.path();
+        let name = path.file_stem()?.to_str()?.to_owned();
+        if path.extension()? != "toml" || name.starts_with('.') {
+            return None;
+        }
+        let text = small_text(&path);
+        let problem = match &text {
+            None => Some(format!("{} cannot be read as text", path.display())),
+            Some(text) => with_preset(&Settings::default(), &name, text)
+                .err()
+                .map(|error| error.to_string()),
+        };
+        let text = text.unwrap_or_default();
+        Some(Own {
+            name,
+            text,
+            problem,
+        })
+    });
+    presets.collect()
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let written = WholeFile::create(path).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.finish()
+    });
+    written.map_err(|source| unwritable(path, source))?;
+    Ok(())
+}
+
+fn unwritable(path: &Path, source: std::io::Error) -> Error {
+    Error::Io {
+        action: "write",
+        path: path.to_owned(),
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::scene::presets;
+
+    #[test]
+    fn presets_are_kept_replaced_and_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let below = folder.path().join("myxo/presets");
+        let mut own = OwnPresets::read(Some(below.clone()));
+        assert_eq!(own.all(), [], "there is no folder yet");
+        let picture = RgbaImage::from_pixel(30, 20, image::Rgba([9, 99, 9, 255]));
+        let mut settings = Settings::default();
+        for decay in [0.5, 0.6] {
+            settings.trail.decay = decay;
+            let text = presets::to_toml(&settings, "Mine.");
+            let path = own.save(" Moss, old ", &text, &picture).unwrap();
+            assert_eq!(path, below.join("Moss, old.toml"));
+            let kept = own.find("Moss, old").expect("it is listed");
+            assert_eq!((kept.text.as_str(), &kept.problem), (text.as_str(), &None));
+        }
+        let text = presets::to_toml(&Settings::default(), "Another.");
+        own.save("algae", &text, &picture).unwrap();
+        let names = |own: &OwnPresets| -> Vec<String> {
+            own.all().iter().map(|own| own.name.clone()).collect()
+        };
+        assert_eq!(names(&own), ["algae", "Moss, old"]);
+        let seen = image::open(own.picture("algae").unwrap()).unwrap();
+        assert_eq!(seen.into_rgba8(), picture);
+        // Another window sees the same, and what it removes is gone here, too.
+        let mut other = OwnPresets::read(Some(below.clone()));
+        assert_eq!(other, own);
+        other.remove("algae").unwrap();
+        other.remove("algae").unwrap();
+        own.read_again();
+        assert_eq!(names(&own), ["Moss, old"]);
+        assert_eq!(std::fs::read_dir(&below).unwrap().count(), 2);
+        assert!(OwnPresets::read(None).save("x", &text, &picture).is_err());
+        // Where a file is in the place of the folder.
+        let mut wrong = OwnPresets::read(Some(below.join("Moss, old.toml")));
+        assert_eq!(wrong.all(), []);
+        let error = wrong.save("x", &text, &picture).unwrap_err().to_string();
+        assert!(error.contains("x.toml"), "{error}");
+    }
+
+    #[test]
+    fn broken_files_are_listed_with_what_is_wrong() {
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes);
+        put("a.toml", b"[trail]\ndecay = 2\n").unwrap();
+        put("b.toml", &[0xff, 0xfe]).unwrap();
+        put("c.toml", "#".repeat(LARGEST as usize + 1).as_bytes()).unwrap();
+        put("d.toml", b"[trail]\ndecay = 0.5\n").unwrap();
+        put("e.txt", b"[trail]\ndecay = 0.5\n").unwrap();
+        std::fs::create_dir(folder.path().join("f.toml")).unwrap();
+        let own = OwnPresets::read(Some(folder.path().to_owned()));
+        let told: Vec<(&str, bool)> = own
+            .all()
+            .iter()
+            .map(|own| (own.name.as_str(), own.problem.is_some()))
+            .collect();
+        let expected = [
+            ("a", true),
+            ("b", true),
+            ("c", true),
+            ("d", false),
+            ("f", true),
+        ];
+        assert_eq!(told, expected);
+        let problem = own.find("a").unwrap().problem.as_ref().unwrap();
+        assert!(
+            problem.contains("line 2") && problem.contains("0 to 1"),
+            "{problem}"
+        );
+        assert_eq!(preset_in(&folder.path().join("b.toml")), None);
+        assert_eq!(preset_in(&folder.path().join("e.txt")), None);
+        assert!(
+            preset_in(&folder.path().join("a.toml")).is_some(),
+            "it is one, and wrong"
+        );
+    }
+
+    #[test]
+    fn names_are_such_that_files_can_be_called_so() {
+        assert_eq!(check_name("  my look 2 "), Ok("my look 2"));
+        for name in [
+            "", " ", "cells", "a/b", "a\\b", "..", ".hidden", "x.", "a\nb", "a:b",
+        ] {
+            assert!(check_name(name).is_err(), "{name:?}");
+        }
+        assert!(check_name(&"ä".repeat(LONGEST_NAME)).is_ok());
+        assert!(check_name(&"ä".repeat(LONGEST_NAME + 1)).is_err());
+    }
+}

@@ -1,0 +1,46 @@
+//! What pictures need of a setup and the host finds without a device: smooth normals, how open corners are, the colours of
+//! charts. It takes up to half a second, and so it has a step of its own that can go on beside something else.
+
+use bytemuck::allocation::pod_collect_to_vec;
+use glam::Vec4;
+
+use super::charts;
+use super::hues::object_light;
+use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
+use super::occlusion::openness;
+use crate::sim::Setup;
+
+/// What a [`Renderer`](super::Renderer) puts on the device.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Packed, one for each corner of each triangle.
+    pub(super) normals: Vec<u32>,
+    /// How much of the sky each corner sees, four to a word.
+    pub(super) openness: Vec<u32>,
+    /// One an object.
+    pub(super) object_colors: Vec<Vec4>,
+    /// What each texel is, and in which colour its chart is shown.
+    pub(super) texels: Vec<u32>,
+    /// The colour and the seams of each triangle.
+    pub(super) charts: Vec<u32>,
+}
+
+impl Prepared {
+    /// Finds it for pictures of a setup.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        let (surface, atlas) = (&setup.surface, &setup.atlas);
+        let normals = corner_normals(surface, CREASE_ANGLE);
+        let mut openness = openness(surface, &normals);
+        openness.resize(openness.len().next_multiple_of(4), u8::MAX);
+        let objects = 0..setup.poses.len();
+        let chart_colors = charts::chart_colors(surface, atlas);
+        Self {
+            normals: normals.into_iter().map(pack_normal).collect(),
+            openness: pod_collect_to_vec::<u8, u32>(&openness),
+            object_colors: objects.map(|i| object_light(i).extend(1.0)).collect(),
+            texels: charts::texel_words(surface, atlas, &chart_colors),
+            charts: charts::triangle_words(surface, atlas, &chart_colors),
+        }
+    }
+}

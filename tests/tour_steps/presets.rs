@@ -1,0 +1,168 @@
+//! Steps of the tour that keep looks, take them again from cards, text and dropped files, and remove them.
+
+#[path = "dropping.rs"]
+pub mod dropping;
+
+use std::path::Path;
+
+use myxo::scene::parameters::PARAMETERS;
+use myxo::scene::presets::{is_look, is_preset};
+
+use super::super::*;
+use dropping::drop_on;
+
+/// The window that is seen.
+pub fn window_of(lab: &Lab) -> String {
+    let pid = lab.child.id().to_string();
+    let windows = xdotool(&["search", "--onlyvisible", "--pid", &pid]);
+    windows.lines().last().unwrap_or_default().to_owned()
+}
+
+/// Drops a file, and waits for what is said of it.
+#[track_caller]
+pub fn drop_and_hear(lab: &Lab, file: &Path, part: &str) {
+    drop_on(&window_of(lab), file);
+    lab.wait(part, |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        seen["state"]["loading"] == false && notice.is_some_and(|text| text.contains(part))
+    });
+}
+
+#[track_caller]
+fn assert_same_look(found: &Settings, wanted: &Settings) {
+    for parameter in PARAMETERS.iter().filter(|parameter| is_look(parameter)) {
+        let [found, wanted] = [found, wanted].map(|settings| parameter.value(settings));
+        assert_eq!(found, wanted, "{}", parameter.key);
+    }
+}
+
+/// Types the name of a look. Return would keep it at once.
+#[track_caller]
+fn name_look(lab: &Lab, name: &str) {
+    for _ in 0..5 {
+        lab.point("preset.name", 0.5);
+        lab.press();
+        lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
+        lab.key("ctrl+a");
+        lab.write(name);
+        for _ in 0..30 {
+            if lab
+                .seen()
+                .is_some_and(|seen| seen["values"]["preset.name"] == name)
+            {
+                return;
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+    panic!("{name}: {:?}", lab.seen());
+}
+
+#[test]
+fn looks_are_kept_taken_copied_dropped_and_removed() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    xdotool(&["windowsize", &window_of(&lab), "1200", "960"]);
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    let mine = lab.save("cube", 1);
+
+    // Kept, with a picture.
+    lab.click_until("gallery", "gallery", true);
+    name_look(&lab, "cells");
+    lab.click("preset.keep");
+    let name = "Moss 2";
+    name_look(&lab, name);
+    lab.click("preset.keep");
+    lab.wait("it is kept", |seen| {
+        seen["state"]["own"] == serde_json::json!([name])
+    });
+    assert_eq!(lab.seen().expect("it is told")["state"]["preset"], name);
+    let folder = lab.folder.file("myxo/presets");
+    let text = std::fs::read_to_string(folder.join("Moss 2.toml")).expect("it is there");
+    assert!(is_preset(&text) && text.contains("decay = 0.625"), "{text}");
+    let picture = image::open(folder.join("Moss 2.png")).expect("it is a picture");
+    let picture = picture.into_rgb8();
+    assert_eq!(picture.dimensions(), (300, 200));
+    let lit = picture.pixels().filter(|p| p.0.iter().max() > Some(&60));
+    assert!(lit.count() > 500, "something is seen");
+
+    // Taken again, from its card and as the one after the program's last.
+    lab.click_until("card=cells", "preset", "cells");
+    assert_ne!(lab.save("cube", 2).trail, mine.trail);
+    lab.click_until("card=Moss 2", "preset", name);
+    lab.key_until("Escape", "the gallery goes", "gallery", false);
+    assert_same_look(&lab.save("cube", 3), &mine);
+    lab.key_until("bracketright", "the first", "preset", "network");
+    lab.key_until("bracketleft", "the last", "preset", name);
+
+    // As text.
+    lab.key("ctrl+shift+c");
+    lab.wait("it is copied", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("clipboard"))
+    });
+    lab.key_until("bracketright", "another", "preset", "network");
+    lab.key_until("ctrl+v", "it is taken", "preset", "clipboard");
+    assert_same_look(&lab.save("cube", 4), &mine);
+
+    // Dropped: a look, and what is none.
+    let preset = lab
+        .folder
+        .with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
+    drop_and_hear(&lab, &preset, "The look of fern");
+    assert_eq!(lab.save("cube", 5).trail.decay, 0.375);
+    for (name, text, part) in [
+        (
+            "wrong.toml",
+            "[trail]\ndecay = 7\n",
+            "trail.decay = 7 is out of range",
+        ),
+        ("torn.toml", "[trail\ndecay", "not valid TOML"),
+        ("empty.obj", "", "empty.obj"),
+        ("torn.glb", "glTF but not really", "torn.glb"),
+        ("letter.txt", "Dear reader", "not valid TOML"),
+    ] {
+        let file = lab.folder.with(name, text);
+        drop_and_hear(&lab, &file, part);
+    }
+    drop_and_hear(&lab, &lab.folder.file("nowhere.toml"), "nowhere.toml");
+    let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
+    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    assert_eq!(
+        lab.save("cube", 6).trail.decay,
+        0.375,
+        "nothing has changed"
+    );
+
+    // A scene and a mesh.
+    let scene = "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
+    let scene = lab.folder.with("ball.toml", scene);
+    drop_on(&window_of(&lab), &scene);
+    lab.wait("it is there", |seen| seen["state"]["scene"] == "ball");
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let mesh = lab.folder.with("tip.obj", mesh);
+    drop_on(&window_of(&lab), &mesh);
+    lab.wait("it joins", |seen| seen["state"]["loading"] == false);
+    let begun = Instant::now();
+    let mut number = 1;
+    while lab.save("ball", number).objects.len() < 2 {
+        assert!(begun.elapsed() < PATIENCE, "it joins");
+        number += 1;
+    }
+
+    // Removed, but not by one click.
+    lab.click_until("gallery", "gallery", true);
+    lab.click("remove=Moss 2");
+    lab.click("remove=Moss 2:no");
+    lab.click("remove=Moss 2");
+    assert!(folder.join("Moss 2.toml").exists());
+    lab.click("remove=Moss 2:yes");
+    lab.wait("it is gone", |seen| {
+        seen["state"]["own"] == serde_json::json!([])
+    });
+    assert_eq!(std::fs::read_dir(&folder).expect("it is there").count(), 0);
+    lab.quit();
+}

@@ -1,0 +1,197 @@
+//! Steps of the tour into trouble: no room on the disk, no ffmpeg, a device that is lost, two windows. Each time the window
+//! says what happened, nothing hangs, and nothing half-written has a name.
+
+use super::super::*;
+use super::{arrived, frames_in};
+
+#[track_caller]
+fn hear(lab: &Lab, part: &str) {
+    lab.wait(part, |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains(part))
+    });
+}
+
+#[track_caller]
+fn goes_on(lab: &Lab) {
+    let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
+    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+}
+
+/// The program where no file may be larger than so many blocks: as where a disk has no more room.
+fn program_with_little_room(blocks: u32) -> Command {
+    let mut shell = Command::new("sh");
+    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    shell.args(["-c", &script, env!("CARGO_BIN_EXE_myxo")]);
+    shell.env_remove("RUST_LOG").stdin(Stdio::null());
+    shell
+}
+
+#[test]
+fn where_the_disk_is_full_it_is_said_and_the_simulation_goes_on() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::start(program_with_little_room(64), &SMALL);
+    lab.key("F12");
+    hear(&lab, "free some space");
+    lab.click_until("out", "out", true);
+    for (kind, name) in [
+        ("GIF", "000001.gif"),
+        ("PNG", "frame_00000.png"),
+        ("MP4", "000001.mp4"),
+    ] {
+        lab.click(&format!("out.kind={kind}"));
+        lab.key("F9");
+        hear(&lab, name);
+        lab.wait("it ends by itself", |seen| {
+            seen["state"]["recording"] == false
+        });
+        goes_on(&lab);
+    }
+    lab.click("out.export=NPZ");
+    hear(&lab, "free some space");
+    goes_on(&lab);
+    let folder = lab.folder.path().to_owned();
+    let lab = lab.quit_and_keep();
+    let left = frames_in(&folder);
+    let left: Vec<_> = left
+        .iter()
+        .filter_map(|file| file.file_name()?.to_str())
+        .filter(|name| name.contains("0000") || name.starts_with('.'))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+    drop(lab);
+}
+
+#[test]
+fn without_ffmpeg_films_say_what_else_there_is() {
+    if !can_tour() {
+        return;
+    }
+    let mut without = program();
+    without.env("PATH", "");
+    let lab = Lab::start(without, &SMALL);
+    lab.key("F9");
+    hear(&lab, "ffmpeg");
+    assert_eq!(lab.seen().expect("it is told")["state"]["recording"], false);
+    goes_on(&lab);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab.key_until("F9", "it is recorded", "recording", true);
+    lab.wait("frames come", |seen| {
+        seen["state"]["recorded"].as_u64() >= Some(3)
+    });
+    lab.key("F9");
+    arrived(&lab, "recording_000001.gif");
+    lab.quit();
+}
+
+#[test]
+fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&[
+        "torus",
+        "--set=particles.count=20000",
+        "--set=atlas.size=2048",
+    ]);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=PNG");
+    lab.key_until("F9", "it is recorded", "recording", true);
+    lab.wait("frames come", |seen| {
+        seen["state"]["recorded"].as_u64() >= Some(3)
+    });
+    lab.click("out.export=NPZ");
+    let begun = Instant::now();
+    let lab = lab.quit_and_keep();
+    let took = begun.elapsed();
+    for file in frames_in(lab.folder.path()) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(!name.starts_with('.'), "{name}");
+        if name.ends_with(".npz") {
+            // It was quicker than the hand, and is whole.
+            let archive = zip::ZipArchive::new(std::fs::File::open(&file).unwrap());
+            assert!(archive.expect("it is whole").len() > 5);
+        }
+    }
+    let frames = frames_in(&lab.folder.file("recording_000001"));
+    assert!(frames.len() >= 3, "{frames:?}");
+    for frame in frames {
+        image::open(&frame).expect("it is whole");
+    }
+    assert!(took < PATIENCE, "it ends");
+}
+
+#[test]
+fn what_can_be_done_to_the_window_does_it_no_harm() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    let window = super::presets::window_of(&lab);
+    // Another one beside it, which leaves at once and takes nothing along.
+    let mut other = program()
+        .current_dir(lab.folder.path())
+        .args(["lab", "--no-preferences", "--size=480x320", "--frames=3"])
+        .args(SMALL)
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    // Nearly nothing, and back.
+    for (width, height) in [("1", "1"), ("3000", "1"), ("900", "760")] {
+        xdotool(&["windowsize", &window, width, height]);
+        sleep(Duration::from_millis(400));
+    }
+    goes_on(&lab);
+    // Minimised as far as there is a manager of windows; out of sight in any case.
+    xdotool(&["windowminimize", &window]);
+    xdotool(&["windowunmap", &window]);
+    sleep(Duration::from_millis(500));
+    xdotool(&["windowmap", &window]);
+    xdotool(&["windowmove", &window, "0", "0"]);
+    xdotool(&["windowfocus", &window]);
+    goes_on(&lab);
+    assert!(other.wait().expect("it ends").success());
+    xdotool(&["windowraise", &window]);
+    xdotool(&["windowfocus", &window]);
+    sleep(Duration::from_millis(300));
+
+    // The only object stays.
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.key("Delete");
+    hear(&lab, "last");
+    assert_eq!(lab.save("cube", 1).objects.len(), 1);
+    lab.quit();
+}
+
+#[test]
+fn a_lost_device_ends_it_with_a_sentence_and_the_scene() {
+    if !can_tour() {
+        return;
+    }
+    let _hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Folder::new();
+    let output = program()
+        .current_dir(folder.path())
+        .args(["lab", "--no-preferences", "--size=640x480"])
+        .args(["--lose-device=5", "--set=trail.decay=0.75"])
+        .args(SMALL)
+        .output()
+        .expect("the program starts");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    for part in [
+        "the device was lost in vkQueueSubmit",
+        "cube_000001.toml",
+        "is lost",
+    ] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    assert!(!message.contains("panicked"), "{message}");
+    assert_eq!(message.trim().lines().count(), 1, "{message}");
+    let saved = Scene::read(&folder.file("cube_000001.toml"), &Overrides::default());
+    assert_eq!(saved.expect("it can be read").1.trail.decay, 0.75);
+}
