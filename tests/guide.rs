@@ -139,7 +139,10 @@ fn the_guide_has_every_key_with_its_default_and_range() {
         while let Some(line) = lines.next_if(|line| line.starts_with(' ')) {
             about.push(line.trim());
         }
-        let allowed = about.last().expect("a key is explained").trim_end_matches('.');
+        let allowed = about
+            .last()
+            .expect("a key is explained")
+            .trim_end_matches('.');
         let code = format!("`{head}`");
         if !(guide.lines()).any(|line| line.contains(&code) && line.contains(allowed)) {
             missing.push(format!("{code} · {allowed}"));
@@ -182,7 +185,10 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
         .filter(|(target, _)| target.starts_with(folder))
         .map(|(target, _)| name_of(&target))
         .collect();
-    assert_eq!(shown, drawn, "shown in docs/guide.md, and drawn by `make guide`");
+    assert_eq!(
+        shown, drawn,
+        "shown in docs/guide.md, and drawn by `make guide`"
+    );
     let mut bytes = 0;
     let entries = fs::read_dir(root().join(folder)).expect("it is a folder");
     let kept: BTreeSet<String> = entries
@@ -192,7 +198,12 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
             name_of(&entry.path())
         })
         .collect();
-    assert_eq!(kept, drawn, "in {}, and drawn by `make guide`", folder.display());
+    assert_eq!(
+        kept,
+        drawn,
+        "in {}, and drawn by `make guide`",
+        folder.display()
+    );
     assert!(bytes < 6 << 20, "{bytes} bytes of pictures");
 }
 
