@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use program::{myxo, text};
+use myxo::scene::{Overrides, Scene};
+use program::text;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -129,7 +130,7 @@ fn paths_that_documents_name_are_there() {
 /// `myxo scenes --keys` says what there is: each key with its default, and in the third line what it may be.
 #[test]
 fn the_guide_has_every_key_with_its_default_and_range() {
-    let keys = text(&myxo(&["scenes", "--keys"]).stdout);
+    let keys = text(&program::myxo(&["scenes", "--keys"]).stdout);
     let guide = file("docs/guide.md");
     let mut missing = Vec::new();
     let mut lines = keys.lines().peekable();
@@ -157,14 +158,47 @@ fn the_guide_has_every_key_with_its_default_and_range() {
     );
 }
 
-/// The names of the strips that `make guide` draws.
+/// What `make guide` draws.
+fn table() -> toml::Table {
+    file("docs/guide.toml").parse().expect("it is TOML")
+}
+
+fn word(value: &toml::Value) -> String {
+    value.as_str().expect("it is a text").to_owned()
+}
+
+/// Nobody finds out after a quarter of an hour that a key is called otherwise now.
+#[test]
+fn every_strip_sets_what_there_is() {
+    let table = table();
+    let list = |strip: &toml::Table, key: &str| -> Vec<String> {
+        let list = strip.get(key).and_then(toml::Value::as_array);
+        list.into_iter().flatten().map(word).collect()
+    };
+    for strip in table["strip"].as_array().expect("it has strips") {
+        let strip = strip.as_table().expect("a strip is a table");
+        let scene = word(strip.get("scene").unwrap_or(&table["scene"]));
+        let set = [list(&table, "set"), list(strip, "set")].concat();
+        let values = list(strip, "values");
+        assert!(values.len() > 1, "{strip}");
+        for value in values {
+            let mut set = set.clone();
+            set.push(format!("{}={value}", word(&strip["key"])));
+            let overrides = Overrides {
+                set,
+                ..Overrides::default()
+            };
+            Scene::read(Path::new(&scene), &overrides)
+                .unwrap_or_else(|error| panic!("{strip}: {error}"));
+        }
+    }
+}
+
+/// The names of the strips.
 fn strips() -> BTreeSet<String> {
-    let table: toml::Table = file("docs/guide.toml").parse().expect("it is TOML");
+    let table = table();
     let strips = table["strip"].as_array().expect("it has strips");
-    let names = strips.iter().map(|strip| {
-        let name = strip.get("name").unwrap_or(&strip["key"]);
-        name.as_str().expect("names are texts").to_owned()
-    });
+    let names = (strips.iter()).map(|strip| word(strip.get("name").unwrap_or(&strip["key"])));
     let set: BTreeSet<String> = names.collect();
     assert_eq!(set.len(), strips.len(), "each has a name of its own");
     set
