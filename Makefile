@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long mutants bench atlases gallery clean
+.PHONY: help demo test long mutants bench atlases gallery guide clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -58,6 +58,10 @@ gallery: ## draw the small pictures of the lab's gallery, and all presets on one
 	@.ci/setup demo
 	cargo run --release --example gallery -- assets/thumbnails
 	mv assets/thumbnails/presets.png assets/pictures/presets.png
+
+guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (a quarter of an hour)
+	@.ci/setup demo
+	cargo run --release --example guide -- docs/guide.toml assets/guide
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean

@@ -6,6 +6,8 @@
 //! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010). The `myxo` executable is a thin
 //! user of this library.
 //!
+//! What each parameter does to the picture is shown in `docs/guide.md`; `docs/code.md` goes through a step kernel by kernel.
+//!
 //! ```
 //! use myxo::{gpu, scene, sim};
 //!

@@ -268,3 +268,46 @@ fn the_gallery_draws_what_is_named_and_no_more() {
     assert!(!unknown.status.success());
     assert!(text(&unknown.stderr).contains("wavs"));
 }
+
+#[test]
+fn the_guide_has_a_strip_for_each_row_of_its_table() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let table = folder.file("table.toml");
+    let rows = r#"
+scene = "cube"
+steps = 2
+set = ["particles.count=2000", "atlas.size=64"]
+[[strip]]
+key = "trail.decay"
+values = ["0.5", "0.95", "1"]
+[[strip]]
+key = "picture.show"
+name = "views"
+values = ["surface", "glow", "particles", "headings", "atlas"]
+steps = 1
+"#;
+    fs::write(&table, rows).expect("it can be written");
+    let out = folder.file("strips");
+    let draw = |names: &[&str]| {
+        let mut run = Command::new(example("guide"));
+        let run = run.args([path(&table), path(&out)]).args(names);
+        run.output().expect("it starts")
+    };
+    let drawn = draw(&[]);
+    assert!(drawn.status.success(), "{}", text(&drawn.stderr));
+    // Three side by side; four and one.
+    for (name, columns, rows) in [("trail.decay", 3, 1), ("views", 4, 2)] {
+        let strip = image::open(out.join(format!("{name}.png")));
+        let strip = strip.expect("it is a picture").into_rgb8();
+        assert_eq!(strip.width(), columns * 280 + (columns - 1) * 4, "{name}");
+        assert_eq!(strip.height(), rows * (210 + 24), "{name}");
+        let lit = strip.pixels().filter(|pixel| pixel.0[0] > 150).count();
+        assert!(lit > 500, "{name}: {lit} bright pixels");
+    }
+    let unknown = draw(&["trail.decoy"]);
+    assert!(!unknown.status.success());
+    assert!(text(&unknown.stderr).contains("trail.decoy"));
+}
