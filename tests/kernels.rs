@@ -202,7 +202,9 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
         .map(|(&a, &b)| u64::from(a.abs_diff(b)))
         .sum();
     assert!(
-        moved <= 2 * u64::from(kernel.food.fed_deposit) * (count - decided + elsewhere + count / 500) as u64,
+        moved
+            <= 2 * u64::from(kernel.food.fed_deposit)
+                * (count - decided + elsewhere + count / 500) as u64,
         "{what}: {moved} deposits lie elsewhere"
     );
     let deposited: u64 = kernel.deposits.iter().map(|&n| u64::from(n)).sum();

@@ -19,8 +19,8 @@ macro_rules! pictures {
 /// The small pictures, as `make gallery` draws them.
 static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
-    "oats", "crowd", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace",
-    "waves", "mist", "streams", "feeding", "shy", "meeting",
+    "oats", "crowd", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores",
+    "lace", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
 /// Whether it is open, and its pictures once they have been shown.

@@ -286,7 +286,9 @@ impl Interface {
         }
         if self.running.food_count() > 0 {
             ui.checkbox(&mut self.view.shows_food, "Food and markers")
-                .on_hover_text("Draws food as domes that shrink as it is eaten; markers green and orange")
+                .on_hover_text(
+                    "Draws food as domes that shrink as it is eaten; markers green and orange",
+                )
                 .marked("shows_food");
             note_value(ui.ctx(), "shows_food", || self.view.shows_food.to_string());
         }

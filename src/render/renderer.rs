@@ -29,8 +29,8 @@ use crate::gpu::{
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
-    BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesArgs, ParticlesDraw,
-    ParticlesParams, SurfaceArgs, SurfaceConstants, SurfaceDraw, SurfaceParams,
+    BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesArgs,
+    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceConstants, SurfaceDraw, SurfaceParams,
 };
 use crate::sim::kernels::{
     Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,

@@ -8,7 +8,8 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::keyframes;
 use super::parameters::{
-    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside, out_of_range,
+    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside,
+    out_of_range,
 };
 use super::settings::{FoodSettings, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};

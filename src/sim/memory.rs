@@ -9,8 +9,8 @@ use super::sorting;
 use super::texel_paths::{TexelPaths, Unused};
 use super::transfers::capacity;
 use super::types::{
-    DistanceJob, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum, Pose, Seam,
-    Transfer, Triangle, Vertex,
+    DistanceJob, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
+    Seam, Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, DispatchGroups};
@@ -73,7 +73,8 @@ fn food_bytes(setup: &Setup) -> u64 {
     none + 2 * size_of_val(&plates[..]) as u64
         + size_of_val(&scented[..]) as u64
         + size_of_val(&whiffs[..]) as u64
-        + (places.len() * (size_of::<Meal>() + size_of::<Mark>()) + size_of::<DispatchGroups>()) as u64
+        + (places.len() * (size_of::<Meal>() + size_of::<Mark>()) + size_of::<DispatchGroups>())
+            as u64
 }
 
 /// What distances between objects take.

@@ -8,8 +8,8 @@ use super::kernels::{
     DiffuseSeamsConstants, DiffuseSeamsParams, DistanceBruteConstants, DistanceBruteParams,
     DistanceConstants, DistanceMergeConstants, DistanceMergeParams, DistanceParams,
     DistanceTilesConstants, DistanceTilesParams, ExchangeSeamsConstants, ExchangeSeamsParams,
-    MoveBorderConstants, ScentConstants, SortCountConstants, SortScatterConstants, TransferOutConstants,
-    UnfoldConstants, UnfoldParams,
+    MoveBorderConstants, ScentConstants, SortCountConstants, SortScatterConstants,
+    TransferOutConstants, UnfoldConstants, UnfoldParams,
 };
 use super::setup::Setup;
 use super::sorting::SortParams;

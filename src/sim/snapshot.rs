@@ -87,7 +87,12 @@ impl Snapshot {
             distance_poses: Vec::new(),
             bias: Vec::new(),
             food: FoodState {
-                remaining: setup.pantry.meals(None).iter().map(|m| m.remaining).collect(),
+                remaining: setup
+                    .pantry
+                    .meals(None)
+                    .iter()
+                    .map(|m| m.remaining)
+                    .collect(),
                 ..FoodState::default()
             },
         }

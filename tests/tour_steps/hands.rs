@@ -215,7 +215,10 @@ fn hands_put_food_there_and_take_it_away() {
     lab.type_until("food.strength", 0.9, "-30", "food.strength", "-30");
     lab.type_until("food.amount", 0.9, "500", "food.amount", "500");
     let changed = lab.save("pair", 2);
-    assert_eq!((changed.foods[0].strength, changed.foods[0].amount), (-30.0, 500));
+    assert_eq!(
+        (changed.foods[0].strength, changed.foods[0].amount),
+        (-30.0, 500)
+    );
     lab.key("period");
 
     // Elsewhere there is nobody picked; on it, it is picked again.

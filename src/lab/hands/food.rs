@@ -61,7 +61,8 @@ impl Interface {
                 self.hands.food = Some(food);
                 self.hands.next_food = self.edited.foods[food].clone();
             } else {
-                let text = "This one is scattered: Scattered food, in the panel, says how many there are";
+                let text =
+                    "This one is scattered: Scattered food, in the panel, says how many there are";
                 self.notice(ctx, text, false);
             }
             return;
@@ -103,7 +104,10 @@ impl Interface {
         ui.spacing_mut().slider_width = width - 50.0;
         ui.spacing_mut().interact_size.x = 42.0;
         // Undo may have taken it away.
-        self.hands.food = self.hands.food.filter(|food| *food < self.edited.foods.len());
+        self.hands.food = self
+            .hands
+            .food
+            .filter(|food| *food < self.edited.foods.len());
         let title = match self.hands.food {
             Some(food) => format!("food {food}"),
             None => "next food".to_owned(),
@@ -163,7 +167,9 @@ impl Interface {
 
 /// What was typed may lie beyond what is allowed.
 fn keep_in_range(food: &mut FoodSettings, key: &str) {
-    let parameter = FOOD_PARAMETERS.iter().find(|parameter| parameter.key == key);
+    let parameter = FOOD_PARAMETERS
+        .iter()
+        .find(|parameter| parameter.key == key);
     if let Some(Kind::Number(number)) = parameter.map(|parameter| &parameter.kind) {
         let (least, most) = number.range;
         let value = (number.get)(food);

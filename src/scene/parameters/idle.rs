@@ -14,10 +14,9 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
     let because = |idle: bool, why: &'static str| idle.then_some(why);
     match key {
         "particles.start_object" => because(is_alone, ALONE),
-        "particles.start_food" => because(
-            start != Start::Food,
-            "Only the start food begins on food.",
-        ),
+        "particles.start_food" => {
+            because(start != Start::Food, "Only the start food begins on food.")
+        }
         "feeding.scattered" => None,
         "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size" => because(
             settings.feeding.scattered == 0,

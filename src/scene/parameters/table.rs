@@ -2,8 +2,8 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, ShowFood, SignRule,
-    Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, ShowFood,
+    SignRule, Start, Strategy,
 };
 
 /// Every parameter of a scene, in the order that people read them.

@@ -65,23 +65,44 @@ fn foods_are_read_changed_and_written() {
 fn the_only_object_gets_the_food_that_names_none() {
     let settings = read("[[food]]\nat = [1, 0, 0]\n", &[]).unwrap();
     let scene = load(settings).unwrap();
-    assert_eq!(scene.settings.foods[0].object, scene.settings.objects[0].name);
+    assert_eq!(
+        scene.settings.foods[0].object,
+        scene.settings.objects[0].name
+    );
 }
 
 #[test]
 fn wrong_food_is_told() {
     for (text, words) in [
-        ("[[food]]\nradius = 0\n", "food.0.radius = 0 is out of range"),
-        ("[[food]]\nstrength = nan\n", "food.0.strength = nan is out of range"),
+        (
+            "[[food]]\nradius = 0\n",
+            "food.0.radius = 0 is out of range",
+        ),
+        (
+            "[[food]]\nstrength = nan\n",
+            "food.0.strength = nan is out of range",
+        ),
         ("[[food]]\nat = [0, inf, 0]\n", "food.0.at"),
-        ("[[food]]\nat = [0, 1]\n", "a list of three numbers is expected"),
-        ("[[food]]\namount = -1\n", "food.0.amount = -1 is out of range"),
+        (
+            "[[food]]\nat = [0, 1]\n",
+            "a list of three numbers is expected",
+        ),
+        (
+            "[[food]]\namount = -1\n",
+            "food.0.amount = -1 is out of range",
+        ),
         ("[[food]]\namount = 0.5\n", "a whole number is expected"),
         ("[[food]]\nstrenght = 1\n", "did you mean food.0.strength?"),
         ("food = 3\n", "[[food]] is expected"),
         ("[foood]\nat = 1\n", "did you mean [food]?"),
-        ("[feeding]\nscattered = 257\n", "feeding.scattered = 257 is out of range"),
-        ("[feeding]\nfed_deposit = 0\n", "feeding.fed_deposit = 0 is out of range"),
+        (
+            "[feeding]\nscattered = 257\n",
+            "feeding.scattered = 257 is out of range",
+        ),
+        (
+            "[feeding]\nfed_deposit = 0\n",
+            "feeding.fed_deposit = 0 is out of range",
+        ),
     ] {
         let problem = read(text, &[]).expect_err(text);
         assert!(problem.contains(words), "{problem}");
@@ -92,9 +113,15 @@ fn wrong_food_is_told() {
     assert!(problem.contains("has 2 foods"), "{problem}");
 
     for (change, words) in [
-        ((|s| s.foods[0].object = "moon".to_owned()) as fn(&mut Settings), "no object \"moon\"; there is ball, box"),
+        (
+            (|s| s.foods[0].object = "moon".to_owned()) as fn(&mut Settings),
+            "no object \"moon\"; there is ball, box",
+        ),
         (|s| s.foods[1].object.clear(), "food.1.object is empty"),
-        (|s| s.foods = vec![s.foods[0].clone(); 257], "257 foods and markers"),
+        (
+            |s| s.foods = vec![s.foods[0].clone(); 257],
+            "257 foods and markers",
+        ),
         (
             |s| s.feeding.scattered = 255,
             "the scene has 257 foods and markers, and there may be 256",

@@ -47,13 +47,7 @@ impl FoodBuffers {
         let params = ScentParams {
             scented_count: pantry.scented_count(),
         };
-        scent(
-            &params,
-            &pantry.scented,
-            &pantry.whiffs,
-            meals,
-            &mut field,
-        );
+        scent(&params, &pantry.scented, &pantry.whiffs, meals, &mut field);
         let texels = Domain::Texels;
         let scent = Buffer::from_slice_in(ctx, "scent", &field, texels)?;
         let plates = Buffer::from_slice_in(ctx, "plates", &pantry.plates, texels)?;

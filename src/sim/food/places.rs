@@ -18,11 +18,7 @@ const CANDIDATES: u32 = 4096;
 ///
 /// # Errors
 /// When a named one is farther from its object than it reaches.
-pub fn places(
-    settings: &Settings,
-    surface: &Surface,
-    radius: f32,
-) -> Result<Vec<FoodPlace>> {
+pub fn places(settings: &Settings, surface: &Surface, radius: f32) -> Result<Vec<FoodPlace>> {
     let named = settings.foods.iter().enumerate();
     let mut places: Vec<FoodPlace> = named
         .map(|(i, food)| named_place(i, food, settings, surface, radius))
@@ -91,8 +87,8 @@ fn scattered(settings: &Settings, surface: &Surface, radius: f32) -> Vec<FoodPla
             let words = random(seed_word(settings.seed), i, 0, Purpose::Food);
             let triangle = areas.triangle_at(share(words));
             let (u, v) = uniform_in_triangle(words);
-            let [a, b, c] = surface.corners[triangle as usize]
-                .map(|vertex| surface.positions[vertex as usize]);
+            let [a, b, c] =
+                surface.corners[triangle as usize].map(|vertex| surface.positions[vertex as usize]);
             let place = a + u * (b - a) + v * (c - a);
             let (u, v) = (u.into(), v.into());
             (SurfacePoint { triangle, u, v }, place)

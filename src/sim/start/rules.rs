@@ -7,8 +7,8 @@ use super::{StartHeading, StartPlace, StartRule, Starts, nearest_point};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::scene::Scene;
-use crate::sim::food::FoodPlace;
 use crate::scene::settings::{Heading, Start, StartSettings};
+use crate::sim::food::FoodPlace;
 
 /// The pictures that a scene's starts ask for: the scene's, and one for each object.
 #[derive(Clone, Debug)]
@@ -46,12 +46,7 @@ impl Starts {
     ///
     /// # Errors
     /// When a mask is black wherever particles could begin.
-    pub fn of(
-        scene: &Scene,
-        atlas: &Atlas,
-        masks: &Masks,
-        foods: &[FoodPlace],
-    ) -> Result<Self> {
+    pub fn of(scene: &Scene, atlas: &Atlas, masks: &Masks, foods: &[FoodPlace]) -> Result<Self> {
         let (scenes, own) = scene.settings.starts();
         let own = own.iter().zip(&masks.own).map(|(start, mask)| {
             let start = start.as_ref();
@@ -110,7 +105,9 @@ fn rule(
             (Start::Food, _) => {
                 let food = foods.get(scene.settings.particles.start_food as usize);
                 let food = food.ok_or_else(|| {
-                    Error::Invalid("there is no such food to begin on: see particles.start_food".to_owned())
+                    Error::Invalid(
+                        "there is no such food to begin on: see particles.start_food".to_owned(),
+                    )
                 })?;
                 StartPlace::Disc {
                     centre: food.point,

@@ -1,0 +1,177 @@
+//! Food on the host: meals, plates, places, and what is kept of it.
+
+use super::*;
+use crate::scene::Scene;
+use crate::scene::settings::{FoodSettings, ObjectSettings, Settings};
+use crate::sim::carry::carried;
+use crate::sim::setup::Setup;
+use crate::sim::twin;
+
+fn place(amount: u32) -> FoodPlace {
+    FoodPlace {
+        object: 0,
+        point: SurfacePoint {
+            triangle: 0,
+            u: 0.3,
+            v: 0.3,
+        },
+        radius: 2.0,
+        strength: 8.0,
+        size: 0.1,
+        amount,
+    }
+}
+
+#[test]
+fn smells_fall_with_the_way_and_with_what_is_left() {
+    let whole = place(1000);
+    assert_eq!(
+        [0.0, 1.0, 2.0, 3.0].map(|d| whole.falloff(d)),
+        [1.0, 0.25, 0.0, 0.0]
+    );
+    let scent = |left| whole.meal(Some(left)).scent;
+    assert_eq!(
+        [1000, 500, 1, 0].map(scent),
+        [8.0, 4.0, 8.0 / LEVELS as f32, 0.0]
+    );
+    assert_eq!(whole.meal(Some(5000)).remaining, 1000, "no more than all");
+    let endless = place(0).meal(Some(0));
+    assert_eq!((endless.remaining, endless.scent), (1, 8.0));
+    let most = place(MOST_AMOUNT).meal(None);
+    assert_eq!((most.remaining, most.level), (MOST_AMOUNT, LEVELS));
+}
+
+fn settings(objects: &[&str], foods: &[(&str, [f32; 3], u32)]) -> Settings {
+    let mut settings = Settings::default();
+    settings.particles.count = 500;
+    settings.atlas.size = 128;
+    settings.radius = 1.0;
+    settings.objects = (objects.iter().enumerate())
+        .map(|(i, name)| ObjectSettings {
+            name: (*name).to_owned(),
+            mesh: "builtin:icosphere?subdivisions=2".to_owned(),
+            position: [2.5 * i as f32, 0.0, 0.0],
+            scale: 1.0,
+            ..ObjectSettings::default()
+        })
+        .collect();
+    settings.foods = (foods.iter())
+        .map(|(object, at, amount)| FoodSettings {
+            object: (*object).to_owned(),
+            at: *at,
+            amount: *amount,
+            size: 0.3,
+            ..FoodSettings::default()
+        })
+        .collect();
+    settings
+}
+
+fn setup(settings: &Settings) -> Result<Setup> {
+    let scene = Scene::from_settings("food".to_owned(), settings.clone(), ".".into());
+    Setup::new(&scene.unwrap())
+}
+
+const X: [f32; 3] = [1.0, 0.0, 0.0];
+const Y: [f32; 3] = [0.0, 1.0, 0.0];
+
+#[test]
+fn food_lies_where_its_object_is_nearest() {
+    let far = settings(&["ball"], &[("ball", [0.0, 9.0, 0.0], 5)]);
+    let problem = setup(&far).map(|_| ()).unwrap_err().to_string();
+    assert!(problem.contains("food.0.at is 8.0"), "{problem}");
+    assert!(problem.contains("away from ball"), "{problem}");
+    assert!(
+        problem.contains("the nearest place on it is ["),
+        "{problem}"
+    );
+    // Coordinates are the mesh's own: a scale moves it along.
+    let mut scaled = settings(&["ball", "moon"], &[("moon", Y, 5)]);
+    scaled.objects[1].scale = 0.5;
+    scaled.objects[1].rotation = [90.0, 0.0, 0.0];
+    let setup = setup(&scaled).unwrap();
+    let mark = setup.pantry.marks[0];
+    assert_eq!(mark.object, 1);
+    assert!(mark.position.distance(glam::Vec3::new(0.0, 0.5, 0.0)) < 0.02);
+    assert!(mark.normal.y > 0.9 && mark.is_food == 1);
+}
+
+/// Where discs overlap, the nearer food is eaten; gutters are as the texels behind them.
+#[test]
+fn plates_are_of_the_nearest_food() {
+    let near = [0.98, 0.2, 0.0];
+    let setup = setup(&settings(&["ball"], &[("ball", X, 0), ("ball", near, 0)])).unwrap();
+    let Pantry { plates, places, .. } = &setup.pantry;
+    let distances = places
+        .iter()
+        .map(|place| SurfaceDistance::new(&setup.surface, &[place.point], 1.0));
+    let distances: Vec<_> = distances.collect();
+    let mut counts = [0; 3];
+    for (texel, plate) in plates.iter().enumerate() {
+        let Some((triangle, u, v)) = setup.atlas.surface_point_of(texel as u32) else {
+            continue;
+        };
+        let [a, b] = [0, 1].map(|i: usize| distances[i].at(triangle, u.into(), v.into()));
+        if (a - b).abs() < 1e-5 || (a.min(b) - 0.3).abs() < 1e-5 {
+            continue;
+        }
+        let expected = match (a.min(b) < 0.3, a < b) {
+            (false, _) => 0,
+            (true, true) => 1,
+            (true, false) => 2,
+        };
+        assert_eq!(*plate, expected, "{a}, {b}");
+        counts[expected as usize] += 1;
+    }
+    assert!(counts[1] > 50 && counts[2] > 50, "{counts:?}");
+    for seam in &setup.atlas.seams {
+        let behind = seam.source.map(|texel| plates[texel as usize]);
+        assert!(behind.contains(&plates[seam.texel as usize]));
+    }
+}
+
+#[test]
+fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
+    let before = setup(&settings(&["ball"], &[("ball", X, 50), ("ball", Y, 60)])).unwrap();
+    let after = settings(
+        &["ball"],
+        &[
+            ("ball", Y, 60),
+            ("ball", [0.0, 0.0, 1.0], 7),
+            ("ball", X, 51),
+        ],
+    );
+    let places = places(&after, &before.surface, before.radius).unwrap();
+    let pantry = Pantry::new(&before.surface, &before.atlas, places, Some(&before.pantry)).unwrap();
+    assert!(Arc::ptr_eq(&pantry.reached[0], &before.pantry.reached[1]));
+    assert!(Arc::ptr_eq(&pantry.reached[2], &before.pantry.reached[0]));
+    // One of another amount is another food.
+    assert_eq!(pantry.kept(&before.pantry, &[10, 20]), [20, 7, 51]);
+    // It is the same as if all were measured.
+    let anew = Pantry::new(&before.surface, &before.atlas, pantry.places.clone(), None).unwrap();
+    assert!(anew.scented == pantry.scented && anew.whiffs == pantry.whiffs);
+    assert!(anew.plates == pantry.plates);
+}
+
+/// Objects come and go: the food of those that stay is what was left of it.
+#[test]
+fn food_is_carried_over_with_its_object() {
+    let both = settings(&["ball", "moon"], &[("ball", X, 50), ("moon", Y, 60)]);
+    let mut twin = twin::Simulation::new(setup(&both).unwrap(), both.clone());
+    for _ in 0..30 {
+        twin.step();
+    }
+    let state = twin.snapshot();
+    let left = state.food.remaining.clone();
+    assert!(left[0] < 50 && left[1] < 60, "{left:?}");
+    let mut alone = settings(&["moon"], &[("moon", Y, 60), ("moon", X, 9)]);
+    alone.objects[0].position = both.objects[1].position;
+    let new = setup(&alone).unwrap();
+    let moved = carried(&state, twin.setup(), &new, &[Some(1)]).unwrap();
+    assert_eq!(moved.food.remaining, [left[1], 9]);
+    moved.validate(&new).unwrap();
+    let mut goes_on = twin::Simulation::new(new, alone);
+    goes_on.restore(&moved);
+    goes_on.step();
+    goes_on.snapshot().validate(goes_on.setup()).unwrap();
+}
