@@ -46,7 +46,10 @@ fn name_look(lab: &Lab, name: &str) {
         lab.key("ctrl+a");
         lab.write(name);
         for _ in 0..30 {
-            if lab.seen().is_some_and(|seen| seen["values"]["preset.name"] == name) {
+            if lab
+                .seen()
+                .is_some_and(|seen| seen["values"]["preset.name"] == name)
+            {
                 return;
             }
             sleep(Duration::from_millis(50));
