@@ -548,7 +548,7 @@ fn every_button_and_key_has_its_effect() {
     lab.key_until("Escape", "and not alone", "performing", false);
     lab.click_until("help", "help", true);
     lab.key_until("h", "it goes again", "help", false);
-    ["F11", "F11"].iter().for_each(|key| lab.key(key));
+    xdotool(&["key", "--delay", "150", "F11", "F11"]);
     lab.click("screenshot");
     lab.wait("it is told", |seen| {
         let notice = seen["state"]["notice"].as_str();

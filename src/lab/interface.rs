@@ -145,6 +145,8 @@ pub struct Interface {
     pub(super) morph_seconds: f64,
     pub(super) morph: Option<Morph>,
     pub(super) filter: String,
+    /// Is the key held?
+    shift: bool,
     pub(super) notice: Option<Notice>,
     /// What is taken out, and how.
     pub out: OutPanel,
@@ -192,6 +194,7 @@ impl Interface {
             morph_seconds: 0.0,
             morph: None,
             filter: String::new(),
+            shift: false,
             notice: None,
             out: OutPanel::default(),
         };
@@ -448,13 +451,14 @@ impl Interface {
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        if ctx.text_edit_focused() {
-            return;
-        }
+        let is_typing = ctx.text_edit_focused();
         ctx.input(|input| {
             for event in &input.events {
                 match event {
-                    egui::Event::Copy if input.modifiers.shift => commands.push(Command::CopyLook),
+                    // In a slow frame the keys may all be up again at its end.
+                    egui::Event::ModifiersChanged(modifiers) => self.shift = modifiers.shift,
+                    egui::Event::Copy | egui::Event::Paste(_) if is_typing => {}
+                    egui::Event::Copy if self.shift => commands.push(Command::CopyLook),
                     egui::Event::Copy => commands.push(Command::Copy),
                     egui::Event::Paste(text) => commands.push(Command::Paste(text.clone())),
                     _ => {}

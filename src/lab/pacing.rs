@@ -14,7 +14,7 @@ const LONGEST_FRAME: f64 = 0.1;
 /// The most steps in one frame, so that one command buffer stays small.
 const MOST_STEPS: u32 = 256;
 /// The steps of one frame take no longer, but for a single one: as long as they run, nobody is answered.
-const LONGEST_STEPS: f64 = 0.05;
+const LONGEST_STEPS: f64 = 0.065;
 /// Where steps take longer than this, their picture comes in a frame of its own.
 const NOTABLE: f64 = 0.02;
 /// How much one measurement weighs in the estimate of a step's cost.
@@ -170,9 +170,9 @@ mod tests {
         let frame = Duration::from_millis(100);
         for _ in 0..3 {
             assert_eq!(pacer.steps(frame, 0.0, false, true), 0, "it waits");
-            assert_eq!(pacer.steps(frame, 0.0, false, false), 2, "50 ms of 75");
+            assert_eq!(pacer.steps(frame, 0.0, false, false), 3, "65 ms of 75");
         }
-        assert!(pacer.are_notable(2) && !pacer.are_notable(1) && !pacer.are_notable(0));
+        assert!(pacer.are_notable(3) && !pacer.are_notable(1) && !pacer.are_notable(0));
         pacer.measured(Duration::from_millis(900));
         assert!(pacer.are_notable(1));
     }

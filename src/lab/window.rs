@@ -65,7 +65,9 @@ pub struct Lab {
     pub(super) pacer: Pacer,
     /// Steps were taken that no picture shows yet.
     is_unshown: bool,
-    /// The last frame took no steps, to answer the hand at once.
+    /// This frame takes no steps and draws nothing that can wait, to answer the hand at once.
+    is_answering: bool,
+    /// There was such a frame since the last steps.
     has_answered: bool,
     /// Steps that were asked for one by one.
     pub(super) single_steps: u32,
@@ -169,6 +171,7 @@ impl Lab {
             checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
             is_unshown: false,
+            is_answering: false,
             has_answered: false,
             single_steps: 0,
             hand: Hand::default(),
@@ -248,6 +251,7 @@ impl Lab {
         // On a device that is slow, steps and their picture are two frames, so that the hand is answered between them.
         let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
         let only_steps = is_cpu && self.runs() && self.pacer.are_notable(steps);
+        let later = only_steps || self.is_answering;
         self.is_unshown = false;
         if steps > 0 || shown.touched || holds {
             self.moved = Instant::now();
@@ -267,8 +271,8 @@ impl Lab {
             }
             if !place.is_empty() {
                 let sizes = (place.size, beside.map(|place| place.size));
-                let (picture, atlas) = if (holds || only_steps) && stage.shows(&view, sizes) {
-                    self.is_unshown = only_steps;
+                let (picture, atlas) = if (holds || later) && stage.shows(&view, sizes) {
+                    self.is_unshown = later;
                     stage.picture()
                 } else {
                     stage.draw(&mut rec, &view, sizes, is_moving)?
@@ -342,12 +346,15 @@ impl Lab {
         if self.runs() {
             let cap = self.interface.running.time.steps_per_second;
             let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
-            let answers = is_cpu && is_asked && !self.has_answered;
-            let waits = self.is_unshown || answers;
-            self.has_answered = waits && is_asked;
-            return self.pacer.steps(since_last, cap, touched, waits);
+            // Once between steps, or they would never come while the pointer moves.
+            self.is_answering = is_cpu && is_asked && !self.has_answered;
+            let waits = self.is_unshown || self.is_answering;
+            let steps = self.pacer.steps(since_last, cap, touched, waits);
+            self.has_answered = steps == 0 && (self.has_answered || self.is_answering);
+            return steps;
         }
         self.is_unshown = false;
+        self.is_answering = false;
         self.pacer.restart();
         if self.out.holds() {
             return 0;

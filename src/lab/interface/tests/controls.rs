@@ -137,6 +137,16 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     let at = in_gallery(&harness, "Remove");
     let removed = Command::RemovePreset("moss".to_owned());
     assert_eq!(harness.click(at), [removed]);
+    // Keys that are all up again at the end of a slow frame.
+    let held = |modifiers| Event::ModifiersChanged(modifiers);
+    let shift = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+    for (modifiers, command) in [
+        (shift, Command::CopyLook),
+        (Modifiers::COMMAND, Command::Copy),
+    ] {
+        let events = vec![held(modifiers), Event::Copy, held(Modifiers::NONE)];
+        assert_eq!(harness.frame(events).commands, [command]);
+    }
     // The steps go round all that can be taken.
     harness.press(Key::Escape);
     harness.interface.preset = None;
