@@ -248,7 +248,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
     }
     assert!(reached > 100, "{what}: only {reached} texels are reached");
     // As sensors read it: bilinear, in gutters, too.
-    let texel_length = f64::from(setup.atlas.mean_texel_area).sqrt();
+    let texel_length = setup.atlas.mean_texel_area.sqrt();
     let (mut looked_at, mut wrong) = (0, 0);
     for i in 0..400 {
         let words = random(2, i, 0, Purpose::Food);

@@ -32,6 +32,7 @@ fn the_sum_is_that_of_the_buffers() {
         + s.unused.size_in_bytes()
         + s.walker_groups.size_in_bytes()
         + s.no_groups.size_in_bytes()
+        + s.no_meals.size_in_bytes()
         + s.poses.size_in_bytes()
         + s.poses_before.size_in_bytes()
         + s.physarums.size_in_bytes();
@@ -50,6 +51,33 @@ fn the_sum_is_that_of_the_buffers() {
     // Before there is an atlas, all but its seams is known.
     let (whole, known) = (buffers + tables as u64, memory::needed(&scene));
     assert!(known <= whole && known * 2 > whole, "{known} of {whole}");
+    gpu.finish();
+}
+
+/// So does food, where there is any.
+#[test]
+fn food_takes_memory() {
+    let Some(gpu) = common::gpu() else { return };
+    let sizes = [0, 3].map(|scattered| {
+        let scene = common::scene("builtin:torus?major=31&minor=17", |s| {
+            s.atlas.size = 131;
+            s.feeding.scattered = scattered;
+        });
+        let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let food = simulation.state().food.as_ref().map_or(0, |food| {
+            food.meals.size_in_bytes()
+                + food.marks.size_in_bytes()
+                + food.scent.size_in_bytes()
+                + food.plates.size_in_bytes()
+                + food.scented.size_in_bytes()
+                + food.whiffs.size_in_bytes()
+                + food.groups.size_in_bytes()
+        });
+        let all = memory::size_in_bytes(simulation.setup(), &scene.settings);
+        (all, food)
+    });
+    let [(without, none), (with, food)] = sizes;
+    assert_eq!((none, with - without), (0, food));
     gpu.finish();
 }
 

@@ -122,7 +122,7 @@ impl FoodPlace {
 impl Meal {
     /// Says how strongly it smells for what is left, in steps.
     pub(super) fn smell(&mut self) {
-        self.level = (LEVELS * self.remaining + (self.amount - 1)) / self.amount;
+        self.level = (LEVELS * self.remaining).div_ceil(self.amount);
         self.scent = self.strength * (self.level as f32 / LEVELS as f32);
     }
 }

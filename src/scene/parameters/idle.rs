@@ -142,7 +142,7 @@ pub fn why_object_idle(
 mod tests {
     use super::*;
     use crate::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
-    use crate::scene::settings::ObjectStart;
+    use crate::scene::settings::{FoodSettings, ObjectStart};
 
     fn idle(settings: &Settings) -> Vec<&'static str> {
         let keys = PARAMETERS.iter().map(|parameter| parameter.key);
@@ -185,20 +185,32 @@ mod tests {
         settings.particles.start = Start::Ring;
         settings.particles.start_heading = Heading::Aligned;
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
+        settings.foods.push(FoodSettings::default());
+        let waits = idle(&settings);
+        assert!(waits.contains(&"feeding.size") && !waits.contains(&"feeding.fed_steps"));
+        settings.feeding.scattered = 2;
         assert_eq!(
             idle(&settings),
-            ["particles.start_mask"],
+            ["particles.start_food", "particles.start_mask"],
             "all others have an effect"
         );
         settings.particles.start = Start::Mask;
         assert_eq!(
             idle(&settings),
-            ["particles.start_at", "particles.start_radius"]
+            [
+                "particles.start_at",
+                "particles.start_radius",
+                "particles.start_food"
+            ]
         );
         settings.particles.start_heading = Heading::Radial;
         assert_eq!(
             idle(&settings),
-            ["particles.start_radius", "particles.start_direction"]
+            [
+                "particles.start_radius",
+                "particles.start_food",
+                "particles.start_direction"
+            ]
         );
         settings.particles.start_heading = Heading::Auto;
         settings.trail.diffusion = 0.0;
@@ -207,6 +219,7 @@ mod tests {
             idle(&settings),
             [
                 "particles.start_radius",
+                "particles.start_food",
                 "particles.start_mask",
                 "particles.start_direction",
                 "trail.diffusion_distance"
