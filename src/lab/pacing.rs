@@ -160,6 +160,8 @@ mod tests {
         let mut pacer = Pacer::default();
         pacer.measured(Duration::from_millis(10));
         assert!(pacer.steps(Duration::from_secs(60), 0.0, false, false) <= 8);
+        // What is left of that frame's credit, and no more.
+        assert!(pacer.steps(Duration::ZERO, 0.0, false, false) <= 1);
         assert_eq!(pacer.steps(Duration::ZERO, 0.0, false, false), 0);
     }
 

@@ -128,7 +128,6 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         let file = lab.folder.with(name, text);
         drop_and_hear(&lab, &file, part);
     }
-    drop_and_hear(&lab, &lab.folder.file("nowhere.toml"), "nowhere.toml");
     let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
     lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
     assert_eq!(

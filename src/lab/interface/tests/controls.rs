@@ -131,7 +131,15 @@ fn looks_are_kept_and_removed_in_the_gallery() {
         notice.text
     );
     // Asked before it is removed.
-    let cross = in_gallery(&harness, "✖");
+    let name = in_gallery(&harness, "moss");
+    let is_of_card = |place: &Pos2| {
+        (place.x - name.x).abs() < 160.0 && (0.0..125.0).contains(&(name.y - place.y))
+    };
+    let crosses = harness.places_of("✖");
+    let cross = *crosses
+        .iter()
+        .find(|place| is_of_card(place))
+        .expect("it is there");
     assert_eq!(harness.click(cross), []);
     harness.frame(vec![]);
     let at = in_gallery(&harness, "Remove");
