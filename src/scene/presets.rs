@@ -131,8 +131,8 @@ mod tests {
         }
         let problem = |text| read(Settings::default(), text).expect_err("it is wrong");
         for (text, part) in [
-            ("", "neither"),
-            ("# nothing", "neither"),
+            ("", "it has none of the sections"),
+            ("# nothing", "it has none of the sections"),
             ("[physarum", "line 1: not valid TOML"),
             ("seed = 1\n[trail]\ndecay = 0.5", "line 1: seed is no part"),
             ("[atlas]\nsize = 64", "line 1: atlas is no part of a look"),
