@@ -8,7 +8,7 @@
 // Devices that run both sides of every branch would pay for all that of each particle otherwise. Or there is one form in which
 // all sensors walk.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
-// Overflow: a texel counts at most every particle once. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
+// Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
 // walkers has room for every particle, and each is listed at most once: those that walk from the front, those that are near from the back.
 
 #version 460
@@ -358,7 +358,7 @@ void main() {
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     uint flags = motion.flags & ~FED;
     if (TURNS) {
-        uint stamp = ((params.time_step + 1u) << 1u) & STAMP;
+        uint stamp = stamp_of(params.time_step);
         bool of_another = shape_words(particle.triangle).w != params.object;
         if (WINDOWS) of_another = false;
         if (of_another || flags == stamp || (flags & IN_FLIGHT) != 0u) return;

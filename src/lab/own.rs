@@ -170,6 +170,10 @@ fn files(folder: &Path) -> Vec<Own> {
         let text = small_text(&path);
         let problem = match &text {
             None => Some(format!("{} cannot be read as text", path.display())),
+            Some(_) if builtin::preset(&name).is_some() => Some(format!(
+                "a preset that comes with the program is called {name}, too: rename {}",
+                path.display()
+            )),
             Some(text) => with_preset(&Settings::default(), &name, text)
                 .err()
                 .map(|error| error.to_string()),

@@ -62,7 +62,7 @@ impl Pacer {
     /// The number of steps for a frame that begins `since_last` after the one before it.
     ///
     /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera. A frame that
-    /// `waits` takes none, and leaves its credit to the next.
+    /// `waits` takes none, and saves up, within the same bounds.
     pub fn steps(
         &mut self,
         since_last: Duration,
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_steps_are_short_and_those_that_wait_lose_nothing() {
+    fn frames_of_steps_are_short_and_those_that_wait_save_up() {
         let mut pacer = Pacer::default();
         pacer.measured(Duration::from_millis(20));
         let frame = Duration::from_millis(100);

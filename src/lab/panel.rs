@@ -236,7 +236,7 @@ impl Interface {
                     }
                 })
                 .response
-                .on_hover_text("A look: values for Physarum and Trail ([ and ] for the next); * where it was changed. Looks are kept in the gallery.")
+                .on_hover_text("A look: values for Physarum, Trail and Feeding ([ and ] for the next); * where it was changed. Looks are kept in the gallery.")
                 .marked("preset");
             if let Some((name, text)) = chosen {
                 self.take_preset(ui.ctx(), &name, &text, commands);

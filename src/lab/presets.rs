@@ -56,6 +56,10 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
         if parameter.effect != Effect::Live {
             continue;
         }
+        // Food is laid out anew whenever it changes: it comes at the end, as words do.
+        if parameter.key.starts_with("feeding.") && !parameter.key.starts_with("feeding.fed_") {
+            continue;
+        }
         let [a, b] = [from, to].map(number.get);
         let by_factors = number.scale == Scale::Logarithmic && a > 0.0 && b > 0.0;
         let value = if by_factors {
@@ -70,10 +74,7 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
 
 /// The settings with a preset over them.
 pub fn with_preset(settings: &Settings, name: &str, text: &str) -> Result<Settings> {
-    let mut before = settings.clone();
-    // Of most looks food is no part.
-    before.feeding.scattered = 0;
-    let mut reader = Reader::new(before);
+    let mut reader = Reader::new(settings.clone());
     reader.preset("", text);
     Ok(reader.finish().map_err(|problems| SceneError::Problems {
         scene: format!("preset {name}").into(),

@@ -87,7 +87,7 @@ impl Reader {
         }
     }
 
-    /// Reads the TOML text of a preset: the sections of a look, and nothing else.
+    /// Reads the TOML text of a preset: the sections of a look, and nothing else. Food is scattered only where it says so.
     pub fn preset(&mut self, prefix: &str, text: &str) {
         let Some(table) = self.parse(prefix, text) else {
             return;
@@ -108,6 +108,8 @@ impl Reader {
                 format!("it has none of the sections [{first}], [{second}] and [{third}]");
             self.problem(0, message);
         } else {
+            // Of most looks scattered food is no part.
+            self.settings.feeding.scattered = 0;
             self.table("", table.get_ref());
         }
     }

@@ -19,7 +19,8 @@ pub(super) fn name(settings: &mut Settings) {
 /// Makes sure that each lies on an object, that there are not too many, and that their trail can be counted. Objects have
 /// their names.
 pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {
-    let messages = problems(settings);
+    let mut messages = problems(settings);
+    messages.extend(start_problem(settings));
     if messages.is_empty() {
         return Ok(());
     }
@@ -33,7 +34,7 @@ pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> 
     })
 }
 
-/// Everything of that that does not hold, one sentence each.
+/// Everything of that that does not hold, one sentence each. Where particles begin matters only when they do.
 #[must_use]
 pub fn problems(settings: &Settings) -> Vec<String> {
     let mut messages = Vec::new();
@@ -60,16 +61,6 @@ pub fn problems(settings: &Settings) -> Vec<String> {
              take some out, or lower feeding.scattered"
         ));
     }
-    if settings.particles.start == Start::Food && settings.particles.start_food as usize >= count {
-        messages.push(match count {
-            0 => "particles.start = \"food\", and the scene has no food: add a [[food]], or raise feeding.scattered"
-                .to_owned(),
-            _ => format!(
-                "particles.start_food = {}, and the scene has {count} foods and markers, counted from 0",
-                settings.particles.start_food
-            ),
-        });
-    }
     let most = u64::from(settings.particles.count) * u64::from(settings.feeding.fed_deposit);
     if count > 0 && most > u64::from(u32::MAX) {
         messages.push(format!(
@@ -78,4 +69,21 @@ pub fn problems(settings: &Settings) -> Vec<String> {
         ));
     }
     messages
+}
+
+/// Is there no such food to begin on?
+fn start_problem(settings: &Settings) -> Option<String> {
+    let count = settings.food_count();
+    let start = &settings.particles;
+    if start.start != Start::Food || (start.start_food as usize) < count {
+        return None;
+    }
+    Some(match count {
+        0 => "particles.start = \"food\", and the scene has no food: add a [[food]], or raise feeding.scattered"
+            .to_owned(),
+        _ => format!(
+            "particles.start_food = {}, and the scene has {count} foods and markers, counted from 0",
+            start.start_food
+        ),
+    })
 }

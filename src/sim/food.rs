@@ -172,12 +172,7 @@ impl Pantry {
             .map(|place| known(place).unwrap_or_else(|| measure(place)))
             .collect();
         let count: usize = reached.iter().map(|reached| reached.len()).sum();
-        if count > MOST_WHIFFS {
-            return Err(Error::Invalid(format!(
-                "foods and markers reach {count} texels, each counted for itself, and there may be {MOST_WHIFFS}: \
-                 give them smaller radii, or the atlas a smaller size"
-            )));
-        }
+        refuse_too_many(count)?;
         let both = places.iter().zip(&reached);
         let mut entries: Vec<(u32, u32, f32)> = Vec::with_capacity(count);
         let mut plates = vec![0; atlas.density.len()];
@@ -208,6 +203,7 @@ impl Pantry {
         for seam in &atlas.seams {
             plates[seam.texel as usize] = plates[most_of(seam) as usize];
         }
+        refuse_too_many(entries.len())?;
         entries.par_sort_unstable_by_key(|&(texel, food, _)| (texel, food));
         let mut scented: Vec<UVec2> = Vec::new();
         for (i, &(texel, ..)) in (0..).zip(&entries) {
@@ -315,4 +311,14 @@ fn most_of(seam: &Seam) -> u32 {
     let units = seam.units();
     let most = (0..4).max_by_key(|&k| (units[k], 3 - k));
     seam.source[most.expect("there are four")]
+}
+
+fn refuse_too_many(count: usize) -> Result<()> {
+    if count <= MOST_WHIFFS {
+        return Ok(());
+    }
+    Err(Error::Invalid(format!(
+        "foods and markers reach {count} texels, each counted for itself, and there may be {MOST_WHIFFS}: \
+         give them smaller radii, or the atlas a smaller size"
+    )))
 }

@@ -36,7 +36,7 @@ const SENSORS_WALK_LISTED: u32 = 2;
 const SENSORS_STRAIGHT_LISTED: u32 = 3;
 
 /// How far from its texel's centre a texel's distance may be another by reading between texels, in texel sides.
-const TEXELS_BETWEEN: f64 = 2.0;
+const TEXELS_BETWEEN: f32 = 2.0;
 
 /// Groups that every device takes along one axis of a dispatch.
 const GROUPS_A_ROW: u32 = 65_535;
@@ -267,10 +267,9 @@ impl StepParams {
             ..advance
         };
         let turn = Turn::new(settings, setup, advance, capacity);
-        let texel_side = atlas.mean_texel_area.sqrt();
         let near = turn.advance.transfer_threshold
             + speeds(settings).fold(0.0, f32::max) * radius
-            + (TEXELS_BETWEEN * texel_side) as f32;
+            + TEXELS_BETWEEN * setup.texel_side;
         Self {
             distance_update: DistanceUpdate::default(),
             distance_tiles: DistanceTilesParams {

@@ -30,6 +30,8 @@ pub struct Setup {
     pub clearance: Vec<u8>,
     /// Per texel, of several objects: the same, and marks for those near other objects.
     pub surroundings: Vec<u16>,
+    /// Side of a texel, world units, on the object that has the largest, on average.
+    pub texel_side: f32,
     /// What walks ask for, triangle by triangle.
     pub strips: Vec<StripTriangle>,
     /// Three vertex indices a triangle.
@@ -79,9 +81,11 @@ impl Setup {
         } else {
             Vec::new()
         };
+        let distance = DistanceSetup::new(&scene.surface, &atlas, others(settings));
         Ok(Self {
             clearance,
             surroundings,
+            texel_side: texel_side(&atlas, &distance),
             strips: scene.surface.strips(&atlas.maps),
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
@@ -92,7 +96,7 @@ impl Setup {
                 .map(Pose::from)
                 .collect(),
             tracks: scene.tracks.clone(),
-            distance: DistanceSetup::new(&scene.surface, &atlas, others(settings)),
+            distance,
             surface: scene.surface.clone(),
             radius: scene.radius,
             atlas,
@@ -100,6 +104,18 @@ impl Setup {
             motions,
         })
     }
+}
+
+/// Side of a texel on the object that has the largest, on average.
+fn texel_side(atlas: &Atlas, distance: &DistanceSetup) -> f32 {
+    let areas = distance.ranges.iter().map(|&(first, end)| {
+        let own = &distance.samples[first as usize..end as usize];
+        let areas = own
+            .iter()
+            .map(|sample| atlas.mean_texel_area / f64::from(atlas.density[sample.texel as usize]));
+        areas.sum::<f64>() / own.len().max(1) as f64
+    });
+    areas.fold(atlas.mean_texel_area, f64::max).sqrt() as f32
 }
 
 /// What the settings say about the atlas.

@@ -377,8 +377,7 @@ impl Simulation {
         let movement = movement.map_err(Error::Invalid)?;
         let foods = self.setup.pantry.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
-        self.state.food = self.restored_food(&snapshot.food)?;
-        self.fed_deposit = snapshot.food.fed_deposit;
+        let food = self.restored_food(&snapshot.food)?;
         let bias = if snapshot.bias.is_empty() {
             None
         } else {
@@ -387,6 +386,8 @@ impl Simulation {
             Some(bias)
         };
         self.take_bias(bias)?;
+        self.state.food = food;
+        self.fed_deposit = snapshot.food.fed_deposit;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;

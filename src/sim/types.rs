@@ -53,10 +53,10 @@ impl Motion {
         self.flags >> Self::FED_SHIFT
     }
 
-    /// The stamp of those who have advanced in a step.
+    /// The stamp of those who have advanced in a step; 0 is that of those who never have.
     #[must_use]
     pub fn stamp_of(time_step: u32) -> u32 {
-        (time_step.wrapping_add(1) << 1) & Self::STAMP
+        (time_step % (Self::STAMP >> 1) + 1) << 1
     }
 
     /// Has the particle left its object?

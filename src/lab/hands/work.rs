@@ -4,7 +4,7 @@
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
 use myxo::scene::Scene;
-use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 use myxo::sim::Simulation;
 use myxo::sim::carry::carried;
 use myxo::sim::paint::{Brush, Dab};
@@ -263,6 +263,9 @@ impl Lab {
                     ..ObjectSettings::default()
                 }],
                 radius: 0.0,
+                // Food and a start may name objects that are not there.
+                foods: Vec::new(),
+                particles: ParticleSettings::default(),
                 ..settings.clone()
             };
             let alone = Scene::from_settings(mesh.clone(), alone, folder.clone())?;
