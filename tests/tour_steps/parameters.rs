@@ -1,0 +1,200 @@
+//! The tour's steps through the panel: every parameter is turned by hand, and the saved scene has what it became.
+
+use super::{Lab, can_tour, out, path};
+use crate::program::Folder;
+use myxo::scene::parameters::{Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle};
+use myxo::scene::settings::{AtlasMethod, ObjectStart, Start};
+use myxo::scene::{Overrides, Scene};
+
+/// A number that the parameter may have and does not have now, as people type it.
+fn other_number(range: (f64, f64), integer: bool, now: f64) -> String {
+    let (low, high) = range;
+    let share = if (now - low).abs() < 0.3 * (high - low) {
+        0.5
+    } else {
+        0.125
+    };
+    let value = low + share * (high - low);
+    if integer {
+        format!("{}", value.round().max(low + 1.0))
+    } else {
+        format!("{}", (value * 1e4).round() / 1e4)
+    }
+}
+
+/// Operates one parameter, whose controls' names begin with `prefix`, and gives what it must have become: something else than
+/// now and, if there are so many words, than `first`.
+#[track_caller]
+fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, first: &T) -> T {
+    let name = format!("{prefix}{}", parameter.key);
+    lab.find(parameter.key);
+    let mut after = scene.clone();
+    match &parameter.kind {
+        Kind::Number(number) => {
+            let text = other_number(number.slider, number.integer, (number.get)(scene));
+            (number.set)(&mut after, text.parse().expect("it is a number"));
+            lab.type_until(&name, 0.9, &text, &name, &parameter.value(&after));
+        }
+        Kind::Own(Own { slider, set, .. }) => {
+            lab.click(&format!("{name}:own"));
+            let text = other_number(*slider, false, f64::INFINITY);
+            set(&mut after, Some(text.parse().expect("it is a number")));
+            lab.type_until(&name, 0.9, &text, &name, &parameter.value(&after));
+        }
+        Kind::Choice { words, get, set } => {
+            let count = words.len();
+            let others = (1..count).map(|ahead| (get(scene) + ahead) % count);
+            let next = others.clone().find(|&word| word != get(first));
+            let next = next.or(others.clone().next()).expect("there are two words");
+            lab.click(&format!("{name}={}", words[next]));
+            set(&mut after, next);
+        }
+        Kind::Text { set, .. } => {
+            set(&mut after, "ball".to_owned());
+            lab.type_until(&name, 0.5, "ball", &name, "ball");
+        }
+        Kind::Vector { range, get, set } => {
+            let mut vector = get(scene);
+            let axes = ["x", "y", "z"].into_iter().enumerate();
+            for (component, (place, axis)) in vector.iter_mut().zip(axes) {
+                let value = (*component + 0.25).min(range.1 as f32 - 0.25);
+                *component = value;
+                let box_of_axis = format!("{name}.{axis}");
+                let mut so_far = after.clone();
+                let mut known = get(&so_far);
+                known[place] = value;
+                set(&mut so_far, known);
+                let all = parameter.value(&so_far);
+                lab.type_until(&box_of_axis, 0.6, &format!("{value}"), &name, &all);
+                after = so_far;
+            }
+            debug_assert_eq!(get(&after), vector);
+        }
+    }
+    after
+}
+
+/// Two objects that move, so that everything has an effect; small, so that frames are quick.
+const SCENE: &str = r#"
+[particles]
+count = 2000
+start = "ring"
+start_heading = "aligned"
+
+[atlas]
+method = "grid"
+size = 128
+
+[distance]
+method = "raster"
+
+[feeding]
+scattered = 3
+
+[[object]]
+name = "ring"
+mesh = "builtin:torus?major=24&minor=12"
+
+[[object]]
+name = "ball"
+mesh = "builtin:icosphere?subdivisions=2"
+scale = 0.45
+start = { place = "disc", heading = "aligned" }
+motion = { spin = [0, 10, 0], orbit = [0, 5, 0], swing = [5, 0, 0], slide = [0, 0.1, 0], keyframes = [{ time = 0 }, { time = 5, position = [0.1, 0, 0] }] }
+"#;
+
+const START_FOOD: &str = "particles.start_food";
+
+/// The section of the panel that these have is `Picture`, and the tour goes there by itself.
+fn has_row(parameter: &Parameter) -> bool {
+    !matches!(parameter.section(), "camera" | "picture")
+}
+
+fn is_word<T>(parameter: &Parameter<T>) -> bool {
+    matches!(parameter.kind, Kind::Choice { .. })
+}
+
+#[test]
+fn every_parameter_can_be_turned_by_hand() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("lively.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    let before = Scene::read(&file, &Overrides::default())
+        .expect("it is a scene")
+        .1;
+    lab.key_until("space", "it is held", "playing", false);
+
+    let ball = 1;
+    let prefix = format!("object.{ball}.");
+    let mut expected = before.clone();
+    // By other words, numbers would lose their effect and could not be turned: words come last, and those that others
+    // depend on after these.
+    let (lively, idle): (Vec<&Parameter>, Vec<&Parameter>) = PARAMETERS
+        .iter()
+        .filter(|p| has_row(p) && !is_word(p))
+        .partition(|p| why_idle(p.key, &before).is_none());
+    for parameter in lively {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    // Only starts under a mask have one.
+    lab.find("particles.start");
+    lab.click("particles.start=mask");
+    expected.particles.start = Start::Mask;
+    let (of_food, idle): (Vec<_>, Vec<_>) = (idle.into_iter()).partition(|p| p.key == START_FOOD);
+    for parameter in idle {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    // And only starts on food ask which.
+    lab.find("particles.start");
+    lab.click("particles.start=food");
+    expected.particles.start = Start::Food;
+    for parameter in of_food {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    // Only by this method texels have weights, and only by the one before cells have sizes.
+    lab.find("atlas.method");
+    lab.click("atlas.method=charts");
+    expected.atlas.method = AtlasMethod::Charts;
+    for parameter in OBJECT_PARAMETERS.iter().filter(|p| !is_word(p)) {
+        if parameter.key == "start.mask" {
+            lab.find("start.place");
+            lab.click(&format!("{prefix}start.place=mask"));
+            expected.objects[ball].start.place = ObjectStart::Mask;
+        }
+        expected.objects[ball] = turn(
+            &lab,
+            parameter,
+            &prefix,
+            &expected.objects[ball],
+            &before.objects[ball],
+        );
+    }
+    for parameter in OBJECT_PARAMETERS.iter().rev().filter(|p| is_word(p)) {
+        expected.objects[ball] = turn(
+            &lab,
+            parameter,
+            &prefix,
+            &expected.objects[ball],
+            &before.objects[ball],
+        );
+    }
+    let words = PARAMETERS.iter().rev();
+    for parameter in words.filter(|p| has_row(p) && is_word(p)) {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    let saved = lab.save("lively", 1);
+    for parameter in PARAMETERS.iter().filter(|p| has_row(p)) {
+        let key = parameter.key;
+        assert!(parameter.differs(&before, &saved), "{key} has not changed");
+        let [found, wanted] = [&saved, &expected].map(|s| parameter.value(s));
+        out::assert_same(&found, &wanted, key);
+    }
+    for parameter in OBJECT_PARAMETERS {
+        let [found, wanted] = [&saved, &expected].map(|s| parameter.value(&s.objects[ball]));
+        out::assert_same(&found, &wanted, parameter.key);
+    }
+    lab.quit();
+}
