@@ -409,7 +409,7 @@ impl Lab {
         };
         let folder = PathBuf::from(self.interface.out.folder.trim());
         let saved = save_scene(&folder, &self.name, &text);
-        let kept = match saved.and_then(|path| Ok(std::path::absolute(&path).unwrap_or(path))) {
+        let kept = match saved.map(|path| std::path::absolute(&path).unwrap_or(path)) {
             Ok(path) => format!("the scene as it was set is kept in {}", path.display()),
             Err(error) => format!("the scene as it was set is not kept, either: {error}"),
         };
