@@ -143,6 +143,10 @@ pub fn check_name(name: &str) -> Result<&str, String> {
 
 /// The text of a small file, `None` where it is none or cannot be read.
 fn small_text(path: &Path) -> Option<String> {
+    // A pipe would wait for somebody to write.
+    if !path.metadata().ok()?.is_file() {
+        return None;
+    }
     let file = std::fs::File::open(path).ok()?;
     let mut text = String::new();
     file.take(LARGEST + 1).read_to_string(&mut text).ok()?;
