@@ -228,21 +228,8 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
         ..bytemuck::Zeroable::zeroed()
     };
     let inputs = AdvanceInputs {
-        strips: &setup.strips,
-        clearance: &setup.clearance,
-        corners: &setup.corners,
-        vertices: &setup.vertices,
-        poses: &setup.poses,
-        physarums: &[own],
         trail: &snapshot.trail,
-        previous_deposits: &[],
-        distances: &[],
-        surroundings: &[],
-        across: &[],
-        across_triangles: &[],
-        bias: &[],
-        scent: &[],
-        plates: &[],
+        ..AdvanceInputs::of_surface(setup, std::slice::from_ref(&own))
     };
     let mean = snapshot.trail.iter().map(|&v| f64::from(v)).sum::<f64>()
         / f64::from(setup.atlas.owned_count);

@@ -34,23 +34,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
         sensor_offset: params.sensor_offset,
         ..bytemuck::Zeroable::zeroed()
     };
-    let inputs = AdvanceInputs {
-        strips: &setup.strips,
-        clearance: &setup.clearance,
-        corners: &setup.corners,
-        vertices: &setup.vertices,
-        poses: &setup.poses,
-        physarums: &[own],
-        trail: &[],
-        previous_deposits: &[],
-        distances: &[],
-        surroundings: &[],
-        across: &[],
-        across_triangles: &[],
-        bias: &[],
-        scent: &[],
-        plates: &[],
-    };
+    let inputs = AdvanceInputs::of_surface(&setup, std::slice::from_ref(&own));
     let (mut errors, mut straight) = (Vec::new(), 0);
     for (i, particle) in setup.particles.iter().enumerate() {
         let turn = TAU * unit(random(3, i as u32, 0, Purpose::Start)[0]);

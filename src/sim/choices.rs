@@ -46,23 +46,7 @@ pub fn sensor_places(
         sensor_offset: params.sensor_offset,
         ..bytemuck::Zeroable::zeroed()
     };
-    let inputs = AdvanceInputs {
-        strips: &setup.strips,
-        clearance: &setup.clearance,
-        corners: &setup.corners,
-        vertices: &setup.vertices,
-        poses: &setup.poses,
-        physarums: &[own],
-        trail: &[],
-        previous_deposits: &[],
-        distances: &[],
-        surroundings: &[],
-        across: &[],
-        across_triangles: &[],
-        bias: &[],
-        scent: &[],
-        plates: &[],
-    };
+    let inputs = AdvanceInputs::of_surface(setup, std::slice::from_ref(&own));
     let turn = Vec2::new(params.sensor_cos, params.sensor_sin);
     let places_of = |(particle, motion): (&Particle, &Motion)| {
         let heading = Vec2::new(motion.heading_p, motion.heading_h);

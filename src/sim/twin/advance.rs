@@ -9,6 +9,7 @@ use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
+use crate::sim::setup::Setup;
 use crate::sim::surroundings::{COVERED, NEAR};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
 
@@ -47,6 +48,30 @@ pub struct AdvanceInputs<'a> {
     pub scent: &'a [f32],
     /// Per texel: the food that is eaten there, counted from 1, or 0.
     pub plates: &'a [u32],
+}
+
+impl<'a> AdvanceInputs<'a> {
+    /// What particles find of the surface alone, with no trail and nothing else on it.
+    #[must_use]
+    pub fn of_surface(setup: &'a Setup, physarums: &'a [Physarum]) -> Self {
+        Self {
+            strips: &setup.strips,
+            trail: &[],
+            previous_deposits: &[],
+            clearance: &setup.clearance,
+            corners: &setup.corners,
+            vertices: &setup.vertices,
+            poses: &setup.poses,
+            physarums,
+            distances: &[],
+            surroundings: &[],
+            across: &[],
+            across_triangles: &[],
+            bias: &[],
+            scent: &[],
+            plates: &[],
+        }
+    }
 }
 
 impl AdvanceInputs<'_> {
