@@ -2,14 +2,14 @@
 // Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, surroundings, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
-// In three forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
+// In four forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
 // others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Where sensors see other objects, those
-// that may have to do with one are listed, too, and come in a third dispatch, as advance_near; the first then knows of none.
-// Devices that run both sides of every branch would pay for all that of each particle otherwise. Or there is one form in which
-// all sensors walk.
+// that may have to do with one are listed apart, and come as advance_near and, if their sensors walk, as walk_near; the first two
+// then know of none. Devices that run both sides of every branch would pay for all that of each particle otherwise. Or there is
+// one form in which all sensors walk.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
-// walkers has room for every particle, and each is listed at most once: those that walk from the front, those that are near from the back.
+// walkers has room for every particle, where there are several objects twice, and each is listed at most once: in the first half those that walk from the front, those that are near from the back; in the second those that are near and walk.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -56,6 +56,8 @@ const uint SENSORS_STRAIGHT = 1u;
 const uint SENSORS_WALK_LISTED = 2u;
 // Those whose sensors go straight ahead, but who have been listed because they are near other objects.
 const uint SENSORS_STRAIGHT_LISTED = 3u;
+// Those who have been listed because their sensors must walk, and are near other objects.
+const uint SENSORS_WALK_NEAR = 4u;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -83,6 +85,7 @@ layout(push_constant) uniform Params {
     uint fed_steps;           // how long a meal lasts
     uint fed_deposit;         // particles that a fed one counts as where it deposits
     float fed_attraction;     // the share of an attraction that a fed one feels
+    uint always;              // marks that hold for every texel, because nothing is known as far as they would say
 } params;
 
 // Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
@@ -108,7 +111,8 @@ layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
 // Four texels a word: how many texels far straight lines stay on the surface around.
 layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
-// The slots of particles whose sensors must walk, and of those that are near other objects; how many there are of each.
+// The slots of particles whose sensors must walk, of those that are near other objects, and of those that are both; how many
+// there are of each.
 layout(r32ui, set = 0, binding = 19) uniform uimageBuffer walkers;
 layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
@@ -199,7 +203,7 @@ float field_at(samplerBuffer field, vec2 position) {
 // Does this form know of other objects?
 bool sees_others() {
     bool sees = ACROSS;
-    return sees && SENSING != SENSORS_STRAIGHT;
+    return sees && SENSING != SENSORS_STRAIGHT && SENSING != SENSORS_WALK_LISTED;
 }
 
 // What a sensor reads at a place. From one that is itself covered, no other object is seen.
@@ -305,10 +309,17 @@ uint fed_at(uint texel, uint fed) {
 // Lists.
 const uint WALKING = 0u;
 const uint NEARBY = 1u;
+const uint WALKING_NEARBY = 2u;
+
+// Where the list of walkers has the one that is listed as number `place`.
+int walker_slot(uint list, uint place) {
+    if (list == WALKING) return int(place);
+    return int(list == NEARBY ? params.particle_count - 1u - place : params.particle_count + place);
+}
 
 void enlist(uint list, uint slot) {
     uint place = atomicAdd(walker_count[list], 1u);
-    imageStore(walkers, int(list == WALKING ? place : params.particle_count - 1u - place), uvec4(slot));
+    imageStore(walkers, walker_slot(list, place), uvec4(slot));
     // Groups come in columns as high as the dispatch has rows.
     if (place % (params.walker_rows * gl_WorkGroupSize.x) == 0u) atomicAdd(walker_groups[list].x, 1u);
 }
@@ -342,10 +353,13 @@ void main() {
     uint i = invocation_index();
     if (SENSING == SENSORS_WALK_LISTED) {
         if (i >= walker_count[WALKING]) return;
-        i = imageLoad(walkers, int(i)).x;
+        i = imageLoad(walkers, walker_slot(WALKING, i)).x;
+    } else if (SENSING == SENSORS_WALK_NEAR) {
+        if (i >= walker_count[WALKING_NEARBY]) return;
+        i = imageLoad(walkers, walker_slot(WALKING_NEARBY, i)).x;
     } else if (SENSING == SENSORS_STRAIGHT_LISTED) {
         if (i >= walker_count[NEARBY]) return;
-        i = imageLoad(walkers, int(params.particle_count - 1u - i)).x;
+        i = imageLoad(walkers, walker_slot(NEARBY, i)).x;
     } else if (i >= params.particle_count) {
         return;
     } else if (WINDOWS) {
@@ -389,11 +403,14 @@ void main() {
         uint on_right = around_end(straight, right_way);
         bool all_clear = is_clear(left_way, here, on_left) && is_clear(middle_way, here, ahead)
             && is_clear(right_way, here, on_right);
+        here |= params.always;
+        uint meets = (on_left | ahead | on_right) & COVERED;
         if (motion.pending > 0.0 || !all_clear) {
-            enlist(WALKING, i);
+            // Where a walk ends is not known yet.
+            enlist(ACROSS && ((here & IN_SIGHT) | meets) != 0u ? WALKING_NEARBY : WALKING, i);
             return;
         }
-        if (ACROSS && ((here & NEAR) | ((on_left | ahead | on_right) & COVERED)) != 0u) {
+        if (ACROSS && ((here & NEAR) | meets) != 0u) {
             enlist(NEARBY, i);
             return;
         }
@@ -456,7 +473,7 @@ void main() {
     deposit_at(texel, fed == 0u ? 1u : params.fed_deposit);
     // Who is not near other objects does not get into one.
     bool is_far = ACROSS;
-    is_far = is_far && SENSING == SENSORS_STRAIGHT;
+    is_far = is_far && !sees_others();
     if (SELECTS && !is_far) {
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
         float now = distance_at(position, params.pitch);

@@ -23,6 +23,7 @@ layout(push_constant) uniform Params {
     float threshold;           // world length of signed distance below which a place is covered
     float deepest;             // world length of signed distance up to which sensors see nothing
     float near;                // world length of signed distance below which a step may lead to where it is covered
+    float sight;      // the same of which sensors that walk may get to where it is covered
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer listed;
@@ -133,7 +134,7 @@ void main() {
     distances[here.texel] = least;
     nearest[here.texel] = triangle;
     if (SEES_ACROSS) {
-        uint marked = marks_at(least, params.deepest, params.threshold, params.near);
+        uint marked = marks_at(least, params.deepest, params.threshold, params.near, params.sight);
         MARK(surroundings, here.texel, marked)
         if ((marked & COVERED) != 0u) covered[appended(gl_WorkGroupSize.x)] = i;
     }

@@ -25,6 +25,7 @@ layout(push_constant) uniform Params {
     float farthest;   // world length behind the line up to which places are told
     float deepest;    // world length of signed distance up to which sensors see nothing
     float near;       // world length of signed distance below which a step may lead to where it is covered
+    float sight;      // the same of which sensors that walk may get to where it is covered
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
@@ -35,8 +36,8 @@ layout(set = 0, binding = 3) uniform samplerBuffer distances;
 layout(set = 0, binding = 4) uniform usamplerBuffer nearest;
 layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
-layout(std430, set = 0, binding = 7) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 8) readonly buffer Vertices { Vertex vertices[]; };
+layout(set = 0, binding = 7) uniform usamplerBuffer corners;
+layout(set = 0, binding = 8) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 10) uniform usamplerBuffer strips;
 layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
 layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
@@ -46,6 +47,7 @@ layout(set = 0, binding = 15) uniform usamplerBuffer covered;
 layout(std430, set = 0, binding = 16) buffer Surroundings { uint surroundings[]; };
 
 const bool WALK_CARRIES = false;
+#define VERTICES_IN_TEXELS
 #include "jobs.glsl"
 #include "pairs.glsl"
 #include "listed.glsl"
@@ -114,7 +116,7 @@ void main() {
     bool is_marked = LISTED;
     if (!is_marked) {
         float distance = texelFetch(distances, int(here.texel)).x;
-        uint marked = marks_at(distance, params.deepest, params.threshold, params.near);
+        uint marked = marks_at(distance, params.deepest, params.threshold, params.near, params.sight);
         MARK(surroundings, here.texel, marked)
         if ((marked & COVERED) == 0u) return;
     }

@@ -118,6 +118,7 @@ fn kernels_do_the_same_each_time_they_run_alone() {
         "advance",
         "walk_sensors",
         "advance_near",
+        "walk_near",
         "transfer_in",
         "move_border",
         "transfer_out",

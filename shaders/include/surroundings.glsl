@@ -1,5 +1,6 @@
 // surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its clearance, how
-// many texels far straight lines stay on the surface around; then whether it is near other objects and covered by them.
+// many texels far straight lines stay on the surface around; then whether it is near other objects, covered by them, and where
+// they are in sight.
 // Twin of src/sim/surroundings.rs.
 
 #ifndef MYXO_SURROUNDINGS
@@ -10,6 +11,8 @@ const uint CLEARANCE = 255u;
 const uint NEAR = 256u;
 // Walks that get here go on on another object.
 const uint COVERED = 512u;
+// Sensors that walk from here may get to where another object covers the surface.
+const uint IN_SIGHT = 1024u;
 
 // That of a texel, out of the word that it shares.
 uint surroundings_in(uint word, uint texel) {
@@ -19,14 +22,15 @@ uint surroundings_in(uint word, uint texel) {
 // Others write the other half of the word at the same time. Few texels change, so few are written.
 #define MARK(surroundings, texel, marked) \
 { \
-    uint changed = (surroundings_in(surroundings[(texel) >> 1u], texel) ^ (marked)) & (NEAR | COVERED); \
+    uint changed = (surroundings_in(surroundings[(texel) >> 1u], texel) ^ (marked)) & (NEAR | COVERED | IN_SIGHT); \
     if (changed != 0u) atomicXor(surroundings[(texel) >> 1u], changed << (16u * ((texel) & 1u))); \
 }
 
 // What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold, are
 // not covered.
-uint marks_at(float distance, float deepest, float threshold, float near) {
-    return (distance < near ? NEAR : 0u) | (deepest < distance && distance < threshold ? COVERED : 0u);
+uint marks_at(float distance, float deepest, float threshold, float near, float sight) {
+    uint how_near = (distance < near ? NEAR : 0u) | (distance < sight ? IN_SIGHT : 0u);
+    return how_near | (deepest < distance && distance < threshold ? COVERED : 0u);
 }
 
 #endif

@@ -91,7 +91,7 @@ pub struct StateHash {
 }
 
 /// Times and their spread over the steps that were measured; `null` where the device has no timestamps. A kernel of
-/// every 32nd step takes nothing in the others.
+/// every 16th step takes nothing in the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// Arithmetic mean.

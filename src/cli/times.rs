@@ -31,9 +31,11 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
             row.time.median_ms
         };
         if row.name == "advance" {
-            // Both together advance all particles: those that the one lists are left to the other.
-            let walking = report.rows.iter().find(|row| row.name == "walk_sensors");
-            ms += walking.map_or(0.0, |row| row.time.median_ms);
+            // All together advance all particles: those that the first lists are left to the others.
+            let others = ["walk_sensors", "advance_near", "walk_near"];
+            let listed = report.rows.iter();
+            let listed = listed.filter(|row| others.contains(&row.name.as_str()));
+            ms += listed.map(|row| row.time.median_ms).sum::<f64>();
         }
         let seconds = ms * 1e-3;
         let timed = work.filter(|_| seconds > 0.0);

@@ -173,6 +173,8 @@ pub struct DistanceRules {
     pub farthest: f32,
     /// A world length: a step from what is nearer may lead to where it is covered.
     pub near: f32,
+    /// A world length: sensors that walk from what is nearer may get to where it is covered.
+    pub sight: f32,
     /// Are they told at all?
     pub sees_across: bool,
     /// Edge crossings of a walk, and whether it comes back from open borders.

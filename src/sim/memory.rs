@@ -6,6 +6,7 @@ use super::food::Pantry;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::sorting;
+use super::state::walker_lists;
 use super::texel_paths::{TexelPaths, Unused};
 use super::transfers::capacity;
 use super::types::{
@@ -25,7 +26,7 @@ use crate::scene::settings::Settings;
 #[must_use]
 pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
     let count = |len: usize| len as u64;
-    particle_bytes(count(setup.particles.len()))
+    particle_bytes(count(setup.particles.len()), setup.poses.len())
         + texel_bytes(count(setup.atlas.texel_count()))
         + count(setup.atlas.blocks.len()) * size_of::<u32>() as u64
         + count(setup.atlas.seams.len()) * SEAM
@@ -119,7 +120,7 @@ pub fn needed(scene: &Scene) -> u64 {
     } else {
         0
     };
-    particle_bytes(settings.particles.count.into())
+    particle_bytes(settings.particles.count.into(), scene.surface.objects.len())
         + texel_bytes(texels)
         + fields * texels
         + triangle_bytes(scene.surface.corners.len() as u64)
@@ -364,8 +365,8 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
-/// Of two lists: how many are listed, and the groups of their dispatch and of none.
-const WALKER_LISTS: u64 = 2 * (WALKER + 2 * size_of::<DispatchGroups>() as u64);
+/// Of three lists: how many are listed, and the groups of their dispatch and of none.
+const WALKER_LISTS: u64 = 3 * (WALKER + 2 * size_of::<DispatchGroups>() as u64);
 /// A place in the list of those whose sensors must walk.
 const WALKER: u64 = size_of::<u32>() as u64;
 /// Limits' names in Vulkan.
@@ -385,8 +386,8 @@ const STRIP: u64 = size_of::<StripTriangle>() as u64;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
 /// Particles and motions twice, because they are sorted into other buffers.
-fn particle_bytes(count: u64) -> u64 {
-    count * (2 * (PARTICLE + size_of::<Motion>() as u64) + WALKER)
+fn particle_bytes(count: u64, objects: usize) -> u64 {
+    count * (2 * (PARTICLE + size_of::<Motion>() as u64) + walker_lists(objects) as u64 * WALKER)
 }
 
 /// Trail and deposits twice, the density, and a byte of clearance.

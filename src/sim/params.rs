@@ -13,6 +13,7 @@ use super::kernels::{
 };
 use super::setup::Setup;
 use super::sorting::SortParams;
+use super::surroundings::IN_SIGHT;
 use super::texel_paths::TexelPaths;
 use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
@@ -34,6 +35,8 @@ pub const SENSORS_STRAIGHT: u32 = 1;
 const SENSORS_WALK_LISTED: u32 = 2;
 /// Those of particles that were listed because they are near other objects go straight ahead.
 const SENSORS_STRAIGHT_LISTED: u32 = 3;
+/// Those of particles that were listed for both walk.
+const SENSORS_WALK_NEAR: u32 = 4;
 
 /// How far from its texel's centre a texel's distance may be another by reading between texels, in texel sides.
 const TEXELS_BETWEEN: f32 = 2.0;
@@ -83,6 +86,8 @@ pub struct StepConstants {
     pub walk_sensors: Option<AdvanceConstants>,
     /// For `advance_near`, where the others see no other object.
     pub advance_near: Option<AdvanceConstants>,
+    /// For `walk_near`, likewise.
+    pub walk_near: Option<AdvanceConstants>,
     /// For `move_border`.
     pub move_border: MoveBorderConstants,
     /// For `transfer_out`.
@@ -168,6 +173,10 @@ impl StepConstants {
                 sensing: SENSORS_STRAIGHT_LISTED,
                 ..advance
             }),
+            walk_near: (straight && advance.across).then_some(AdvanceConstants {
+                sensing: SENSORS_WALK_NEAR,
+                ..advance
+            }),
             unfold: UnfoldConstants {
                 border_reflects: settings.physarum.border == Border::Reflect,
                 listed: settings.distance.method == DistanceMethod::Bvh,
@@ -214,6 +223,7 @@ impl StepConstants {
             Some(&mut self.advance),
             self.walk_sensors.as_mut(),
             self.advance_near.as_mut(),
+            self.walk_near.as_mut(),
         ];
         (forms.into_iter().flatten()).for_each(|form| form.painted = painted);
         self
@@ -266,10 +276,14 @@ impl StepParams {
             deepest: -farthest.min(reach),
             ..advance
         };
-        let turn = Turn::new(settings, setup, advance, capacity);
-        let near = turn.advance.transfer_threshold
-            + speeds(settings).fold(0.0, f32::max) * radius
-            + TEXELS_BETWEEN * setup.texel_side;
+        let mut turn = Turn::new(settings, setup, advance, capacity);
+        let fastest = speeds(settings).fold(0.0, f32::max) * radius;
+        let near = turn.advance.transfer_threshold + fastest + TEXELS_BETWEEN * setup.texel_side;
+        // A walk that is pending comes before that of the sensors, or of the step.
+        let sight = near + farthest.max(fastest);
+        if sight > reach {
+            turn.advance.always = IN_SIGHT.into();
+        }
         Self {
             distance_update: DistanceUpdate::default(),
             distance_tiles: DistanceTilesParams {
@@ -289,6 +303,7 @@ impl StepParams {
                 threshold: turn.advance.transfer_threshold,
                 deepest: turn.advance.deepest,
                 near,
+                sight,
             },
             distance_brute: DistanceBruteParams {
                 thread_count: 0,
@@ -312,6 +327,7 @@ impl StepParams {
                 farthest,
                 deepest: turn.advance.deepest,
                 near,
+                sight,
             },
             sees_across: sees_across(settings),
             turn,
@@ -352,6 +368,7 @@ impl StepParams {
             threshold: self.unfold.threshold,
             farthest: self.unfold.farthest,
             near: self.unfold.near,
+            sight: self.unfold.sight,
             sees_across: self.sees_across,
             walk: (
                 settings.physarum.edge_crossing_attempts,

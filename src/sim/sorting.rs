@@ -13,8 +13,9 @@ use crate::gpu::{Buffer, Context, Domain, GpuError, Texels};
 use crate::mesh::atlas::Atlas;
 use crate::scene::settings::{Settings, Strategy};
 
-/// Steps from one sort to the next: a particle takes about as many to leave a tile.
-pub const SORT_INTERVAL: u64 = 32;
+/// Steps from one sort to the next: a particle takes twice as many to leave a tile, and a sort takes about as long as one step
+/// of an unordered buffer takes longer.
+pub const SORT_INTERVAL: u64 = 16;
 
 /// Tiles have at least this side, as a power of two, in texels.
 const SMALLEST_SHIFT: u32 = 4;

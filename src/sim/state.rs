@@ -50,6 +50,8 @@ pub struct Kernels {
     pub walk_sensors: Option<Pipeline<Advance>>,
     /// The same kernel for particles near other objects, where it knows of none for the rest.
     pub advance_near: Option<Pipeline<Advance>>,
+    /// And for those whose sensors must walk, too.
+    pub walk_near: Option<Pipeline<Advance>>,
     /// Lets transfers land.
     pub transfer_in: Pipeline<TransferIn>,
     /// Ends an object's turn.
@@ -102,6 +104,9 @@ impl Kernels {
                 .transpose()?,
             advance_near: (constants.advance_near.as_ref())
                 .map(|constants| Pipeline::named(ctx, constants, "advance_near"))
+                .transpose()?,
+            walk_near: (constants.walk_near.as_ref())
+                .map(|constants| Pipeline::named(ctx, constants, "walk_near"))
                 .transpose()?,
             transfer_in: Pipeline::new(ctx, &())?,
             move_border: Pipeline::new(ctx, &constants.move_border)?,
@@ -244,6 +249,10 @@ pub struct DistanceViews {
     pub covered: Texels<u32>,
     /// Four texels each.
     pub pairs: Texels<u32>,
+    /// Vertex indices of triangles, one by one.
+    pub corners: Texels<u32>,
+    /// One a texel.
+    pub vertices: Texels<u32>,
 }
 
 /// What lies across, seen through texel buffers.
@@ -295,11 +304,11 @@ pub struct State {
     /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
     pub clearance: Texels<u32>,
     /// The slots of particles whose sensors must walk, from the front, and of those that are near other objects, from the
-    /// back.
+    /// back; where there are several objects, behind them those of particles that are near and must walk.
     pub walkers: Buffer<u32>,
     /// The same, as `advance` lists and reads them.
     pub walkers_view: Texels<u32>,
-    /// Two: how many they are.
+    /// Three: how many they are.
     pub walker_count: Buffer<u32>,
     /// The groups of the dispatches for them.
     pub walker_groups: Buffer<DispatchGroups>,
@@ -382,6 +391,11 @@ pub struct State {
     pub no_meals: Buffer<Meal>,
 }
 
+/// How many lists of walkers there is room for: one that two share, and with several objects a third.
+pub(super) fn walker_lists(objects: usize) -> usize {
+    if objects > 1 { 2 } else { 1 }
+}
+
 impl State {
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
@@ -420,7 +434,14 @@ impl State {
         let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
         let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
         let clearance = Buffer::from_slice_in(ctx, "clearance", &clearance, large)?;
-        let walkers = Buffer::zeroed_in(ctx, "walkers", setup.particles.len(), large)?;
+        let corners = Buffer::from_slice(ctx, "corners", &setup.corners)?;
+        let vertices = Buffer::from_slice(ctx, "vertices", &setup.vertices)?;
+        let walkers = Buffer::zeroed_in(
+            ctx,
+            "walkers",
+            setup.particles.len() * walker_lists(objects),
+            large,
+        )?;
         Ok(Self {
             particles_view: Texels::new(&particles, 4)?,
             particles,
@@ -436,6 +457,8 @@ impl State {
                 listed: Texels::new(&listed_tiles, 4)?,
                 covered: Texels::new(&covered, 1)?,
                 pairs: Texels::new(&distance_pairs, 4)?,
+                corners: Texels::new(&corners, 1)?,
+                vertices: Texels::new(&vertices, 4)?,
             },
             transfers,
             trail: PingPong::new(ctx, "trail", texels)?,
@@ -473,12 +496,12 @@ impl State {
             clearance: Texels::new(&clearance, 1)?,
             walkers_view: Texels::new(&walkers, 1)?,
             walkers,
-            walker_count: Buffer::zeroed(ctx, "walker_count", 2)?,
+            walker_count: Buffer::zeroed(ctx, "walker_count", 3)?,
             unused: Unused::new(ctx)?,
-            walker_groups: Buffer::zeroed(ctx, "walker_groups", 2)?,
-            no_groups: Buffer::zeroed(ctx, "no_groups", 2)?,
-            corners: Buffer::from_slice(ctx, "corners", &setup.corners)?,
-            vertices: Buffer::from_slice(ctx, "vertices", &setup.vertices)?,
+            walker_groups: Buffer::zeroed(ctx, "walker_groups", 3)?,
+            no_groups: Buffer::zeroed(ctx, "no_groups", 3)?,
+            corners,
+            vertices,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
             poses_before: Buffer::from_slice(ctx, "poses_before", &setup.poses)?,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,

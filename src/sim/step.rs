@@ -30,6 +30,7 @@ const WINDOW: usize = 1;
 /// Which groups the particles take that advance has listed.
 const WALKING: usize = 0;
 const NEARBY: usize = 1;
+const WALKING_NEARBY: usize = 2;
 
 /// What the host has found to be others than in the step before.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -127,8 +128,8 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
     }
 }
 
-/// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk, and
-/// in a third those that may have to do with another object.
+/// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
+/// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
 fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
     let deposits = s.unused.counted(k.outgrows_block, &s.deposits);
     let food = s.food.as_ref();
@@ -199,7 +200,11 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         unused_words,
     ];
     // Those who were listed follow; they list nobody.
-    let listed = [(WALKING, &k.walk_sensors), (NEARBY, &k.advance_near)];
+    let listed = [
+        (WALKING, &k.walk_sensors),
+        (NEARBY, &k.advance_near),
+        (WALKING_NEARBY, &k.walk_near),
+    ];
     for (list, kernel) in listed {
         let Some(kernel) = kernel else { continue };
         if list == WALKING {
@@ -241,8 +246,8 @@ fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
     // The turn before has walked.
     rec.barrier(Indirect, Copy, &[&s.walker_groups]);
     rec.barrier(Kernel, Copy, &[&s.walker_count, &s.walker_groups]);
-    rec.update(&s.walker_count, 0, &[0; 2]);
-    rec.update(&s.walker_groups, 0, &[none; 2]);
+    rec.update(&s.walker_count, 0, &[0; 3]);
+    rec.update(&s.walker_groups, 0, &[none; 3]);
     rec.barrier(Copy, Kernel, &[&s.walker_count, &s.walker_groups]);
 }
 

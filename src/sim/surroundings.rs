@@ -10,13 +10,16 @@ pub const CLEARANCE: u16 = 255;
 pub const NEAR: u16 = 256;
 /// Walks that get here go on on another object.
 pub const COVERED: u16 = 512;
+/// Sensors that walk from here may get to where another object covers the surface.
+pub const IN_SIGHT: u16 = 1024;
 
-/// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and count as near.
+/// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and
+/// count as near.
 #[must_use]
 pub fn surroundings(atlas: &Atlas, clearance: &[u8]) -> Vec<u16> {
     let texels = atlas.owner.iter().zip(clearance);
     texels
-        .map(|(&owner, &clear)| u16::from(clear) | if owner == NONE { NEAR } else { 0 })
+        .map(|(&owner, &clear)| u16::from(clear) | if owner == NONE { NEAR | IN_SIGHT } else { 0 })
         .collect()
 }
 
@@ -25,6 +28,7 @@ pub fn surroundings(atlas: &Atlas, clearance: &[u8]) -> Vec<u16> {
 #[must_use]
 pub fn marks_at(distance: f32, params: &UnfoldParams) -> u16 {
     let near = if distance < params.near { NEAR } else { 0 };
+    let in_sight = if distance < params.sight { IN_SIGHT } else { 0 };
     let is_covered = params.deepest < distance && distance < params.threshold;
-    near | if is_covered { COVERED } else { 0 }
+    near | in_sight | if is_covered { COVERED } else { 0 }
 }

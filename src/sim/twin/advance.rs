@@ -10,7 +10,7 @@ use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
 use crate::sim::setup::Setup;
-use crate::sim::surroundings::{COVERED, NEAR};
+use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
 
 /// What rounding may make of a distance.
@@ -154,18 +154,24 @@ pub fn advance(
         let from_open = constants.across
             && inputs.distances[texel_at(position, params.pitch) as usize]
                 >= params.transfer_threshold;
-        let towards = [
-            rotated(heading, own.sensor_cos, own.sensor_sin),
-            heading,
-            rotated(heading, own.sensor_cos, -own.sensor_sin),
-        ];
-        let straight = (constants.sensing == SENSORS_STRAIGHT && motion.pending <= 0.0)
-            .then(|| straight_places(params, inputs, &own, &particle, towards))
-            .flatten();
-        // Nothing of other objects concerns those that go straight and are not near any.
-        let concerned = straight.is_none_or(|places| {
+        let towards = around_heading(heading, &own);
+        let ahead = (constants.sensing == SENSORS_STRAIGHT).then(|| {
+            straight_ahead(
+                params,
+                inputs,
+                &own,
+                &particle,
+                around_heading([motion.heading_p, motion.heading_h], &own),
+            )
+        });
+        let straight = ahead
+            .filter(|(_, is_clear)| *is_clear && motion.pending <= 0.0)
+            .map(|(places, _)| places);
+        // Nothing of other objects concerns those that are far from all of them.
+        let concerned = ahead.is_none_or(|(places, _)| {
             let start = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-            is_near(constants, params, inputs, start, places)
+            let mark = if straight.is_some() { NEAR } else { IN_SIGHT };
+            is_near(constants, params, inputs, start, places, mark)
         });
         let mut value = match straight {
             Some(places) => places.map(|place| {
@@ -270,19 +276,29 @@ pub fn advance(
     gaps
 }
 
-/// Is a particle near another object, or does a sensor get to where one covers the surface? Where sensors see no other
-/// objects, everybody counts as near.
+/// Where the sensors of a heading look: left, middle and right.
+fn around_heading(heading: [f32; 2], own: &Physarum) -> [[f32; 2]; 3] {
+    [
+        rotated(heading, own.sensor_cos, own.sensor_sin),
+        heading,
+        rotated(heading, own.sensor_cos, -own.sensor_sin),
+    ]
+}
+
+/// Does a particle start at a mark, or does a sensor that goes straight ahead get to where another object covers the surface?
+/// Where sensors see no other objects, everybody does.
 fn is_near(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
     start: [f32; 2],
     places: [[f32; 2]; 3],
+    mark: u16,
 ) -> bool {
     let around = |place| inputs.surroundings[texel_at(place, params.pitch) as usize];
     let end = |place: [f32; 2]| around(place.map(|x| x.clamp(0.0, params.last_texel)));
     !constants.across
-        || around(start) & NEAR != 0
+        || (around(start) | params.always as u16) & mark != 0
         || places.iter().any(|&place| end(place) & COVERED != 0)
 }
 
@@ -315,6 +331,18 @@ pub fn straight_places(
     particle: &Particle,
     towards: [[f32; 2]; 3],
 ) -> Option<[[f32; 2]; 3]> {
+    let (places, is_clear) = straight_ahead(params, inputs, own, particle, towards);
+    is_clear.then_some(places)
+}
+
+/// Where they get to, and whether only the surface around lies there.
+fn straight_ahead(
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    own: &Physarum,
+    particle: &Particle,
+    towards: [[f32; 2]; 3],
+) -> ([[f32; 2]; 3], bool) {
     let StripTriangle { shape, map, .. } = &inputs.strips[particle.triangle as usize];
     let Triangle { ab, cp, ch, .. } = *shape;
     let from = atlas_position(map, particle.u, particle.v);
@@ -329,7 +357,7 @@ pub fn straight_places(
         let both = clear + clearance_at(to.map(|x| x.clamp(0.0, params.last_texel)));
         way.dot(*way) <= both * both
     });
-    is_clear.then_some(places)
+    (places, is_clear)
 }
 
 /// What a sensor reads at the end of its walk.
