@@ -4,6 +4,8 @@
 //! Needs `xdotool` and an X display, which `make test` brings; without them it fails, unless MYXO_ALLOW_NO_DEVICE=1 lets it
 //! skip.
 
+#[path = "tour_steps/gestures.rs"]
+mod gestures;
 #[path = "tour_steps/hands.rs"]
 mod hands;
 #[path = "tour_steps/out.rs"]
