@@ -175,6 +175,25 @@ impl Lab {
         sleep(Duration::from_millis(120));
     }
 
+    /// Picks the object in the middle of the picture, which has this name.
+    #[track_caller]
+    fn pick(&self, name: &str) {
+        for _ in 0..5 {
+            self.point("picture", 0.5);
+            self.press();
+            for _ in 0..30 {
+                if self
+                    .seen()
+                    .is_some_and(|seen| seen["values"]["picked"] == name)
+                {
+                    return;
+                }
+                sleep(Duration::from_millis(50));
+            }
+        }
+        panic!("{name} is not picked: {:?}", self.seen());
+    }
+
     fn key(&self, key: &str) {
         xdotool(&["key", "--delay", "40", key]);
         sleep(Duration::from_millis(120));

@@ -177,9 +177,7 @@ fn hands_move_and_turn_objects() {
     let file = folder.with("pair.toml", SCENE);
     let lab = Lab::open(&[path(&file)]);
     let start = lab.save("pair", 1);
-    lab.point("picture", 0.5);
-    lab.press();
-    lab.wait("it is picked", |seen| seen["values"]["picked"] == "ball");
+    lab.pick("ball");
 
     // Moved, turned, and back.
     lab.pull("gizmo=plane", ["-8", "4"]);

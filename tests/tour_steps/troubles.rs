@@ -171,8 +171,7 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
     sleep(Duration::from_millis(300));
 
     // The only object stays.
-    lab.point("picture", 0.5);
-    lab.press();
+    lab.pick("cube");
     lab.key("Delete");
     hear(&lab, "last");
     assert_eq!(lab.save("cube", 1).objects.len(), 1);
