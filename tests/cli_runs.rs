@@ -6,7 +6,7 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::Stdio;
 
-use program::{Folder, TINY, done, failed, myxo, no_device, path, program, report, text};
+use program::{Folder, TINY, done, failed, myxo, no_device, path, program, report, shown_of, text};
 use serde_json::Value;
 
 /// Renders [`TINY`] and gives the report.
@@ -198,6 +198,8 @@ fn one_run_writes_files_of_every_kind() {
         "something has grown"
     );
     assert_eq!(gif_frames(&files[1]), 4);
+    let (_, frames) = shown_of(&files[2]);
+    assert_eq!(frames, 4, "every one that was drawn");
     assert_eq!(&bytes(&files[2])[4..8], b"ftyp");
 }
 

@@ -226,3 +226,44 @@ fn the_readme_names_the_views_of_the_program() {
         assert!(readme.contains(&name), "the README lacks the preset {name}");
     }
 }
+
+/// What a control is called for tests: a literal, or the literal beginning of a name that is put together.
+fn names_of_controls() -> Vec<(PathBuf, String)> {
+    let mut names = Vec::new();
+    for (path, text) in files("src/lab", &["rs"]) {
+        for part in text.split(".marked(").skip(1) {
+            let Some(literal) = part.trim_start_matches("&format!(").strip_prefix('"') else {
+                continue;
+            };
+            let name = literal.split(['"', '{']).next().unwrap_or_default();
+            if !name.is_empty() {
+                names.push((path.clone(), name.to_owned()));
+            }
+        }
+    }
+    names
+}
+
+/// A control that is new has a step of the tour, in which a hand operates it.
+#[test]
+fn no_control_is_left_out_by_the_tour() {
+    let steps: String = files("tests/tour_steps", &["rs"])
+        .into_iter()
+        .chain(
+            files("tests", &["rs"])
+                .into_iter()
+                .filter(|(path, _)| path.ends_with("tour.rs")),
+        )
+        .map(|(_, text)| text)
+        .collect();
+    let names = names_of_controls();
+    assert!(names.len() > 40, "they are found: {names:?}");
+    let left_out: Vec<_> = names
+        .iter()
+        .filter(|(_, name)| !steps.contains(&format!("\"{name}")))
+        .collect();
+    assert!(
+        left_out.is_empty(),
+        "no step of tests/tour_steps operates {left_out:?}"
+    );
+}

@@ -4,6 +4,8 @@
 //! Needs `xdotool` and an X display, which `make test` brings; without them it fails, unless MYXO_ALLOW_NO_DEVICE=1 lets it
 //! skip.
 
+#[path = "tour_steps/gestures.rs"]
+mod gestures;
 #[path = "tour_steps/hands.rs"]
 mod hands;
 #[path = "tour_steps/out.rs"]
@@ -171,6 +173,25 @@ impl Lab {
         sleep(Duration::from_millis(120));
         xdotool(&["mouseup", "1"]);
         sleep(Duration::from_millis(120));
+    }
+
+    /// Picks the object in the middle of the picture, which has this name.
+    #[track_caller]
+    fn pick(&self, name: &str) {
+        for _ in 0..5 {
+            self.point("picture", 0.5);
+            self.press();
+            for _ in 0..30 {
+                if self
+                    .seen()
+                    .is_some_and(|seen| seen["values"]["picked"] == name)
+                {
+                    return;
+                }
+                sleep(Duration::from_millis(50));
+            }
+        }
+        panic!("{name} is not picked: {:?}", self.seen());
     }
 
     fn key(&self, key: &str) {

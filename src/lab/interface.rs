@@ -15,7 +15,7 @@ use serde::Serialize;
 
 pub use super::facts::{Facts, KernelTime, Waiting};
 use super::gallery::Gallery;
-use super::hands::{Hands, Work};
+use super::hands::{Hands, Work, are_built_alike, place_among};
 use super::keys::{self, KeyAction};
 use super::navigation::{Moved, Navigation};
 use super::out::{Out, OutPanel};
@@ -137,6 +137,8 @@ pub struct Interface {
     pub(super) help: bool,
     pub(super) gallery: Gallery,
     pub(super) undo: Undo,
+    /// Objects that undo has brought back are on their way.
+    renews: bool,
     /// The preset that was taken last.
     pub(super) preset: Option<String>,
     /// Those that the user has kept.
@@ -189,6 +191,7 @@ impl Interface {
             help: false,
             gallery: Gallery::default(),
             undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
+            renews: false,
             preset: None,
             own: OwnPresets::default(),
             morph_seconds: 0.0,
@@ -226,6 +229,7 @@ impl Interface {
         self.running = scene.settings.clone();
         self.edited = scene.settings.clone();
         self.morph = None;
+        self.renews = false;
         self.hands.restarted(scene);
         self.outline = (scene.center, view::points(scene).collect());
     }
@@ -437,17 +441,35 @@ impl Interface {
     /// Takes back the last change of settings or look.
     pub(super) fn undo(&mut self, commands: &mut Vec<Command>) {
         self.morph = None;
+        let waited = self.is_pending();
         if self.undo.undo(&mut self.edited, &mut self.view) {
-            commands.push(Command::Apply);
+            commands.push(self.take_over(waited));
         }
     }
 
     /// Brings back what was taken back.
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
         self.morph = None;
+        let waited = self.is_pending();
         if self.undo.redo(&mut self.edited, &mut self.view) {
-            commands.push(Command::Apply);
+            commands.push(self.take_over(waited));
         }
+    }
+
+    /// What lets the simulation take over settings that came back. Objects that came, went or grew did so at once, and go
+    /// back at once; what waited for a restart goes on waiting.
+    fn take_over(&mut self, waited: bool) -> Command {
+        let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
+        // While such objects are on their way, those that run are not what was seen last.
+        if !self.renews && (waited || !are_others) {
+            return Command::Apply;
+        }
+        if !std::mem::replace(&mut self.renews, true) {
+            let picked = (self.hands.selected).and_then(|object| self.running.objects.get(object));
+            let picked = picked.and_then(|object| place_among(&self.edited.objects, object));
+            self.hands.selected = picked;
+        }
+        Command::Hand(Work::Renew)
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {

@@ -367,11 +367,13 @@ impl Interface {
                 .iter()
                 .filter(|p| wanted(p.name, p.key))
                 .collect();
-            let (Some(loaded), Some(running)) =
-                (self.loaded.objects.get(i), self.running.objects.get(i))
-            else {
+            let Some(running) = self.running.objects.get(i) else {
                 continue;
             };
+            // Who joined later has no other beginning than what it is.
+            let name = &self.edited.objects[i].name;
+            let loaded = self.loaded.objects.iter().find(|o| o.name == *name);
+            let loaded = loaded.unwrap_or(running);
             if parameters.is_empty() {
                 continue;
             }

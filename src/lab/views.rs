@@ -133,6 +133,10 @@ impl Interface {
             format!("{:.0} {:.0}", at.azimuth, at.elevation)
         });
         note_value(ctx, "camera.target", || format!("{:.3?}", camera().target));
+        note_value(ctx, "atlas", || format!("{:.3?}", self.view.atlas));
+        if let Some(flying) = &self.navigation.flying {
+            note_value(ctx, "fly.speed", || flying.speed.to_string());
+        }
         let light = self.view.light;
         note_value(ctx, "light_azimuth", || format!("{:.0}", light.azimuth));
         note_value(ctx, "light_elevation", || format!("{:.0}", light.elevation));

@@ -156,3 +156,21 @@ pub fn no_device() -> bool {
     }
     lacking
 }
+
+/// Width, height and number of the frames that a player gets out of a video.
+#[track_caller]
+pub fn shown_of(film: &Path) -> ([u32; 2], u64) {
+    let output = Command::new("ffprobe")
+        .args(["-v", "error", "-count_frames", "-select_streams", "v:0"])
+        .args(["-show_entries", "stream=width,height,nb_read_frames"])
+        .args(["-of", "csv=p=0"])
+        .arg(film)
+        .output()
+        .expect("ffprobe comes with ffmpeg");
+    let told = text(&output.stdout);
+    let numbers: Vec<u64> = told.trim().split(',').flat_map(str::parse).collect();
+    let [width, height, frames] = numbers[..] else {
+        panic!("{}: {told:?} {}", film.display(), text(&output.stderr))
+    };
+    ([width, height].map(|side| side as u32), frames)
+}

@@ -1,5 +1,8 @@
 //! The tour's steps with hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
 
+#[path = "objects.rs"]
+mod objects;
+
 use super::*;
 
 /// Two objects beside each other; the first is in the middle of the picture.
@@ -86,6 +89,8 @@ fn hands_paint_what_they_touch() {
     lab.point("picture", 0.5);
     lab.key("i");
     let before = lab.probed("trail");
+    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
+    let held = step(&lab.seen().expect("it is told"));
 
     // Trail comes and goes while the simulation is held.
     lab.paint_with("trail");
@@ -95,6 +100,7 @@ fn hands_paint_what_they_touch() {
     lab.stroke();
     let erased = lab.probed("trail");
     assert!(erased < 0.5 * painted, "{erased}, and {painted} before");
+    assert_eq!(step(&lab.seen().expect("it is told")), held, "it is held");
 
     // Particles come, and deposit in the next step.
     lab.paint_with("particles");
@@ -140,8 +146,25 @@ fn hands_paint_what_they_touch() {
     lab.wait("it is taken again", |seen| {
         seen["values"]["tool"] == "erase"
     });
+    assert_eq!(step(&lab.seen().expect("it is told")), held + 1);
+
+    // It goes on from what was painted.
+    lab.paint_with("trail");
+    let painted = lab.probed("trail");
+    lab.key_until("space", "it runs", "playing", true);
+    lab.wait("it goes on", |seen| step(seen) > held + 30);
+    assert_ne!(lab.probed("trail"), painted);
+
+    // The probe's button, and the camera's tool.
+    let told = |seen: &Value| seen["values"]["probe.trail"].is_string();
     lab.click("probe");
+    lab.point("picture", 0.5);
+    lab.wait("it says nothing", |seen| !told(seen));
+    lab.click("probe");
+    lab.point("picture", 0.5);
+    lab.wait("it says it again", told);
     lab.click("tool=look");
+    lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
     lab.quit();
 }
 
@@ -154,9 +177,7 @@ fn hands_move_and_turn_objects() {
     let file = folder.with("pair.toml", SCENE);
     let lab = Lab::open(&[path(&file)]);
     let start = lab.save("pair", 1);
-    lab.point("picture", 0.5);
-    lab.press();
-    lab.wait("it is picked", |seen| seen["values"]["picked"] == "ball");
+    lab.pick("ball");
 
     // Moved, turned, and back.
     lab.pull("gizmo=plane", ["-8", "4"]);
@@ -175,8 +196,29 @@ fn hands_move_and_turn_objects() {
     );
     lab.key("ctrl+z");
     assert_eq!(lab.save("pair", 4).objects[0], moved.objects[0]);
+    // Along the arrow, wherever it points, and nowhere else.
+    let mut before = moved.objects[0].position;
+    for (axis, handle, number) in [(0, "gizmo=x", 5), (2, "gizmo=z", 6)] {
+        let [middle, end] = ["gizmo=plane", handle].map(|name| lab.place(name));
+        let way = [0, 1].map(|i| (0.1 * (end[i] - middle[i])).round().to_string());
+        lab.pull(handle, [&way[0], &way[1]]);
+        let after = lab.save("pair", number).objects[0].position;
+        for i in 0..3 {
+            let moved = after[i] - before[i];
+            let is_right = if i == axis {
+                moved > 0.05
+            } else {
+                moved.abs() < 1e-4
+            };
+            assert!(is_right, "{handle}: {after:?}, and {before:?} before");
+        }
+        before = after;
+    }
+    for _ in 0..2 {
+        lab.key("ctrl+z");
+    }
     lab.pull("gizmo=turn", ["8", "8"]);
-    let turned = lab.save("pair", 5);
+    let turned = lab.save("pair", 7);
     assert_ne!(turned.objects[0].rotation, moved.objects[0].rotation);
     assert_eq!(turned.objects[0].position, moved.objects[0].position);
     lab.quit();
@@ -197,6 +239,10 @@ fn hands_put_food_there_and_take_it_away() {
     };
     lab.key("o");
     lab.wait("the tool is taken", |seen| seen["values"]["tool"] == "food");
+    lab.key("o");
+    lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
+    lab.click("tool=food");
+    lab.wait("it is taken again", |seen| seen["values"]["tool"] == "food");
     foods("0");
     lab.point("picture", 0.5);
     lab.press();
@@ -214,12 +260,24 @@ fn hands_put_food_there_and_take_it_away() {
     // It is changed, and grows on from what is running.
     lab.type_until("food.strength", 0.9, "-30", "food.strength", "-30");
     lab.type_until("food.amount", 0.9, "500", "food.amount", "500");
+    lab.type_until("food.radius", 0.9, "0.5", "food.radius", "0.5");
+    lab.type_until("food.size", 0.9, "0.25", "food.size", "0.25");
     let changed = lab.save("pair", 2);
-    assert_eq!(
-        (changed.foods[0].strength, changed.foods[0].amount),
-        (-30.0, 500)
-    );
+    let food = &changed.foods[0];
+    assert_eq!((food.strength, food.amount), (-30.0, 500));
+    assert_eq!((food.radius, food.size), (0.5, 0.25));
     lab.key("period");
+
+    // The picture shows it, or not.
+    let shown = |words: &str| {
+        let words = words.to_owned();
+        lab.wait("food", |seen| seen["values"]["shows_food"] == words);
+    };
+    shown("true");
+    lab.click("shows_food");
+    shown("false");
+    lab.click("undo");
+    shown("true");
 
     // Elsewhere there is nobody picked; on it, it is picked again.
     lab.key("Escape");
@@ -233,8 +291,16 @@ fn hands_put_food_there_and_take_it_away() {
     foods("0");
     lab.key("ctrl+z");
     foods("1");
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.wait("it is picked", |seen| seen["values"]["picked.food"] == "0");
     lab.click("food.remove");
+    foods("0");
+    assert_eq!(lab.save("pair", 3).foods, []);
+    lab.key("ctrl+z");
+    foods("1");
     lab.key("ctrl+shift+z");
+    foods("0");
     lab.key("Escape");
     lab.quit();
 }

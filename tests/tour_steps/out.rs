@@ -8,6 +8,7 @@ mod troubles;
 use std::path::{Path, PathBuf};
 
 use super::*;
+use crate::program::shown_of;
 
 /// Waits until a file is there; nothing has its name before it is whole.
 #[track_caller]
@@ -69,12 +70,26 @@ fn everything_that_is_taken_out_is_whole() {
     lab.click("out.picture");
     let picture = arrived(&lab, "screenshot_000001.png");
     assert_eq!(lit(&picture), (1920, 1080));
+    lab.click("out.size=4K");
+    lab.click("out.picture");
+    let picture = arrived(&lab, "screenshot_000002.png");
+    assert_eq!(lit(&picture), (3840, 2160));
+    lab.click("out.size=window");
+    lab.click("out.picture");
+    let picture = arrived(&lab, "screenshot_000003.png");
+    let [left, top, right, bottom] = lab.place("picture");
+    let window = (right - left, bottom - top);
+    let (width, height) = lit(&picture);
+    let off = (f64::from(width) - window.0)
+        .abs()
+        .max((f64::from(height) - window.1).abs());
+    assert!(off <= 1.0, "{width} x {height}, and not {window:?}");
     lab.click("out.size=custom");
     lab.type_until("out.width", 0.5, "640", "out.width", "640");
     lab.type_until("out.height", 0.5, "480", "out.height", "480");
     lab.click("out.transparent");
     lab.key("F12");
-    let picture = arrived(&lab, "screenshot_000002.png");
+    let picture = arrived(&lab, "screenshot_000004.png");
     let picture = image::open(picture).expect("it is a picture").into_rgba8();
     assert_eq!(picture.dimensions(), (640, 480));
     assert_eq!(picture.get_pixel(0, 0).0[3], 0, "nothing is behind it");
@@ -121,6 +136,25 @@ fn everything_that_is_taken_out_is_whole() {
         count += 1;
     }
     assert_eq!(count, 10);
+    // A video of other sizes, with every frame.
+    lab.click("out.kind=MP4");
+    for (number, size, pixels) in [(1, "1080p", [1920, 1080]), (2, "4K", [3840, 2160])] {
+        lab.click(&format!("out.film_size={size}"));
+        lab.type_until("out.seconds", 0.5, "0.2", "out.seconds", "0.2");
+        lab.click("out.film");
+        let film = arrived(&lab, &format!("film_{number:06}.mp4"));
+        assert_eq!(shown_of(&film), (pixels, 4));
+    }
+    lab.click("out.film_size=window");
+    lab.click("out.film");
+    let film = arrived(&lab, "film_000003.mp4");
+    let ([width, height], frames) = shown_of(&film);
+    let off = (f64::from(width) - window.0)
+        .abs()
+        .max((f64::from(height) - window.1).abs());
+    // Videos have an even number of pixels.
+    assert!(off <= 2.0 && frames == 4, "{width} x {height}, {frames}");
+    lab.click("out.kind=GIF");
     // One that is given up leaves nothing.
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");
     lab.click("out.film");
@@ -145,6 +179,25 @@ fn everything_that_is_taken_out_is_whole() {
     assert_eq!(scene.expect("it is a scene").1.particles.count, 3000);
     let model = gltf::Gltf::open(lab.folder.file("cube_000001.glb")).expect("it is a model");
     assert_eq!(model.meshes().count(), 1);
+    // Its colours as texture, or at its vertices.
+    let colored = |model: &gltf::Gltf| {
+        let primitives = model
+            .meshes()
+            .flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
+        let of_vertices = gltf::Semantic::Colors(0);
+        primitives.filter(|p| p.get(&of_vertices).is_some()).count()
+    };
+    assert_eq!((colored(&model), model.textures().count() > 0), (0, true));
+    lab.click("out.colors=vertex colours");
+    lab.click("out.export=GLB");
+    let model = arrived(&lab, "cube_000002.glb");
+    let model = gltf::Gltf::open(model).expect("it is a model");
+    assert_eq!((colored(&model), model.textures().count()), (1, 0));
+    lab.click("out.colors=texture");
+    lab.click("out.export=GLB");
+    let model = arrived(&lab, "cube_000003.glb");
+    let model = gltf::Gltf::open(model).expect("it is a model");
+    assert_eq!(colored(&model), 0);
     let now = step(&lab.seen().expect("it is told"));
     let checkpoint = myxo::sim::checkpoint::Checkpoint::read(&lab.folder.file("cube_000001.ckpt"));
     assert_eq!(checkpoint.expect("it is whole").snapshot.step, now);

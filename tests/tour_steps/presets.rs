@@ -89,6 +89,16 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     let lit = picture.pixels().filter(|p| p.0.iter().max() > Some(&60));
     assert!(lit.count() > 500, "something is seen");
 
+    // Copied by its button, and taken over another one.
+    lab.click("preset.copy");
+    lab.wait("it is copied", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("clipboard"))
+    });
+    lab.click_until("card=cells", "preset", "cells");
+    lab.key_until("ctrl+v", "it is taken", "preset", "clipboard");
+    lab.click_until("card=Moss 2", "preset", name);
+
     // Taken again, from its card and as the one after the program's last.
     lab.click_until("card=cells", "preset", "cells");
     assert_ne!(lab.save("cube", 2).trail, mine.trail);

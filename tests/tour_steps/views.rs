@@ -1,6 +1,6 @@
 //! The tour's steps through what the picture shows, the light, and the camera.
 
-use super::{Lab, SMALL, can_tour, path, sleep, xdotool};
+use super::{Lab, SMALL, Value, can_tour, path, sleep, xdotool};
 use crate::program::Folder;
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ fn drag(lab: &Lab, name: &str, right: i32, down: i32) {
 
 /// Drags until something has changed: on a display that is short of time, drags are lost.
 #[track_caller]
-fn drag_until(lab: &Lab, name: &str, (right, down): (i32, i32), value: &str) {
+pub fn drag_until(lab: &Lab, name: &str, (right, down): (i32, i32), value: &str) {
     let told = |lab: &Lab| lab.seen().map(|seen| seen["values"][value].clone());
     let before = told(lab);
     for _ in 0..5 {
@@ -133,7 +133,7 @@ fn every_view_can_be_chosen_and_told() {
     lab.key_until("u", "it is split", "split", true);
     lab.place("beside");
     let camera = lab.save("touching", 2).camera;
-    drag(&lab, "beside", 60, 30);
+    drag_until(&lab, "beside", (60, 30), "atlas");
     assert_eq!(
         lab.save("touching", 3).camera,
         camera,
@@ -240,6 +240,31 @@ fn the_light_and_the_camera_can_be_moved() {
     drag_until(&lab, "picture", (60, 0), "camera");
     let looked = lab.save("cube", 9).camera;
     assert!((looked.azimuth - gone.azimuth).abs() > 1.0, "{looked:?}");
+    // Each way and back, and the wheel for the speed.
+    let mut at = looked.target;
+    let mut number = 9;
+    let mut go = |key: &str| {
+        let before = lab.seen().expect("it tells")["values"]["camera.target"].clone();
+        xdotool(&["keydown", key]);
+        lab.wait(key, |seen| seen["values"]["camera.target"] != before);
+        xdotool(&["keyup", key]);
+        sleep(Duration::from_millis(500));
+        number += 1;
+        let target = lab.save("cube", number).camera.target;
+        let way: [f32; 3] = std::array::from_fn(|i| target[i] - at[i]);
+        at = target;
+        way
+    };
+    for (there, back) in [("w", "s"), ("d", "a"), ("e", "q")] {
+        let [there, back] = [there, back].map(&mut go);
+        let along: f32 = there.iter().zip(back).map(|(a, b)| a * b).sum();
+        assert!(along < 0.0, "{there:?} and {back:?}");
+    }
+    let speed = |seen: &Value| seen["values"]["fly.speed"].as_str()?.parse::<f32>().ok();
+    let before = speed(&lab.seen().expect("it tells"));
+    lab.point("picture", 0.5);
+    xdotool(&["click", "4"]);
+    lab.wait("it is quicker", |seen| speed(seen) > before);
     lab.click_until("fly", "flying", false);
     lab.quit();
 }

@@ -132,6 +132,9 @@ impl Interface {
             .hands
             .selected
             .and_then(|i| self.running.objects.get(i));
+        note_value(ui.ctx(), "objects", || {
+            self.running.objects.len().to_string()
+        });
         note_value(ui.ctx(), "picked.scale", || {
             running.map_or(String::new(), |object| object.scale.to_string())
         });

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::settings::{FoodSettings, Settings, Show};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
@@ -174,6 +174,8 @@ pub enum Work {
     Add(String),
     /// Multiplies an object's scale.
     Scale(usize, f32),
+    /// Undo or redo has brought other objects than those that run: they take over what has grown.
+    Renew,
 }
 
 /// The state of the hands.
@@ -421,14 +423,12 @@ pub fn is_mesh(path: &std::path::Path) -> bool {
 /// The settings with one object more.
 pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: Vec3) -> Settings {
     let mut settings = settings.clone();
-    settings
-        .objects
-        .push(myxo::scene::settings::ObjectSettings {
-            mesh: mesh.to_owned(),
-            position: position.to_array(),
-            scale,
-            ..Default::default()
-        });
+    settings.objects.push(ObjectSettings {
+        mesh: mesh.to_owned(),
+        position: position.to_array(),
+        scale,
+        ..Default::default()
+    });
     settings
 }
 
@@ -442,6 +442,18 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
     }
     settings.foods.retain(|food| food.object != gone.name);
     settings
+}
+
+/// Do these differ only in what can change while they run, or waits for a restart?
+pub fn are_built_alike(some: &[ObjectSettings], others: &[ObjectSettings]) -> bool {
+    let alike = |(a, b): (&ObjectSettings, &ObjectSettings)| a.mesh == b.mesh && a.scale == b.scale;
+    some.len() == others.len() && some.iter().zip(others).all(alike)
+}
+
+/// Which of them an object is, by name, if its mesh has not become another one.
+pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Option<usize> {
+    let is_it = |other: &ObjectSettings| other.name == object.name && other.mesh == object.mesh;
+    objects.iter().position(is_it)
 }
 
 /// A path as scenes name meshes.

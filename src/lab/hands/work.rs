@@ -13,11 +13,12 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::super::interface::Interface;
 use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::window::Lab;
 use super::overlay::normal_towards;
-use super::{HandFacts, Under, Work, is_mesh, mesh_name, with_object, without_object};
+use super::{HandFacts, Under, Work, is_mesh, mesh_name, place_among, with_object, without_object};
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;
@@ -100,6 +101,16 @@ impl Lab {
                     self.restart();
                     self.hand.carry = Some((0..count).map(Some).collect());
                 }
+            }
+            Work::Renew => {
+                let Interface {
+                    edited, running, ..
+                } = &self.interface;
+                let objects = edited.objects.iter();
+                let from = objects.map(|object| place_among(&running.objects, object));
+                let from = from.collect();
+                self.restart();
+                self.hand.carry = Some(from);
             }
         }
     }

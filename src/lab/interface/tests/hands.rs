@@ -220,6 +220,46 @@ fn the_box_beside_the_middle_scales() {
 }
 
 #[test]
+fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
+    let mut harness = harness();
+    let undone = |harness: &mut Harness| {
+        let mut commands = Vec::new();
+        harness.interface.undo(&mut commands);
+        commands
+    };
+    // Scaled by hand: the window has loaded it.
+    harness.interface.edited.objects[0].scale = 2.0;
+    harness.interface.running = harness.interface.edited.clone();
+    harness.interface.hands.selected = Some(1);
+    harness.frame(vec![]);
+    let renew = [Command::Hand(Work::Renew)];
+    assert_eq!(undone(&mut harness), renew);
+    assert_eq!(harness.interface.edited.objects[0].scale, 1.0);
+    assert_eq!(harness.interface.hands.selected, Some(1));
+    // Brought back before that was there.
+    let mut commands = Vec::new();
+    harness.interface.redo(&mut commands);
+    assert_eq!(commands, renew);
+
+    // Typed and not run yet.
+    let mut harness = super::hands::harness();
+    harness.interface.edited.objects[0].scale = 2.0;
+    harness.frame(vec![]);
+    assert!(harness.interface.is_pending());
+    assert_eq!(undone(&mut harness), [Command::Apply]);
+    assert!(!harness.interface.is_pending());
+
+    // Taken out: who is picked stays picked, wherever it stands then.
+    let mut harness = super::hands::harness();
+    harness.interface.edited.objects.remove(0);
+    harness.interface.running = harness.interface.edited.clone();
+    harness.interface.hands.selected = Some(0);
+    harness.frame(vec![]);
+    assert_eq!(undone(&mut harness), renew);
+    assert_eq!(harness.interface.hands.selected, Some(1));
+}
+
+#[test]
 fn every_tool_has_its_button() {
     let mut harness = harness();
     for (words, tool) in [

@@ -1,0 +1,122 @@
+//! Steps of the tour with whole objects: scaled by the box beside the middle one, added, taken out, and each undone. The
+//! simulation goes on from where it was each time.
+
+use super::*;
+
+fn step(lab: &Lab) -> u64 {
+    let seen = lab.seen().expect("it is told");
+    seen["state"]["step"].as_u64().expect("it is a number")
+}
+
+/// Waits until so many objects run, and nothing is left to be done; what has grown has stayed.
+#[track_caller]
+fn there_are(lab: &Lab, count: &str, since: u64) {
+    lab.wait(count, |seen| {
+        seen["values"]["objects"] == count
+            && seen["state"]["loading"] == false
+            && seen["state"]["pending"] == false
+    });
+    assert_eq!(step(lab), since, "it has not begun anew");
+}
+
+/// Adds one by the menu; where a display is short of time, clicks are lost.
+#[track_caller]
+fn add(lab: &Lab, name: &str) {
+    for _ in 0..5 {
+        lab.click("add");
+        lab.click(&format!("add={name}"));
+        for _ in 0..200 {
+            let is_coming =
+                |seen: Value| seen["state"]["loading"] == true || seen["values"]["objects"] == "3";
+            if lab.seen().is_some_and(is_coming) {
+                return;
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+    panic!("{name} does not come: {:?}", lab.seen());
+}
+
+#[test]
+fn hands_scale_add_and_remove_objects() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(20));
+    lab.key_until("space", "it is held", "playing", false);
+    let grown = step(&lab);
+    there_are(&lab, "2", grown);
+    let start = lab.save("pair", 1);
+
+    // Larger, and as it was.
+    lab.pick("ball");
+    lab.pull("gizmo=scale", ["6", "-6"]);
+    lab.wait("it has grown", |seen| {
+        let scale = seen["values"]["picked.scale"].as_str();
+        scale.and_then(|scale| scale.parse().ok()) > Some(1.2)
+    });
+    there_are(&lab, "2", grown);
+    let scaled = lab.save("pair", 2);
+    assert!(scaled.objects[0].scale > 1.2, "{:?}", scaled.objects[0]);
+    assert_eq!(scaled.objects[0].position, start.objects[0].position);
+    assert_eq!(scaled.objects[1], start.objects[1], "the other one stays");
+    lab.key("ctrl+z");
+    lab.wait("it is as it was", |seen| {
+        seen["values"]["picked.scale"] == "1" && seen["values"]["picked"] == "ball"
+    });
+    there_are(&lab, "2", grown);
+    assert_eq!(lab.save("pair", 3).objects, start.objects);
+    lab.key("ctrl+shift+z");
+    lab.wait("it is larger again", |seen| {
+        seen["values"]["picked.scale"] != "1"
+    });
+    there_are(&lab, "2", grown);
+    assert_eq!(lab.save("pair", 4).objects, scaled.objects);
+
+    // One more, which has its place in the panel.
+    add(&lab, "capsule");
+    there_are(&lab, "3", grown);
+    lab.wait("it is picked", |seen| seen["values"]["picked"] == "capsule");
+    let added = lab.save("pair", 5);
+    assert_eq!(added.objects[2].mesh, "builtin:capsule");
+    assert_eq!(added.objects[..2], scaled.objects);
+    lab.find("position");
+    let place = "object.2.position";
+    let before = lab.place(&format!("{place}.y"));
+    assert!(before[2] > before[0], "it has a row");
+    lab.type_into(&format!("{place}.y"), 0.6, "0.75");
+    lab.wait("it is moved", |seen| {
+        let words = seen["values"][place].as_str();
+        words.is_some_and(|words| words.contains("0.75"))
+    });
+    let moved = lab.save("pair", 6);
+    assert_eq!(moved.objects[2].position[1], 0.75);
+
+    // Taken out by its key and by its button, and back, one after the other.
+    lab.key("Delete");
+    there_are(&lab, "2", grown);
+    assert_eq!(lab.save("pair", 7).objects, scaled.objects);
+    lab.key("ctrl+z");
+    there_are(&lab, "3", grown);
+    assert_eq!(lab.save("pair", 8).objects, moved.objects);
+    lab.pick("ball");
+    lab.click("remove");
+    there_are(&lab, "2", grown);
+    assert_eq!(lab.save("pair", 9).objects, moved.objects[1..]);
+    lab.key("ctrl+z");
+    there_are(&lab, "3", grown);
+    assert_eq!(lab.save("pair", 10).objects, moved.objects);
+    for (number, before) in [(11, &added), (12, &scaled)] {
+        lab.key("ctrl+z");
+        there_are(&lab, &before.objects.len().to_string(), grown);
+        assert_eq!(lab.save("pair", number).objects, before.objects);
+    }
+    lab.key_until("space", "it runs", "playing", true);
+    lab.wait("it goes on", |seen| {
+        seen["state"]["step"].as_u64() > Some(grown)
+    });
+    lab.quit();
+}
