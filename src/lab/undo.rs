@@ -210,7 +210,9 @@ mod tests {
             assert!(!undo.can_undo());
             // Undone before it was refused, it does not come again.
             undo = Undo::new(&settings, &view);
-            undo.note(&refused, &view);
+            settings.foods.push(FoodSettings::default());
+            let refused = settings.clone();
+            undo.note(&settings, &view);
             assert!(undo.undo(&mut settings, &mut view) && undo.can_redo());
             undo.forget_food(&refused, &runs);
             assert!(!undo.can_redo() && settings == runs);
