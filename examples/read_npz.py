@@ -57,9 +57,35 @@ def check(data):
     owned = data["texel_triangle"] >= 0
     assert (np.isfinite(data["texel_position"]).all(axis=2) == owned).all()
     assert (data["trail"] >= 0).all() and np.isfinite(data["trail"]).all()
-    if data["step"] > 0:
+    with_food = "food_object" in data.files
+    if data["step"] > 0 and not with_food:
         assert data["deposit"].sum() == len(triangle), "each particle deposits once a step"
+    if with_food:
+        check_food(data, corners)
     print(f"checked: {len(triangle)} particles, {owned.sum()} texels with a surface")
+
+
+def check_food(data, corners):
+    """Foods lie where their triangles are, and nobody has eaten more than there was."""
+    triangle, uv, kind = data["food_triangle"], data["food_uv"], data["food_object"]
+    assert (data["triangle_object"][triangle] == kind).all()
+    a, b, c = (corners[triangle, k] for k in range(3))
+    local = a + uv[:, :1] * (b - a) + uv[:, 1:] * (c - a)
+    pose = data["world_from_object"][kind]
+    world = np.einsum("nij,nj->ni", pose[:, :3, :3], local) + pose[:, :3, 3]
+    assert np.abs(world - data["food_position"]).max() < 1e-5 * float(data["scene_radius"])
+    amount, left = data["food_amount"], data["food_remaining"]
+    assert (left <= amount).all() and ((left == -1) == (amount == -1)).all()
+    if data["step"] > 0:
+        assert data["deposit"].sum() >= len(data["particle_uv"]), "fed ones count more than once"
+    # A scent is no stronger than all that is left of all foods together.
+    share = np.where(amount > 0, left / np.maximum(amount, 1), 1)
+    strength = data["food_strength"] * np.minimum(share + 1 / 64, 1) * (share > 0)
+    scent, slack = data["scent"], 1e-4 * np.abs(data["food_strength"]).sum()
+    assert scent.max() <= strength.clip(min=0).sum() + slack
+    assert scent.min() >= strength.clip(max=0).sum() - slack
+    eaten = (amount - left)[amount > 0].sum()
+    print(f"food: {len(amount)} foods and markers, {eaten} meals eaten, scent on {(scent != 0).sum()} texels")
 
 
 def plot(data, picture):
@@ -89,6 +115,13 @@ def plot(data, picture):
     column, row = data["particle_texel"][some].astype(int).T
     # y is up in myxo, z in matplotlib.
     axes.scatter(x, -z, y, c=data["trail"][row, column], s=1, cmap="magma", vmin=0, vmax=max(top, 1e-9))
+    if "food_position" in data.files:
+        # As large as what is left of them.
+        amount, left = data["food_amount"], data["food_remaining"]
+        share = np.where(amount > 0, left / np.maximum(amount, 1), 1)
+        x, y, z = data["food_position"].T
+        axes.scatter(x, -z, y, c="limegreen", edgecolors="black", s=10 + 90 * share, depthshade=False, label="food")
+        axes.legend(loc="upper right")
     axes.set(xlabel="x", ylabel="-z", zlabel="y")
     axes.set_aspect("equal")
 

@@ -196,3 +196,50 @@ fn pictures_without_a_background_have_alpha() {
     assert_eq!(report(&json)["steps"], 2);
     assert!(folder.names().contains(&"0.png".to_owned()));
 }
+
+#[test]
+fn reports_tell_what_is_left_of_food() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let told = |more: &[&str]| {
+        let (out, file) = (folder.file("x.png"), folder.file("x.json"));
+        let run = ["--steps", "40", "--size", "64x48", "--out", path(&out)];
+        let told = ["--report", path(&file)];
+        done(&[&["render"], &TINY[..], &run, &told, more].concat());
+        report(&file)
+    };
+    assert!(told(&[]).get("foods").is_none(), "there is none");
+    let set = [
+        "--set",
+        "feeding.scattered=2",
+        "--set",
+        "feeding.amount=300",
+    ];
+    let foods = told(&set)["foods"].as_array().cloned().unwrap_or_default();
+    assert_eq!(foods.len(), 2, "{foods:?}");
+    let mut left = 0;
+    for food in &foods {
+        assert_eq!(food["object"], "cube", "{food}");
+        assert_eq!(
+            (&food["amount"], &food["strength"]),
+            (&300.into(), &20.0.into())
+        );
+        left += food["remaining"].as_u64().expect("there is an end of it");
+        let place: Vec<f64> = (food["position"].as_array().into_iter().flatten())
+            .filter_map(serde_json::Value::as_f64)
+            .collect();
+        let far = place.iter().fold(0.0_f64, |far, x| far.max(x.abs()));
+        assert!(place.len() == 3 && far > 0.1, "{food}");
+        let (radius, size) = (food["radius"].as_f64(), food["size"].as_f64());
+        assert!(radius > size && size > Some(0.0), "{food}");
+    }
+    assert!(left < 600, "somebody has eaten: {foods:?}");
+    let endless = ["--set", "feeding.scattered=1"];
+    let foods = told(&endless)["foods"].clone();
+    assert!(
+        foods[0]["remaining"].is_null() && foods[0]["amount"] == 0,
+        "{foods}"
+    );
+}

@@ -206,9 +206,14 @@ fn python_reads_checks_and_plots_what_export_has_written() {
         "--set",
         "atlas.size=128",
     ];
-    for (scene, with_distance) in [(&TINY, false), (&several, true)] {
+    let fed = ["--set", "feeding.scattered=3", "--set", "feeding.amount=40"];
+    for (scene, more, with_distance) in [
+        (&TINY, &[][..], false),
+        (&several, &[], true),
+        (&TINY, &fed, false),
+    ] {
         let (data, picture) = (folder.file("x.npz"), folder.file("x.png"));
-        done(&[&["export"], &scene[..], &few, &["--out", path(&data)]].concat());
+        done(&[&["export"], &scene[..], more, &few, &["--out", path(&data)]].concat());
         let output = Command::new(python)
             .arg(root().join("examples/read_npz.py"))
             .args([&data, &picture])
@@ -222,11 +227,18 @@ fn python_reads_checks_and_plots_what_export_has_written() {
             "{said}"
         );
         assert_eq!(said.contains("\ndistance "), with_distance, "{said}");
+        let with_food = !more.is_empty();
+        assert_eq!(said.contains("\nscent "), with_food, "{said}");
+        let told = said.contains("food: 3 foods and markers, ") && !said.contains(", 0 meals");
+        assert_eq!(told, with_food, "{said}");
         let plots = image::open(&picture).expect("it is a picture");
         assert!(plots.width() >= 1000 && plots.height() >= 500);
         // Every array is explained.
         let explained = file_of("docs/npz.md");
-        for line in said.lines().take_while(|line| !line.starts_with("checked")) {
+        for line in said
+            .lines()
+            .take_while(|line| !line.starts_with("checked") && !line.starts_with("food:"))
+        {
             let name = line.split(' ').next().unwrap_or_default();
             assert!(
                 explained.contains(&format!("`{name}`")),

@@ -74,10 +74,34 @@ fn food_takes_memory() {
                 + food.groups.size_in_bytes()
         });
         let all = memory::size_in_bytes(simulation.setup(), &scene.settings);
-        (all, food)
+        (all, food, memory::needed(&scene))
     });
-    let [(without, none), (with, food)] = sizes;
+    let [(without, none, needed_without), (with, food, needed)] = sizes;
     assert_eq!((none, with - without), (0, food));
+    // Before there is an atlas, all but the lists of whom they reach is known.
+    let fields = 2 * 4 * 132 * 131;
+    assert_eq!(needed - needed_without, fields);
+    assert!(fields <= food, "{fields} of {food}");
+    gpu.finish();
+}
+
+/// And what a checkpoint brings of what was painted.
+#[test]
+fn what_is_painted_takes_memory() {
+    let Some(gpu) = common::gpu() else { return };
+    let scene = common::scene("builtin:torus?major=31&minor=17", |s| s.atlas.size = 131);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut snapshot = simulation.snapshot().unwrap();
+    assert!(simulation.state().bias.is_none());
+    snapshot.bias = vec![1.0; snapshot.trail.len()];
+    simulation.restore(&snapshot).unwrap();
+    let painted = simulation.state().bias.as_ref().unwrap();
+    let size = painted.field.size_in_bytes();
+    assert_eq!(memory::needed_for_painted(&scene), size);
+    assert_eq!(
+        memory::painted_bytes(simulation.setup().atlas.texel_count() as u64),
+        size
+    );
     gpu.finish();
 }
 

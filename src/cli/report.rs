@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
+use glam::Affine3A;
 use myxo::gpu::{CopyBandwidth, Statistics};
 use myxo::scene::parameters::grouped;
 use myxo::scene::settings::ObjectSettings;
@@ -62,6 +63,9 @@ pub struct Report {
     pub repetitions: Vec<Repetition>,
     /// What was counted.
     pub counters: Counters,
+    /// Foods and markers, and what is left of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub foods: Vec<FoodLeft>,
     /// Whether Vulkan's validation layers were on; times are not worth comparing then.
     pub validation: bool,
     /// Whether the run was stopped by Ctrl-C.
@@ -88,6 +92,54 @@ pub struct StateHash {
     pub step: u64,
     /// As [`Report::state_hash`].
     pub hash: String,
+}
+
+/// A food or a marker, and what is left of it. Lengths are world units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FoodLeft {
+    /// The name of the object that it lies on.
+    pub object: String,
+    /// Where, in the world, as the last step had it.
+    pub position: [f32; 3],
+    /// How far along the surface it is sensed.
+    pub radius: f64,
+    /// How far along the surface it is eaten; 0 for a marker.
+    pub size: f64,
+    /// What sensors read more where it lies, when all of it is there.
+    pub strength: f32,
+    /// How many meals it was at the start; 0 for no end of them.
+    pub amount: u32,
+    /// How many are left; `null` where there is no end of them.
+    pub remaining: Option<u32>,
+}
+
+impl FoodLeft {
+    /// Of each, first those that the scene names.
+    #[must_use]
+    pub fn all(
+        snapshot: &Snapshot,
+        setup: &Setup,
+        objects: &[ObjectSettings],
+        world_from_object: &[Affine3A],
+    ) -> Vec<Self> {
+        let places = setup.pantry.places.iter().zip(&setup.pantry.marks);
+        let all = places.zip(&snapshot.food.remaining);
+        all.map(|((place, mark), &left)| {
+            let object = place.object as usize;
+            Self {
+                object: objects[object].name.clone(),
+                position: world_from_object[object]
+                    .transform_point3(mark.position)
+                    .to_array(),
+                radius: place.radius,
+                size: place.size,
+                strength: place.strength,
+                amount: place.amount,
+                remaining: (place.amount > 0).then_some(left),
+            }
+        })
+        .collect()
+    }
 }
 
 /// Times and their spread over the steps that were measured; `null` where the device has no timestamps. A kernel of

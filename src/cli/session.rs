@@ -16,7 +16,9 @@ use myxo::{Error, Result};
 use super::console;
 use super::options::CommonOptions;
 use super::progress::{Progress, SettingUp, atlas_cache};
-use super::report::{Bandwidth, Counters, KernelTime, Report, StateHash, Times, hash_text};
+use super::report::{
+    Bandwidth, Counters, FoodLeft, KernelTime, Report, StateHash, Times, hash_text,
+};
 use super::times;
 
 /// Frames that the host may be ahead of the device.
@@ -87,7 +89,9 @@ impl Session {
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
         memory::check(ctx.info(), &scene)?;
-        tell_memory(&ctx, &scene);
+        let painted = checkpoint.as_ref().map(|c| &c.snapshot.bias);
+        let is_painted = painted.is_some_and(|bias| !bias.is_empty());
+        tell_memory(&ctx, &scene, is_painted);
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(&ctx, &scene, control))?;
         if let Some(warning) = simulation.setup().atlas.warning() {
@@ -314,6 +318,12 @@ impl Session {
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),
+            foods: FoodLeft::all(
+                &ending.snapshot,
+                setup,
+                &self.scene.settings.objects,
+                &self.simulation.world_from_object(),
+            ),
             validation: self.options.device.validate,
             interrupted,
             ..Report::of_this_host()
@@ -442,8 +452,14 @@ fn patience(scene: &Scene) -> Duration {
 }
 
 /// Says what a large scene takes on the device, before it is taken; and if that is more than the device says that it has.
-fn tell_memory(ctx: &Context, scene: &Scene) {
-    let needed = memory::needed(scene);
+/// A checkpoint may bring what was painted.
+fn tell_memory(ctx: &Context, scene: &Scene, is_painted: bool) {
+    let painted = if is_painted {
+        memory::needed_for_painted(scene)
+    } else {
+        0
+    };
+    let needed = memory::needed(scene) + painted;
     if needed <= LARGE {
         return;
     }

@@ -20,16 +20,19 @@ use std::borrow::Cow;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
 
 use glam::{Affine3A, DQuat, EulerRot, Vec2};
 
 use crate::error::{Error, Result};
+use crate::gpu::Recorder;
 use crate::render::View;
 use crate::render::output::Written;
 use crate::scene::Scene;
 use crate::scene::motion::MotionSettings;
 use crate::sim::checkpoint::Checkpoint;
-use crate::sim::{Distances, Setup, Simulation, Snapshot};
+use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
 use paint::Paint;
 pub use watch::Watch;
@@ -37,6 +40,9 @@ use watch::Watched;
 
 /// Pictures are taken in this shape unless somebody asks for another, so the camera of a model fits it.
 const PICTURE: Vec2 = Vec2::new(1280.0, 720.0);
+
+/// How often it is looked whether a state has arrived.
+const LOOKS_EVERY: Duration = Duration::from_millis(2);
 
 /// What a file is, as its ending says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,37 +107,27 @@ impl<'a> Export<'a> {
     /// # Errors
     /// When the device is lost or its memory is full.
     pub fn of(scene: &Scene, simulation: &Simulation, snapshot: &'a Snapshot) -> Result<Self> {
-        Self::build(scene, simulation, Cow::Borrowed(snapshot))
+        let mut export = Self::build(scene, simulation, Cow::Borrowed(snapshot));
+        export.distances = simulation.distances()?;
+        Ok(export)
     }
 
-    /// The same with all that it needs, so that another thread can write it while the simulation goes on.
-    ///
-    /// # Errors
-    /// As [`of`](Self::of).
-    pub fn apart(
-        scene: &Scene,
-        simulation: &Simulation,
-        snapshot: Snapshot,
-    ) -> Result<Export<'static>> {
-        Export::build(scene, simulation, Cow::Owned(snapshot))
-    }
-
-    fn build(scene: &Scene, simulation: &Simulation, snapshot: Cow<'a, Snapshot>) -> Result<Self> {
+    fn build(scene: &Scene, simulation: &Simulation, snapshot: Cow<'a, Snapshot>) -> Self {
         let scene = Scene {
             settings: simulation.settings().clone(),
             ..scene.clone()
         };
         let objects = 0..scene.settings.objects.len();
-        Ok(Self {
+        Self {
             setup: simulation.shared_setup(),
             snapshot,
-            distances: simulation.distances()?,
+            distances: None,
             world_from_object: simulation.world_from_object(),
             set_from_outside: objects.map(|i| simulation.is_pose_set(i)).collect(),
             time: simulation.time(),
             view: View::of(&scene, PICTURE),
             scene,
-        })
+        }
     }
 
     /// The scene at this state as a scene file: every key, objects where they are and on their way. Particles and trail
@@ -197,6 +193,47 @@ impl<'a> Export<'a> {
             Format::Npz => npz::write(self, out),
             Format::Toml => out.write_all(self.scene_file().as_bytes()),
         }
+    }
+}
+
+/// A state on its way from the device, with all that it needs, so that another thread can write it while the simulation
+/// goes on.
+pub struct ExportOnTheWay {
+    /// All but what is on its way; to be changed as one likes.
+    pub export: Export<'static>,
+    copy: SnapshotCopy,
+}
+
+impl ExportOnTheWay {
+    /// Records copies of the present state of a simulation of `scene`. Waits for nothing.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn record(scene: &Scene, simulation: &Simulation, rec: &mut Recorder) -> Result<Self> {
+        let nothing = Cow::Owned(Snapshot::nothing());
+        Ok(Self {
+            export: Export::build(scene, simulation, nothing),
+            copy: simulation.record_snapshot(rec)?,
+        })
+    }
+
+    /// Waits until the frame is done that it was recorded in.
+    ///
+    /// # Errors
+    /// When it was stopped.
+    pub fn wait(mut self, watch: &Watch) -> Result<Export<'static>> {
+        while !self.copy.is_there() {
+            if watch.is_cancelled() {
+                return Err(Error::Invalid("it was cancelled".to_owned()));
+            }
+            thread::sleep(LOOKS_EVERY);
+        }
+        let (snapshot, distances) = self.copy.take();
+        Ok(Export {
+            snapshot: Cow::Owned(snapshot),
+            distances,
+            ..self.export
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! A zip archive of NumPy arrays: everything that the state is made of, in world coordinates where it can be.
 //!
-//! `docs/npz.md` is this table with explanations; N particles, S texels a side, O objects, V vertices, T triangles.
+//! `docs/npz.md` is this table with explanations; N particles, S texels a side, O objects, F foods, V vertices,
+//! T triangles.
 //!
 //! | array | type | shape | unit |
 //! | --- | --- | --- | --- |
@@ -25,6 +26,13 @@
 //! | `texel_position` | `f4` | S, S, 3 | world units; NaN: none |
 //! | `distance` | `f4` | S, S | world units; NaN: none |
 //! | `nearest_triangle` | `i4` | S, S | -1: none within reach |
+//! | `scent` | `f4` | S, S | |
+//! | `food_object`, `food_triangle` | `i4` | F | object, triangle |
+//! | `food_uv` | `f4` | F, 2 | weights of corners 1 and 2 |
+//! | `food_position` | `f4` | F, 3 | world units |
+//! | `food_radius`, `food_size` | `f4` | F | world units |
+//! | `food_strength` | `f4` | F | |
+//! | `food_amount`, `food_remaining` | `i8` | F | meals; -1: no end |
 //! | `object_name` | `U` | O | |
 //! | `world_from_object` | `f8` | O, 4, 4 | |
 //! | `vertex_position` | `f4` | V, 3 | object space, scaled |
@@ -44,7 +52,8 @@ use zip::{CompressionMethod, ZipWriter};
 use super::Export;
 use super::corners;
 use crate::mesh::surface::NONE;
-use crate::mesh::walk::Frame;
+use crate::mesh::walk::{Frame, SurfacePoint};
+use crate::sim::food::buffers::scent_of;
 use crate::sim::types::{Motion, Particle};
 
 /// Grows by one where arrays change their meaning.
@@ -69,6 +78,7 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     archive.texts("scene_toml", &[], &[export.scene_file().as_str()])?;
     write_particles(export, &mut archive)?;
     write_texels(export, &mut archive)?;
+    write_foods(export, &mut archive)?;
     write_objects(export, &mut archive)?;
     archive.0.finish()?;
     Ok(())
@@ -251,6 +261,46 @@ fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io
                 .map_or(-1, |nearest| nearest as i32)
         }),
     )
+}
+
+/// Foods and markers, where there are any, and what sensors read of what is left of them.
+fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
+    let atlas = &export.setup.atlas;
+    let pantry = &export.setup.pantry;
+    if pantry.is_empty() {
+        return Ok(());
+    }
+    let left = &export.snapshot.food.remaining;
+    let field = scent_of(pantry, &pantry.meals(Some(left)));
+    let side = atlas.size as usize;
+    let rows = field.chunks(atlas.pitch as usize).take(side);
+    let texels: Vec<f32> = rows.flat_map(|row| &row[..side]).copied().collect();
+    to.array("scent", &[side, side], &texels)?;
+
+    let foods = &pantry.places;
+    let n = [foods.len()];
+    let object = of_all(foods, |food| food.object as i32);
+    to.array("food_object", &n, &object)?;
+    let triangle = of_all(foods, |food| food.point.triangle as i32);
+    to.array("food_triangle", &n, &triangle)?;
+    let uv = of_all(foods, |food| [food.point.u as f32, food.point.v as f32]);
+    to.array("food_uv", &[n[0], 2], &uv)?;
+    let position = of_all(foods, |food| {
+        let pose = &export.world_from_object[food.object as usize];
+        let SurfacePoint { triangle, u, v } = food.point;
+        place(export, pose, triangle, u as f32, v as f32).to_array()
+    });
+    to.array("food_position", &[n[0], 3], &position)?;
+    to.array("food_radius", &n, &of_all(foods, |food| food.radius as f32))?;
+    to.array("food_size", &n, &of_all(foods, |food| food.size as f32))?;
+    to.array("food_strength", &n, &of_all(foods, |food| food.strength))?;
+    // What has no end has no number of meals.
+    let meals = |amount: u32, meals: u32| if amount == 0 { -1 } else { i64::from(meals) };
+    let amount = of_all(foods, |food| meals(food.amount, food.amount));
+    to.array("food_amount", &n, &amount)?;
+    let both = foods.iter().zip(left);
+    let remaining: Vec<i64> = both.map(|(food, &left)| meals(food.amount, left)).collect();
+    to.array("food_remaining", &n, &remaining)
 }
 
 fn write_objects<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {

@@ -11,6 +11,7 @@ use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
+use super::feeding::Feeder;
 use super::interface::Command;
 use super::interface::Interface;
 use super::loading::{Loaded, Loading};
@@ -87,15 +88,20 @@ impl Lab {
         let Some(stage) = &mut self.stage else {
             return;
         };
-        let live = self.interface.live_settings();
+        let wanted = self.interface.live_settings();
+        let mut live = wanted.clone();
+        // To measure how far texels are from food takes longer than a picture.
+        let runs = stage.simulation.settings();
+        live.foods.clone_from(&runs.foods);
+        live.feeding = runs.feeding.clone();
         match stage.simulation.apply(&live) {
             Ok(()) => {
                 self.interface.running = live;
-                // Food comes and goes without a step.
                 stage.forget_picture();
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
+        self.feeder.want(&stage.simulation, &wanted);
     }
 
     /// From step 0, with the settings as they are edited.
@@ -198,6 +204,7 @@ impl Lab {
 
     fn show(&mut self, loaded: Loaded, is_new_scene: bool) -> Result<()> {
         self.leave_stage();
+        self.feeder = Feeder::default();
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         self.carry_over(&mut stage)?;

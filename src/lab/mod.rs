@@ -5,6 +5,7 @@ mod checks;
 mod clocks;
 mod commands;
 mod facts;
+mod feeding;
 mod flying;
 mod gallery;
 mod hands;

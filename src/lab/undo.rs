@@ -120,6 +120,22 @@ impl Undo {
         true
     }
 
+    /// What was refused was never there: wherever this food stands, there is what runs instead. Else undo would lead back
+    /// to it for ever.
+    pub fn forget_food(&mut self, refused: &Settings, runs: &Settings) {
+        let all = self.past.iter_mut().chain(&mut self.future);
+        for State { settings, .. } in all.chain([&mut self.now]) {
+            if (&settings.foods, &settings.feeding) == (&refused.foods, &refused.feeding) {
+                settings.foods.clone_from(&runs.foods);
+                settings.feeding = runs.feeding.clone();
+            }
+        }
+        self.past.dedup();
+        self.future.dedup();
+        self.past.pop_if(|last| *last == self.now);
+        self.future.pop_if(|next| *next == self.now);
+    }
+
     /// Is there something to undo?
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()
@@ -141,6 +157,7 @@ mod tests {
     use super::*;
     use glam::Vec2;
     use myxo::scene::Scene;
+    use myxo::scene::settings::FoodSettings;
 
     #[test]
     fn changes_go_back_and_come_again() {
@@ -173,6 +190,33 @@ mod tests {
         assert!(undo.undo(&mut settings, &mut view) && undo.undo(&mut settings, &mut view));
         assert_eq!(settings, Settings::default());
         assert_eq!(view.camera, camera, "the camera stays");
+        // Food that was refused is no entry, whatever was changed since.
+        for later in [false, true] {
+            undo = Undo::new(&settings, &view);
+            let runs = settings.clone();
+            settings.foods.push(FoodSettings::default());
+            let refused = settings.clone();
+            undo.note(&settings, &view);
+            if later {
+                settings.trail.decay = 0.4;
+                undo.note(&settings, &view);
+            }
+            undo.forget_food(&refused, &runs);
+            settings.foods.clone_from(&runs.foods);
+            undo.note(&settings, &view);
+            assert_eq!(undo.can_undo(), later);
+            assert_eq!(undo.undo(&mut settings, &mut view), later);
+            assert_eq!(settings, runs);
+            assert!(!undo.can_undo());
+            // Undone before it was refused, it does not come again.
+            undo = Undo::new(&settings, &view);
+            settings.foods.push(FoodSettings::default());
+            let refused = settings.clone();
+            undo.note(&settings, &view);
+            assert!(undo.undo(&mut settings, &mut view) && undo.can_redo());
+            undo.forget_food(&refused, &runs);
+            assert!(!undo.can_redo() && settings == runs);
+        }
         for i in 0..2 * MOST {
             settings.seed = i as u64;
             undo.note(&settings, &view);

@@ -21,6 +21,7 @@ use winit::window::Window;
 use super::LabOptions;
 use super::checks::Checks;
 use super::clocks::Clocks;
+use super::feeding::Feeder;
 use super::hands::Hand;
 use super::interface::Interface;
 use super::loading::Loading;
@@ -40,7 +41,7 @@ const SETTLES_AFTER: Duration = Duration::from_millis(250);
 const EXPOSURE_SPEED: f32 = 3.0;
 /// How often a window without a size is looked at again.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
-/// How often it is shown how far a scene is that loads.
+/// How often it is shown how far a scene is that loads, and asked for food that is on its way.
 const LOADING_INTERVAL: Duration = Duration::from_millis(50);
 /// Behind everything while there is no scene, as it is stored.
 const EMPTY: [f32; 4] = [0.055, 0.06, 0.075, 1.0];
@@ -73,6 +74,8 @@ pub struct Lab {
     pub(super) single_steps: u32,
     /// What the hands have on the device.
     pub(super) hand: Hand,
+    /// Food that was changed and is not there yet.
+    pub(super) feeder: Feeder,
     /// The user wants to leave.
     pub closing: bool,
     /// Pictures of the scene until the lab closes by itself.
@@ -175,6 +178,7 @@ impl Lab {
             has_answered: false,
             single_steps: 0,
             hand: Hand::default(),
+            feeder: Feeder::default(),
             closing: false,
             frames_left: options.frames,
             lose_device: options.lose_device,
@@ -210,6 +214,7 @@ impl Lab {
         let since_last = self.clocks.tick();
         self.take_loaded();
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
+        self.take_food(&self.egui.egui_ctx().clone());
         self.make(&self.egui.egui_ctx().clone())?;
         self.clocks.facts.out = self.out.told();
         let input = self.egui.take_egui_input(&self.window);
@@ -258,6 +263,7 @@ impl Lab {
         }
         let is_moving = self.moved.elapsed() < SETTLES_AFTER;
         self.record_hands(&mut rec, &context)?;
+        self.record_export(&mut rec, &context);
         let beside = shown.beside.map(|rect| {
             let window = self.window.inner_size().into();
             Place::of(rect, output.pixels_per_point, window)
@@ -330,7 +336,8 @@ impl Lab {
             return Ok(Some(now));
         }
         let settles = is_moving.then(|| self.moved + SETTLES_AFTER);
-        let loading = self.loading.as_ref().map(|_| now + LOADING_INTERVAL);
+        let waits = self.loading.is_some() || self.feeder.is_busy();
+        let loading = waits.then(|| now + LOADING_INTERVAL);
         let repaint = repaint.and_then(|delay| now.checked_add(delay));
         Ok([settles, loading, repaint].into_iter().flatten().min())
     }

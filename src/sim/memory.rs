@@ -21,7 +21,7 @@ use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::Settings;
 
-/// Bytes that the buffers of a simulation take on the device. Pictures come on top: some bytes a pixel, and about 4 a
+/// Bytes that the buffers of a simulation take on the device, before anything is painted. Pictures come on top: some bytes a pixel, and about 4 a
 /// texel and 16 a triangle.
 #[must_use]
 pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
@@ -71,7 +71,7 @@ fn food_bytes(setup: &Setup) -> u64 {
     if places.is_empty() {
         return none;
     }
-    none + 2 * size_of_val(&plates[..]) as u64
+    none + FOOD_FIELDS * plates.len() as u64
         + size_of_val(&scented[..]) as u64
         + size_of_val(&whiffs[..]) as u64
         + (places.len() * (size_of::<Meal>() + size_of::<Mark>()) + size_of::<DispatchGroups>())
@@ -109,8 +109,20 @@ fn distance_bytes(setup: &Setup) -> u64 {
         + objects * (objects - 1) * (PAIR + size_of::<f32>() as u64)
 }
 
+/// What a field that was painted takes on top, on so many texels: what attracts, repels or may not be entered.
+#[must_use]
+pub fn painted_bytes(texels: u64) -> u64 {
+    texels * TEXEL
+}
+
+/// The same before there is an atlas.
+#[must_use]
+pub fn needed_for_painted(scene: &Scene) -> u64 {
+    painted_bytes(texel_count(scene.settings.atlas.size.into()))
+}
+
 /// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
-/// seams take, and what distances between objects look things up in, comes on top.
+/// seams take, what distances between objects look things up in, and the lists of whom food reaches come on top.
 #[must_use]
 pub fn needed(scene: &Scene) -> u64 {
     let settings = &scene.settings;
@@ -120,9 +132,14 @@ pub fn needed(scene: &Scene) -> u64 {
     } else {
         0
     };
+    let food = if settings.food_count() > 0 {
+        FOOD_FIELDS
+    } else {
+        0
+    };
     particle_bytes(settings.particles.count.into(), scene.surface.objects.len())
         + texel_bytes(texels)
-        + fields * texels
+        + (fields + food) * texels
         + triangle_bytes(scene.surface.corners.len() as u64)
 }
 
@@ -374,6 +391,8 @@ const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
 /// Bytes a texel that distances between objects take: they, nearest triangles, places and triangles across, surroundings.
 const FIELDS: u64 = 4 * TEXEL + size_of::<u16>() as u64;
+/// Bytes a texel that food takes: what it smells of, and where it is eaten.
+const FOOD_FIELDS: u64 = 2 * TEXEL;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;

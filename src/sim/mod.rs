@@ -38,7 +38,7 @@ pub mod types;
 
 pub use params::{StepConstants, StepParams, TINY_TRAIL};
 pub use setup::{Setup, atlas_options};
-pub use simulation::Simulation;
+pub use simulation::{FoodOrder, PreparedFood, Simulation, SnapshotCopy};
 pub use snapshot::{Census, Distances, Snapshot};
 pub use state::{Kernels, PingPong, State};
 pub use surroundings::{CLEARANCE, COVERED, NEAR};

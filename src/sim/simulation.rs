@@ -1,6 +1,7 @@
 //! A running simulation on the GPU.
 
 mod alone;
+mod copying;
 mod feeding;
 mod painting;
 
@@ -26,6 +27,8 @@ use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
 use crate::scene::settings::Settings;
+pub use copying::SnapshotCopy;
+pub use feeding::{FoodOrder, PreparedFood};
 use painting::Painter;
 
 /// A scene that grows, step by step.
@@ -229,6 +232,22 @@ impl Simulation {
     /// When a changed setting needs a restart (the message names it): make a new simulation then. When a food lies off its
     /// object.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
+        self.apply_prepared(settings, None)
+    }
+
+    /// The same, with the food of these settings measured before, as [`order_food`](Self::order_food) has it done.
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply).
+    pub fn apply_with_food(&mut self, settings: &Settings, food: PreparedFood) -> Result<()> {
+        self.apply_prepared(settings, Some(food))
+    }
+
+    fn apply_prepared(
+        &mut self,
+        settings: &Settings,
+        mut food: Option<PreparedFood>,
+    ) -> Result<()> {
         let restarting = restarting(&self.settings, settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();
@@ -247,11 +266,13 @@ impl Simulation {
         // Whatever may fail comes first, so that a failure leaves all as it was.
         let paths = TexelPaths::of(self.ctx.info(), self.setup.atlas.texel_count() as u64);
         let constants = StepConstants::new(settings, paths).with_bias(self.state.bias.is_some());
-        let kernels = (constants != self.constants)
-            .then(|| Kernels::new(&self.ctx, &constants))
-            .transpose()?;
+        let made = food.as_mut().and_then(|f| f.take_kernels(&constants));
+        let kernels = match made {
+            None if constants != self.constants => Some(Kernels::new(&self.ctx, &constants)?),
+            made => made,
+        };
         raster::check(&self.setup.surface, settings).map_err(Error::Invalid)?;
-        let served = self.served(settings)?;
+        let served = self.served(settings, food.as_mut())?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &self.setup))
             .transpose()?;

@@ -98,6 +98,24 @@ impl Snapshot {
         }
     }
 
+    /// Of no scene: what stands for a state that is on its way.
+    #[must_use]
+    pub fn nothing() -> Self {
+        Self {
+            step: 0,
+            movement: SavedMovement::default(),
+            last_poses: Vec::new(),
+            distance_poses: Vec::new(),
+            particles: Vec::new(),
+            motions: Vec::new(),
+            trail: Vec::new(),
+            deposits: Vec::new(),
+            transfers: TransferState::default(),
+            bias: Vec::new(),
+            food: FoodState::default(),
+        }
+    }
+
     /// How the objects of a scene with so many of them move on from here.
     ///
     /// # Errors

@@ -236,6 +236,8 @@ fn hands_put_food_there_and_take_it_away() {
     let foods = |count: &str| {
         let count = count.to_owned();
         lab.wait("foods", |seen| seen["values"]["foods"] == count);
+        // Also where the simulation is held.
+        lab.wait("it is there", |seen| seen["values"]["foods.there"] == "all");
     };
     lab.key("o");
     lab.wait("the tool is taken", |seen| seen["values"]["tool"] == "food");

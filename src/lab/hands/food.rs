@@ -1,9 +1,10 @@
 //! Food and markers by hand: put on a surface, picked, changed and taken away.
 
 use egui::{RichText, Slider, SliderClamping, Ui};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
-use myxo::scene::settings::{FoodSettings, MOST_FOODS};
+use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings};
+use myxo::sim::types::Mark;
 
 use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, note_value};
@@ -12,6 +13,8 @@ use super::Under;
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;
+/// A marker that is not there yet is drawn so large, scene radii.
+const LEAST_SIZE: f32 = 0.02;
 
 /// What the bar lets be changed of a food: key, name, what it is, and what its slider offers.
 type Control = (&'static str, &'static str, &'static str, (f64, f64));
@@ -99,6 +102,22 @@ impl Interface {
         commands.push(Command::Apply);
     }
 
+    /// The simulation refuses this food: what runs is what there is again, unless the hand has set other food since.
+    pub fn take_food_back(&mut self, refused: &Settings) {
+        self.undo.forget_food(refused, &self.running);
+        let Settings { foods, feeding, .. } = &mut self.edited;
+        if (&*foods, &*feeding) != (&refused.foods, &refused.feeding) {
+            return;
+        }
+        foods.clone_from(&self.running.foods);
+        *feeding = self.running.feeding.clone();
+        self.hands.food = self.hands.food.filter(|food| *food < foods.len());
+        if let Some(food) = self.hands.food {
+            // Or the next one would be refused, too.
+            self.hands.next_food = foods[food].clone();
+        }
+    }
+
     /// What the picked food is like, or the next one will be.
     pub(super) fn food_controls(&mut self, ui: &mut Ui, width: f32, commands: &mut Vec<Command>) {
         ui.spacing_mut().slider_width = width - 50.0;
@@ -108,7 +127,10 @@ impl Interface {
             .hands
             .food
             .filter(|food| *food < self.edited.foods.len());
+        // What was changed takes a moment to be there.
+        let is_coming = self.edited.foods != self.running.foods;
         let title = match self.hands.food {
+            Some(food) if is_coming => format!("food {food} …"),
             Some(food) => format!("food {food}"),
             None => "next food".to_owned(),
         };
@@ -116,6 +138,10 @@ impl Interface {
         let picked = self.hands.food.map(|food| food.to_string());
         note_value(ui.ctx(), "picked.food", || picked.unwrap_or_default());
         note_value(ui.ctx(), "foods", || self.edited.foods.len().to_string());
+        note_value(ui.ctx(), "foods.there", || {
+            let there = if is_coming { "coming" } else { "all" };
+            there.to_owned()
+        });
         let food = match self.hands.food {
             Some(food) => &mut self.edited.foods[food],
             None => &mut self.hands.next_food,
@@ -179,6 +205,40 @@ fn keep_in_range(food: &mut FoodSettings, key: &str) {
     }
 }
 
+/// Where the foods lie that the hand knows, in world space, and how large they are drawn: those of `edited`, which need not
+/// be there yet, then those that are scattered. `running` are those that `marks` begin with.
+pub fn placed(
+    edited: &Settings,
+    running: &[FoodSettings],
+    marks: &[Mark],
+    poses: &[Affine3A],
+    radius: f32,
+) -> Vec<(Vec3, f32)> {
+    let at_mark = |mark: &Mark| {
+        let pose = poses.get(mark.object as usize);
+        let place = pose.map_or(mark.position, |pose| pose.transform_point3(mark.position));
+        (place, mark.radius)
+    };
+    let by_hand = edited.foods.iter().enumerate().map(|(i, food)| {
+        let same = |other: &FoodSettings| (other.at, &other.object) == (food.at, &food.object);
+        let there = match running.get(i) {
+            Some(other) if same(other) => Some(i),
+            _ => running.iter().position(same),
+        };
+        if let Some(mark) = there.and_then(|there| marks.get(there)) {
+            return at_mark(mark);
+        }
+        let object = edited.object_of(food).unwrap_or(0);
+        let scale = edited.objects.get(object).map_or(1.0, |o| o.scale);
+        let place = scale * Vec3::from_array(food.at);
+        let pose = poses.get(object);
+        let place = pose.map_or(place, |pose| pose.transform_point3(place));
+        (place, food.size.max(LEAST_SIZE) * radius)
+    });
+    let scattered = marks.iter().skip(running.len());
+    by_hand.chain(scattered.map(at_mark)).collect()
+}
+
 /// The food that lies at a place, if any does.
 fn nearest(foods: &[(Vec3, f32)], place: Vec3) -> Option<usize> {
     let near = foods.iter().enumerate().filter_map(|(i, (at, size))| {
@@ -199,5 +259,42 @@ mod tests {
         assert_eq!(nearest(&foods, 1.08 * Vec3::X), Some(1));
         assert_eq!(nearest(&foods, 1.04 * Vec3::Y), None);
         assert_eq!(nearest(&[], Vec3::ZERO), None);
+    }
+
+    /// What is put, taken away or refused is not in the simulation, or still is: an index always means the hand's food.
+    #[test]
+    fn indices_are_those_of_the_hand_while_food_is_on_its_way() {
+        let mut edited = Settings::default();
+        edited.objects[0].scale = 2.0;
+        let food = |x: f32| FoodSettings {
+            at: [x, 0.0, 0.0],
+            size: 0.1,
+            ..FoodSettings::default()
+        };
+        let mark = |x: f32| Mark {
+            position: x * Vec3::X,
+            object: 0,
+            normal: Vec3::X,
+            radius: 0.25,
+            is_food: 1,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
+        };
+        let poses = [Affine3A::from_translation(Vec3::Y)];
+        let running = [food(1.0), food(2.0)];
+        let marks = [mark(2.1), mark(4.1), mark(7.0)];
+        let mut places = |foods: &[FoodSettings]| {
+            edited.foods = foods.to_vec();
+            placed(&edited, &running, &marks, &poses, 3.0)
+        };
+        let at = |x: f32, size: f32| (Vec3::new(x, 1.0, 0.0), size);
+        assert_eq!(places(&running), [2.1, 4.1, 7.0].map(|x| at(x, 0.25)));
+        // The first is taken away, one is put: scattered ones come after those.
+        assert_eq!(
+            places(&[food(2.0), food(3.0)]),
+            [at(4.1, 0.25), at(6.0, 0.3), at(7.0, 0.25)]
+        );
+        assert_eq!(places(&[]), [at(7.0, 0.25)]);
     }
 }

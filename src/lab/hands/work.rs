@@ -1,11 +1,10 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, what lies under it, objects
 //! that come, go and grow.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
-use myxo::sim::Simulation;
 use myxo::sim::carry::carried;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
@@ -17,6 +16,7 @@ use super::super::interface::Interface;
 use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::window::Lab;
+use super::food::placed;
 use super::overlay::normal_towards;
 use super::{HandFacts, Under, Work, is_mesh, mesh_name, place_among, with_object, without_object};
 
@@ -245,7 +245,13 @@ impl Lab {
         self.clocks.facts.hand = HandFacts {
             looked: pixel,
             under,
-            foods: placed_foods(simulation, &poses),
+            foods: placed(
+                &self.interface.edited,
+                &settings.foods,
+                &setup.pantry.marks,
+                &poses,
+                setup.radius,
+            ),
             poses,
             time: simulation.time(),
             mean_trail: (mean as f32).clamp(1e-3, 1e4),
@@ -317,17 +323,6 @@ impl Lab {
         );
         carried.map_or(Ok(()), |state| next.simulation.restore(&state))
     }
-}
-
-/// Where food and markers lie, in world space, and how large they are drawn.
-fn placed_foods(simulation: &Simulation, poses: &[Affine3A]) -> Vec<(Vec3, f32)> {
-    let marks = simulation.setup().pantry.marks.iter();
-    marks
-        .map(|mark| {
-            let pose = poses[mark.object as usize];
-            (pose.transform_point3(mark.position), mark.radius)
-        })
-        .collect()
 }
 
 /// One of `count` dabs that together do what one would.

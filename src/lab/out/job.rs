@@ -8,13 +8,14 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use myxo::Result;
-use myxo::export::{self, Colors, Export, ExportFile, Watch};
-use myxo::gpu::{Context, Format, Frames};
+use myxo::export::{self, Colors, ExportFile, ExportOnTheWay, Watch};
+use myxo::gpu::{Context, Format, Frames, Recorder};
 use myxo::render::exposure::Exposure;
 use myxo::render::offscreen;
 use myxo::render::output::{Output, Written};
 use myxo::render::{View, output};
 use myxo::scene::Scene;
+use myxo::scene::settings::Settings;
 
 use super::encoder::{Encoder, Frame};
 use super::names::Reserved;
@@ -68,7 +69,7 @@ impl Job {
                 }
             }
             Self::Film(film) => film.encoder.cancel(),
-            Self::Export(export) => export.watch.cancel(),
+            Self::Export(export) => export.cancel(),
         }
     }
 
@@ -94,12 +95,7 @@ impl Job {
                 is_cancelled: picture.is_cancelled,
             },
             Self::Film(film) => film.told(),
-            Self::Export(export) => Making {
-                name: export.name.clone(),
-                doing: format!("{:.1} MB written", export.watch.written() as f64 / 1e6),
-                done: None,
-                is_cancelled: export.watch.is_cancelled(),
-            },
+            Self::Export(export) => export.told(),
         }
     }
 
@@ -111,8 +107,8 @@ impl Job {
                 film.stop();
                 film.encoder.wait()
             }
-            Self::Export(export) => {
-                export.watch.cancel();
+            Self::Export(mut export) => {
+                export.cancel();
                 // That it was cancelled is no news.
                 export.writer.wait().filter(Result::is_ok)
             }
@@ -324,42 +320,85 @@ pub struct ExportJob {
     watch: Arc<Watch>,
     writer: Writer,
     name: String,
+    /// What the next frame is asked for.
+    asked: Option<(Model, Colors, Reserved)>,
 }
 
 impl ExportJob {
-    /// Takes the state from the device and begins. All that was recorded has been submitted and waited for.
-    pub fn begin(
+    /// The state is copied in the next frame.
+    pub fn ask(model: Model, colors: Colors, name: Reserved) -> Self {
+        Self {
+            watch: Arc::default(),
+            writer: Writer::NotYet,
+            name: name_of(name.path()),
+            asked: Some((model, colors, name)),
+        }
+    }
+
+    /// Is the state still to be copied?
+    pub fn is_asked(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Records copies of the state if they are asked for; the rest is up to another thread.
+    pub fn record(
+        &mut self,
+        rec: &mut Recorder,
         stage: &Stage,
         view: &View,
-        model: Model,
-        colors: Colors,
-        name: Reserved,
-    ) -> Result<Self> {
-        let simulation = &stage.simulation;
-        let snapshot = simulation.snapshot()?;
+        edited: &Settings,
+    ) -> Result<()> {
+        let Some((model, colors, name)) = self.asked.take() else {
+            return Ok(());
+        };
         let scene = Scene {
             settings: stage.settings_as_seen(view),
             ..stage.scene.clone()
         };
-        let mut export = Export::apart(&scene, simulation, snapshot)?;
+        let mut coming = ExportOnTheWay::record(&scene, &stage.simulation, rec)?;
+        let export = &mut coming.export;
         export.scene.settings.camera = scene.settings.camera;
         export.scene.settings.picture = scene.settings.picture;
+        if model == Model::Scene {
+            // What the hand has set, though it may still be on its way.
+            export.scene.settings.foods.clone_from(&edited.foods);
+            export.scene.settings.feeding = edited.feeding.clone();
+        }
         export.view.camera = view.camera;
         export.view.color_map = view.color_map;
         export.view.charts = view.charts;
         if let Exposure::Fixed(_) = view.exposure {
             export.view.exposure = view.exposure;
         }
-        let watch = Arc::new(Watch::default());
-        let (theirs, told) = (Arc::clone(&watch), name_of(name.path()));
-        let writer = Writer::begin(move || match model {
-            Model::Checkpoint => export::write_checkpoint(export, name.path(), &theirs),
-            _ => ExportFile::create(name.path())?.write_watched(&export, colors, &theirs),
+        let watch = Arc::clone(&self.watch);
+        self.writer = Writer::begin(move || {
+            let export = coming.wait(&watch)?;
+            match model {
+                Model::Checkpoint => export::write_checkpoint(export, name.path(), &watch),
+                _ => ExportFile::create(name.path())?.write_watched(&export, colors, &watch),
+            }
         });
-        Ok(Self {
-            watch,
-            writer,
-            name: told,
-        })
+        Ok(())
+    }
+
+    /// It is not wanted any more.
+    pub fn cancel(&mut self) {
+        self.watch.cancel();
+        if self.asked.take().is_some() {
+            self.writer = Writer::nothing();
+        }
+    }
+
+    fn told(&self) -> Making {
+        let doing = match self.watch.written() {
+            0 => "copying the state".to_owned(),
+            bytes => format!("{:.1} MB written", bytes as f64 / 1e6),
+        };
+        Making {
+            name: self.name.clone(),
+            doing,
+            done: None,
+            is_cancelled: self.watch.is_cancelled(),
+        }
     }
 }

@@ -15,6 +15,7 @@ use myxo::render::output::{Output, Written};
 use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
+use super::interface::Interface;
 use super::stage::Stage;
 use super::window::Lab;
 use job::{ExportJob, Film, Job, Picture};
@@ -254,16 +255,26 @@ impl Lab {
 
     fn export(&mut self, model: Model) -> Result<()> {
         self.is_free()?;
-        let Some(stage) = &self.stage else {
+        if self.stage.is_none() {
             return Ok(());
-        };
+        }
         let stem = self.name.replace(std::path::is_separator, "_");
         let name = Reserved::next(&self.folder_out(), &stem, model.ending())?;
-        self.frames.wait_idle()?;
         let colors = self.interface.out.colors;
-        let job = ExportJob::begin(stage, &self.interface.view, model, colors, name)?;
-        self.out.job = Some(Job::Export(job));
+        self.out.job = Some(Job::Export(ExportJob::ask(model, colors, name)));
         Ok(())
+    }
+
+    /// Records what an export takes of the state, if one is asked for; no memory for it is said.
+    pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
+        let (Some(Job::Export(job)), Some(stage)) = (&mut self.out.job, &self.stage) else {
+            return;
+        };
+        let Interface { view, edited, .. } = &self.interface;
+        if let Err(error) = job.record(rec, stage, view, edited) {
+            self.out.job = None;
+            self.interface.notice(context, error.to_string(), true);
+        }
     }
 
     /// Goes on with what is being made, for a moment, and tells what has come of it.
@@ -307,11 +318,12 @@ impl Lab {
         }
     }
 
-    /// Another scene comes: films end with what they have, pictures are given up.
+    /// Another scene comes: films end with what they have, pictures are given up, and exports that have no state yet.
     pub(super) fn leave_stage(&mut self) {
         match &mut self.out.job {
             Some(Job::Film(film)) => film.stop(),
             Some(job @ Job::Picture(_)) => job.cancel(),
+            Some(Job::Export(export)) if export.is_asked() => export.cancel(),
             _ => {}
         }
     }

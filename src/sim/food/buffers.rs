@@ -43,11 +43,7 @@ impl FoodBuffers {
     /// # Errors
     /// No memory.
     pub fn new(ctx: &Arc<Context>, pantry: &Pantry, meals: &[Meal]) -> Result<Self, GpuError> {
-        let mut field = vec![0.0; pantry.plates.len()];
-        let params = ScentParams {
-            scented_count: pantry.scented_count(),
-        };
-        scent(&params, &pantry.scented, &pantry.whiffs, meals, &mut field);
+        let field = scent_of(pantry, meals);
         let texels = Domain::Texels;
         let scent = Buffer::from_slice_in(ctx, "scent", &field, texels)?;
         let plates = Buffer::from_slice_in(ctx, "plates", &pantry.plates, texels)?;
@@ -70,4 +66,15 @@ impl FoodBuffers {
             scented_count: pantry.scented_count(),
         })
     }
+}
+
+/// What sensors read of food and markers, one a texel, gutters filled, when of each there is what `meals` say.
+#[must_use]
+pub fn scent_of(pantry: &Pantry, meals: &[Meal]) -> Vec<f32> {
+    let mut field = vec![0.0; pantry.plates.len()];
+    let params = ScentParams {
+        scented_count: pantry.scented_count(),
+    };
+    scent(&params, &pantry.scented, &pantry.whiffs, meals, &mut field);
+    field
 }

@@ -2,11 +2,17 @@
 
 use std::sync::Arc;
 
-use super::super::food::buffers::FoodBuffers;
+use super::super::food::buffers::{FoodBuffers, scent_of};
 use super::super::food::{FoodPlace, Pantry, places};
+use super::super::params::StepConstants;
+use super::super::setup::Setup;
 use super::super::snapshot::FoodState;
+use super::super::state::Kernels;
+use super::super::texel_paths::TexelPaths;
+use super::super::types::Meal;
 use super::Simulation;
 use crate::error::{Error, Result};
+use crate::gpu::Context;
 use crate::scene::foods;
 use crate::scene::settings::Settings;
 
@@ -14,26 +20,175 @@ use crate::scene::settings::Settings;
 pub(super) struct Served {
     pantry: Pantry,
     buffers: Option<FoodBuffers>,
+    /// As the buffers have them.
+    meals: Vec<Meal>,
+}
+
+impl Served {
+    /// Of each there is so much.
+    fn new(ctx: &Arc<Context>, pantry: Pantry, left: &[u32]) -> Result<Self> {
+        let meals = pantry.meals(Some(left));
+        let buffers = (!pantry.is_empty())
+            .then(|| FoodBuffers::new(ctx, &pantry, &meals))
+            .transpose()?;
+        Ok(Self {
+            pantry,
+            buffers,
+            meals,
+        })
+    }
+
+    /// It was eaten of while this was made.
+    fn keep(&mut self, ctx: &Context, left: &[u32]) -> Result<()> {
+        let meals = self.pantry.meals(Some(left));
+        if let Some(buffers) = self.buffers.as_ref().filter(|_| meals != self.meals) {
+            let scents = |meals: &[Meal]| -> Vec<u32> {
+                meals.iter().map(|meal| meal.scent.to_bits()).collect()
+            };
+            let smells_as_before = scents(&meals) == scents(&self.meals);
+            ctx.upload(&buffers.meals, &meals)?;
+            if !smells_as_before {
+                ctx.upload(&buffers.scent, &scent_of(&self.pantry, &meals))?;
+            }
+        }
+        self.meals = meals;
+        Ok(())
+    }
+}
+
+/// Other food for a running simulation: what takes long about it, to be done by any thread.
+pub struct FoodOrder {
+    ctx: Arc<Context>,
+    setup: Arc<Setup>,
+    settings: Settings,
+    /// What is left of the food that there is.
+    remaining: Vec<u32>,
+    /// What the kernels that there are were made with.
+    constants: StepConstants,
+    has_bias: bool,
+}
+
+/// Other food, measured; [`Simulation::apply_with_food`] lets it be there.
+pub struct PreparedFood {
+    /// What it was ordered by.
+    settings: Settings,
+    /// None where all lies as it did.
+    served: Option<Served>,
+    /// How that was.
+    before: Vec<FoodPlace>,
+    /// The first food has kernels of its own.
+    kernels: Option<(StepConstants, Kernels)>,
+}
+
+impl FoodOrder {
+    /// Measures how far every texel is from it, and makes the kernels that the first food needs.
+    ///
+    /// # Errors
+    /// When a food lies off its object or on none, there are too many, or they reach too many texels.
+    pub fn prepare(self) -> Result<PreparedFood> {
+        let served = measured(&self.setup, &self.settings)?
+            .map(|pantry| {
+                let left = pantry.kept(&self.setup.pantry, &self.remaining);
+                Served::new(&self.ctx, pantry, &left)
+            })
+            .transpose()?;
+        let paths = TexelPaths::of(self.ctx.info(), self.setup.atlas.texel_count() as u64);
+        let constants = StepConstants::new(&self.settings, paths).with_bias(self.has_bias);
+        let kernels = (constants != self.constants)
+            .then(|| Kernels::new(&self.ctx, &constants))
+            .transpose()?
+            .map(|kernels| (constants, kernels));
+        Ok(PreparedFood {
+            before: self.setup.pantry.places.clone(),
+            settings: self.settings,
+            served,
+            kernels,
+        })
+    }
+}
+
+impl PreparedFood {
+    /// Is it what these settings ask for?
+    #[must_use]
+    pub fn is_of(&self, settings: &Settings) -> bool {
+        has_same_food(&self.settings, settings)
+    }
+
+    /// Asks for it.
+    pub fn put_into(&self, settings: &mut Settings) {
+        settings.foods.clone_from(&self.settings.foods);
+        settings.feeding = self.settings.feeding.clone();
+    }
+
+    /// Is it also what is to come after what there is?
+    fn is_for(&self, settings: &Settings, there: &Pantry) -> bool {
+        self.is_of(settings) && (self.served.is_some() || self.before == there.places)
+    }
+
+    /// Kernels for these constants, if it has them.
+    pub(super) fn take_kernels(&mut self, constants: &StepConstants) -> Option<Kernels> {
+        let made = self.kernels.take_if(|(made, _)| made == constants)?;
+        Some(made.1)
+    }
+}
+
+/// Do both ask for the same food?
+fn has_same_food(a: &Settings, b: &Settings) -> bool {
+    a.foods == b.foods && a.feeding == b.feeding
+}
+
+/// The food of changed settings; none where it lies as it did.
+fn measured(setup: &Setup, settings: &Settings) -> Result<Option<Pantry>> {
+    if let [problem, ..] = &foods::problems(settings)[..] {
+        return Err(Error::Invalid(problem.clone()));
+    }
+    let places = places(settings, &setup.surface, setup.radius)?;
+    if places == setup.pantry.places {
+        return Ok(None);
+    }
+    let pantry = Pantry::new(&setup.surface, &setup.atlas, places, Some(&setup.pantry))?;
+    Ok(Some(pantry))
 }
 
 impl Simulation {
+    /// The food of changed settings, if it is other food than what there is, as an order for any thread. Until it is
+    /// prepared, what there was stays.
+    #[must_use]
+    pub fn order_food(&self, settings: &Settings) -> Option<FoodOrder> {
+        (!has_same_food(settings, &self.settings)).then(|| FoodOrder {
+            ctx: Arc::clone(&self.ctx),
+            setup: Arc::clone(&self.setup),
+            settings: settings.clone(),
+            // A guess: what is eaten meanwhile is seen to when it is served.
+            remaining: self.remaining().unwrap_or_default(),
+            constants: self.constants,
+            has_bias: self.state.bias.is_some(),
+        })
+    }
+
     /// The food of changed settings, if it is other food. What stays where it is keeps what is left of it.
-    pub(super) fn served(&self, settings: &Settings) -> Result<Option<Served>> {
-        if settings.foods == self.settings.foods && settings.feeding == self.settings.feeding {
+    pub(super) fn served(
+        &self,
+        settings: &Settings,
+        prepared: Option<&mut PreparedFood>,
+    ) -> Result<Option<Served>> {
+        if has_same_food(settings, &self.settings) {
             return Ok(None);
         }
-        if let [problem, ..] = &foods::problems(settings)[..] {
-            return Err(Error::Invalid(problem.clone()));
+        let mut served = match prepared {
+            Some(food) if food.is_for(settings, &self.setup.pantry) => food.served.take(),
+            _ => measured(&self.setup, settings)?
+                .map(|pantry| {
+                    let left = pantry.kept(&self.setup.pantry, &self.remaining()?);
+                    Served::new(&self.ctx, pantry, &left)
+                })
+                .transpose()?,
+        };
+        if let Some(served) = &mut served {
+            let left = served.pantry.kept(&self.setup.pantry, &self.remaining()?);
+            served.keep(&self.ctx, &left)?;
         }
-        let setup = &self.setup;
-        let places = places(settings, &setup.surface, setup.radius)?;
-        if places == setup.pantry.places {
-            return Ok(None);
-        }
-        let pantry = Pantry::new(&setup.surface, &setup.atlas, places, Some(&setup.pantry))?;
-        let left = pantry.kept(&setup.pantry, &self.remaining()?);
-        let buffers = self.buffers_of(&pantry, &left)?;
-        Ok(Some(Served { pantry, buffers }))
+        Ok(served)
     }
 
     /// Lets it be there from the next step on.
@@ -45,15 +200,10 @@ impl Simulation {
 
     /// The food of a snapshot.
     pub(super) fn restored_food(&self, food: &FoodState) -> Result<Option<FoodBuffers>> {
-        self.buffers_of(&self.setup.pantry, &food.remaining)
-    }
-
-    fn buffers_of(&self, pantry: &Pantry, left: &[u32]) -> Result<Option<FoodBuffers>> {
-        if pantry.is_empty() {
-            return Ok(None);
-        }
-        let meals = pantry.meals(Some(left));
-        Ok(Some(FoodBuffers::new(&self.ctx, pantry, &meals)?))
+        let pantry = &self.setup.pantry;
+        let meals = pantry.meals(Some(&food.remaining));
+        let buffers = (!pantry.is_empty()).then(|| FoodBuffers::new(&self.ctx, pantry, &meals));
+        Ok(buffers.transpose()?)
     }
 
     /// What is left of each food, counted in meals, copied to the host like [`snapshot`](Self::snapshot); of markers and of

@@ -1,7 +1,7 @@
 //! Brushes, picked objects and their handles, by events of a pointer and keys.
 
 use glam::Affine3A;
-use myxo::scene::settings::ObjectSettings;
+use myxo::scene::settings::{FoodSettings, ObjectSettings};
 use myxo::sim::paint::Brush;
 
 use super::super::super::hands::{Tool, Under};
@@ -338,4 +338,43 @@ fn food_is_put_picked_changed_and_taken_away() {
     harness.press(Key::Escape);
     harness.press(Key::Escape);
     assert_eq!(harness.interface.hands.tool, Tool::Look);
+}
+
+#[test]
+fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
+    let mut harness = harness();
+    harness.press(Key::O);
+    let food = |x: f32| FoodSettings {
+        at: [x, 0.0, 0.0],
+        ..FoodSettings::default()
+    };
+    let interface = &mut harness.interface;
+    interface.edited.foods = vec![food(1.0)];
+    interface.running.foods = vec![food(1.0)];
+    harness.frame(vec![]);
+    harness.interface.edited.foods.push(food(2.0));
+    harness.interface.hands.food = Some(1);
+    harness.frame(vec![]);
+    let refused = harness.interface.edited.clone();
+    harness.interface.take_food_back(&refused);
+    harness.frame(vec![]);
+    assert_eq!(harness.interface.edited.foods, [food(1.0)]);
+    assert_eq!(harness.interface.hands.food, None, "nothing is picked");
+    // The one entry before is that there was none.
+    harness.interface.undo(&mut Vec::new());
+    assert!(harness.interface.edited.foods.is_empty());
+    harness.interface.redo(&mut Vec::new());
+    assert_eq!(harness.interface.edited.foods, [food(1.0)]);
+    // A change that is refused gives back what was, also to the next food.
+    harness.interface.hands.food = Some(0);
+    harness.interface.edited.foods[0].radius = 3.0;
+    harness.interface.hands.next_food.radius = 3.0;
+    let refused = harness.interface.edited.clone();
+    harness.interface.take_food_back(&refused);
+    assert_eq!(harness.interface.hands.food, Some(0));
+    assert_eq!(harness.interface.hands.next_food, food(1.0));
+    // What the hand has set since stays.
+    harness.interface.edited.foods.push(food(5.0));
+    harness.interface.take_food_back(&refused);
+    assert_eq!(harness.interface.edited.foods, [food(1.0), food(5.0)]);
 }

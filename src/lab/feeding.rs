@@ -1,0 +1,107 @@
+//! Food that the hand has changed, measured by another thread. Until it is ready what there was stays; the newest change
+//! wins.
+
+use std::panic::resume_unwind;
+use std::thread::{self, JoinHandle};
+
+use myxo::scene::settings::Settings;
+use myxo::sim::{FoodOrder, PreparedFood, Simulation};
+use myxo::{Error, Result};
+
+use super::window::Lab;
+
+/// What is being measured, and what is wanted.
+#[derive(Default)]
+pub struct Feeder {
+    /// At work; what it was asked for stands beside it.
+    worker: Option<(Settings, JoinHandle<Result<PreparedFood>>)>,
+    /// What the hand has set last, if it is not there yet.
+    wanted: Option<Settings>,
+}
+
+/// What came of it.
+pub enum Fed {
+    /// It can be there with the next step.
+    Ready(Box<PreparedFood>),
+    /// It cannot; what was asked for, and why.
+    Refused(Box<Settings>, Error),
+}
+
+impl Feeder {
+    /// From now on this food is wanted, whatever was before.
+    pub fn want(&mut self, simulation: &Simulation, settings: &Settings) {
+        let runs = simulation.settings();
+        let is_there = (&runs.foods, &runs.feeding) == (&settings.foods, &settings.feeding);
+        self.wanted = (!is_there).then(|| settings.clone());
+        self.begin(simulation);
+    }
+
+    /// Is something on its way?
+    pub fn is_busy(&self) -> bool {
+        self.wanted.is_some() || self.worker.is_some()
+    }
+
+    /// What came of what is wanted, once. What nobody wants any more is dropped.
+    pub fn take(&mut self, simulation: &Simulation) -> Option<Fed> {
+        let (_, worker) = self.worker.as_ref()?;
+        if !worker.is_finished() {
+            return None;
+        }
+        let (asked, worker) = self.worker.take()?;
+        let measured = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let same =
+            |wanted: &Settings| (&wanted.foods, &wanted.feeding) == (&asked.foods, &asked.feeding);
+        if !self.wanted.as_ref().is_some_and(same) {
+            self.begin(simulation);
+            return None;
+        }
+        self.wanted = None;
+        Some(match measured {
+            Ok(food) => Fed::Ready(Box::new(food)),
+            Err(error) => Fed::Refused(Box::new(asked), error),
+        })
+    }
+
+    /// One at a time: a slider that is dragged would ask for hundreds.
+    fn begin(&mut self, simulation: &Simulation) {
+        if self.worker.is_some() {
+            return;
+        }
+        let Some(wanted) = &self.wanted else {
+            return;
+        };
+        let order = simulation.order_food(wanted);
+        self.worker =
+            order.map(|order: FoodOrder| (wanted.clone(), thread::spawn(move || order.prepare())));
+    }
+}
+
+impl Lab {
+    /// Lets the food be there that is ready. What was refused goes back to what there is, and is said.
+    pub(super) fn take_food(&mut self, context: &egui::Context) {
+        let Some(stage) = &mut self.stage else {
+            return;
+        };
+        let served = match self.feeder.take(&stage.simulation) {
+            None => return,
+            Some(Fed::Ready(food)) => {
+                let mut settings = stage.simulation.settings().clone();
+                food.put_into(&mut settings);
+                let asked = settings.clone();
+                let served = stage.simulation.apply_with_food(&settings, *food);
+                served.map_err(|error| (Box::new(asked), error))
+            }
+            Some(Fed::Refused(asked, error)) => Err((asked, error)),
+        };
+        // What was eaten and what lies there is drawn without a step.
+        stage.forget_picture();
+        let runs = stage.simulation.settings();
+        self.interface.running.foods.clone_from(&runs.foods);
+        self.interface.running.feeding = runs.feeding.clone();
+        if let Err((refused, error)) = served {
+            self.interface.take_food_back(&refused);
+            self.interface.notice(context, error.to_string(), true);
+        }
+        self.window.request_redraw();
+    }
+}
