@@ -23,7 +23,7 @@ layout(push_constant) uniform Params {
     float threshold;           // world length of signed distance below which a place is covered
     float deepest;             // world length of signed distance up to which sensors see nothing
     float near;                // world length of signed distance below which a step may lead to where it is covered
-    float sight;      // the same of which sensors that walk may get to where it is covered
+    float sight;               // the same of which sensors that walk may get to where it is covered
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer listed;

@@ -86,7 +86,7 @@ fn large_textures_end_in_the_same_bits_as_small_ones() {
     ];
     for (size, change) in [201, 203, 204, 428].into_iter().zip(changes) {
         let scene = cube(size, change);
-        // Past the sort at the end of the 32nd step.
+        // Past the sort at the end of the 16th and 32nd step.
         let Some(expected) = run(None, &scene, 34) else {
             return;
         };

@@ -11,7 +11,6 @@ use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
-use super::feeding::Feeder;
 use super::interface::Command;
 use super::interface::Interface;
 use super::loading::{Loaded, Loading};
@@ -192,6 +191,9 @@ impl Lab {
         };
         let shown = result.and_then(|loaded| self.show(loaded, loading.is_new_scene));
         let context = self.egui.egui_ctx().clone();
+        if shown.is_err() {
+            self.interface.not_shown();
+        }
         match shown {
             Ok(()) => {}
             Err(Error::Atlas(AtlasError::Cancelled)) => {
@@ -204,10 +206,10 @@ impl Lab {
 
     fn show(&mut self, loaded: Loaded, is_new_scene: bool) -> Result<()> {
         self.leave_stage();
-        self.feeder = Feeder::default();
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         self.carry_over(&mut stage)?;
+        self.feeder.leave();
         stage.take_canvas(self.stage.take());
         let scene = &stage.scene;
         self.name.clone_from(&scene.name);

@@ -17,6 +17,8 @@ pub struct Feeder {
     worker: Option<(Settings, JoinHandle<Result<PreparedFood>>)>,
     /// What the hand has set last, if it is not there yet.
     wanted: Option<Settings>,
+    /// At work for a stage that was left.
+    left: Vec<JoinHandle<Result<PreparedFood>>>,
 }
 
 /// What came of it.
@@ -34,6 +36,23 @@ impl Feeder {
         let is_there = (&runs.foods, &runs.feeding) == (&settings.foods, &settings.feeding);
         self.wanted = (!is_there).then(|| settings.clone());
         self.begin(simulation);
+    }
+
+    /// The stage that it worked for is left: nothing is wanted any more.
+    pub fn leave(&mut self) {
+        self.wanted = None;
+        self.left.retain(|worker| !worker.is_finished());
+        self.left
+            .extend(self.worker.take().map(|(_, worker)| worker));
+    }
+
+    /// Waits for what is at work, which has the device.
+    pub fn close(&mut self) {
+        self.leave();
+        for worker in self.left.drain(..) {
+            // Nobody wants what came of it.
+            drop(worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        }
     }
 
     /// Is something on its way?

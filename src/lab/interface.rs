@@ -234,6 +234,21 @@ impl Interface {
         self.outline = (scene.center, view::points(scene).collect());
     }
 
+    /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
+    pub fn not_shown(&mut self) {
+        if !std::mem::take(&mut self.renews) {
+            return;
+        }
+        let Self {
+            edited, running, ..
+        } = self;
+        edited.objects.clone_from(&running.objects);
+        edited.foods.clone_from(&running.foods);
+        edited.particles.clone_from(&running.particles);
+        self.hands.selected = None;
+        self.undo.note(&self.edited, &self.view);
+    }
+
     /// Shows a line for a while.
     pub fn notice(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
         let text = text.into();
@@ -311,9 +326,15 @@ impl Interface {
             }
         }
         for (i, live) in live.objects.iter_mut().enumerate() {
-            let (Some(running), Some(edited)) =
-                (self.running.objects.get(i), self.edited.objects.get(i))
-            else {
+            let running = &self.running.objects[i];
+            // While others are on their way they stand in other places.
+            let edited = &self.edited.objects;
+            let place = if edited.len() == self.running.objects.len() {
+                Some(i)
+            } else {
+                place_among(edited, running)
+            };
+            let Some(edited) = place.map(|place| &edited[place]) else {
                 continue;
             };
             for parameter in OBJECT_PARAMETERS {

@@ -427,6 +427,7 @@ impl Lab {
     pub fn close(mut self) -> Result<()> {
         let _ = self.frames.wait_idle();
         self.end_taking_out();
+        self.feeder.close();
         self.report_messages();
         if let Some(file) = &self.preferences {
             let preferences = Preferences {

@@ -21,8 +21,8 @@ use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::Settings;
 
-/// Bytes that the buffers of a simulation take on the device, before anything is painted. Pictures come on top: some bytes a pixel, and about 4 a
-/// texel and 16 a triangle.
+/// Bytes that the buffers of a simulation take on the device, before anything is painted. Pictures come on top: some bytes a
+/// pixel, and about 4 a texel and 16 a triangle.
 #[must_use]
 pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
     let count = |len: usize| len as u64;
@@ -143,10 +143,16 @@ pub fn needed(scene: &Scene) -> u64 {
         + triangle_bytes(scene.surface.corners.len() as u64)
 }
 
-/// How many particles the device's buffers hold: kernels reach each as a texel.
+/// How many particles of a single object the device's buffers hold: kernels reach each as a texel.
 #[must_use]
 pub fn most_particles(device: &DeviceInfo) -> u64 {
-    particle_limit(device).0
+    most_particles_of(device, 1)
+}
+
+/// The same for so many objects: with several there are more lists of particles.
+#[must_use]
+pub fn most_particles_of(device: &DeviceInfo, objects: usize) -> u64 {
+    particle_limit(device, objects).0
 }
 
 /// Texels along the side of the largest atlas of a single object.
@@ -166,8 +172,9 @@ pub fn largest_atlas_of(device: &DeviceInfo, objects: usize) -> u64 {
 }
 
 /// How many particles there may be, and which limit says so.
-fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
-    let texels = (device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS);
+fn particle_limit(device: &DeviceInfo, objects: usize) -> (u64, &'static str) {
+    let texels = u64::from(device.max_texel_buffer_elements) / walker_lists(objects) as u64;
+    let texels = (texels, TEXEL_ELEMENTS);
     texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
 }
 
@@ -217,7 +224,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     let mut problems = Vec::new();
 
     let particles = u64::from(scene.settings.particles.count);
-    let (most, limit_name) = particle_limit(device);
+    let (most, limit_name) = particle_limit(device, scene.surface.objects.len());
     if particles > most {
         let most = number(most);
         problems.push(format!(

@@ -12,7 +12,6 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::super::interface::Interface;
 use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::window::Lab;
@@ -97,22 +96,25 @@ impl Lab {
             Work::Scale(object, factor) => {
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
                     object.scale *= factor;
-                    let count = self.interface.edited.objects.len();
-                    self.restart();
-                    self.hand.carry = Some((0..count).map(Some).collect());
+                    self.renew();
                 }
             }
-            Work::Renew => {
-                let Interface {
-                    edited, running, ..
-                } = &self.interface;
-                let objects = edited.objects.iter();
-                let from = objects.map(|object| place_among(&running.objects, object));
-                let from = from.collect();
-                self.restart();
-                self.hand.carry = Some(from);
-            }
+            Work::Renew => self.renew(),
         }
+    }
+
+    /// Begins to load the objects that are edited; what has grown stays.
+    fn renew(&mut self) {
+        let from = self.where_they_run(&self.interface.edited.objects);
+        self.restart();
+        self.hand.carry = Some(from);
+    }
+
+    /// Which of the objects that run each of these is. While others are on their way those that are edited are not they.
+    fn where_they_run(&self, objects: &[ObjectSettings]) -> Vec<Option<usize>> {
+        let running = &self.interface.running.objects;
+        let objects = objects.iter();
+        objects.map(|object| place_among(running, object)).collect()
     }
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
@@ -271,6 +273,7 @@ impl Lab {
         let settings = self.interface.edited.clone();
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let count = settings.objects.len();
+        let mut from = self.where_they_run(&settings.objects);
         // Picked when it is there.
         self.interface.hands.selected = Some(count);
         self.load(name.clone(), false, move || {
@@ -291,7 +294,8 @@ impl Lab {
             let settings = with_object(&settings, &mesh, scale, position);
             Ok(Scene::from_settings(name, settings, folder)?)
         });
-        self.hand.carry = Some((0..count).map(Some).chain([None]).collect());
+        from.push(None);
+        self.hand.carry = Some(from);
     }
 
     fn remove_object(&mut self, object: usize) {
@@ -299,14 +303,13 @@ impl Lab {
         if object >= settings.objects.len() || settings.objects.len() < 2 {
             return;
         }
-        let count = settings.objects.len();
         let settings = without_object(settings, object);
+        let from = self.where_they_run(&settings.objects);
         let (name, folder) = (self.name.clone(), self.folder.clone());
         self.load(name.clone(), false, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
-        let kept = (0..count).filter(|other| *other != object);
-        self.hand.carry = Some(kept.map(Some).collect());
+        self.hand.carry = Some(from);
     }
 
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning.

@@ -359,7 +359,9 @@ impl ExportJob {
         let export = &mut coming.export;
         export.scene.settings.camera = scene.settings.camera;
         export.scene.settings.picture = scene.settings.picture;
-        if model == Model::Scene {
+        // While other objects are on their way, food may lie on one that is not there.
+        let on_these = edited.objects.len() == export.scene.settings.objects.len();
+        if model == Model::Scene && on_these {
             // What the hand has set, though it may still be on its way.
             export.scene.settings.foods.clone_from(&edited.foods);
             export.scene.settings.feeding = edited.feeding.clone();

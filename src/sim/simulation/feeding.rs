@@ -207,7 +207,7 @@ impl Simulation {
     }
 
     /// What is left of each food, counted in meals, copied to the host like [`snapshot`](Self::snapshot); of markers and of
-    /// food without end always 1.
+    /// food without an amount always 1.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.

@@ -186,7 +186,7 @@ pub fn advance(
                 )
             }),
             None => towards.map(|towards| {
-                let how = (from_open, appetite);
+                let how = (from_open && concerned, appetite);
                 sensed_by_walking(constants, params, inputs, &own, w, towards, how)
             }),
         };

@@ -260,6 +260,40 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
 }
 
 #[test]
+fn objects_that_do_not_come_back_leave_those_that_run() {
+    let mut harness = harness();
+    harness.interface.edited.objects.remove(0);
+    harness.interface.running = harness.interface.edited.clone();
+    harness.frame(vec![]);
+    let undone = |harness: &mut Harness| {
+        let mut commands = Vec::new();
+        harness.interface.undo(&mut commands);
+        commands
+    };
+    let renew = [Command::Hand(Work::Renew)];
+    assert_eq!(undone(&mut harness), renew);
+    assert_eq!(harness.interface.edited.objects.len(), 2);
+    // Until they are there, each that runs keeps its own place.
+    let second = harness.interface.running.objects[0].clone();
+    harness.interface.edited.objects[0].position = [9.0; 3];
+    assert_eq!(harness.interface.live_settings().objects, [second]);
+    // The mesh is gone, or somebody gave the load up.
+    harness.interface.not_shown();
+    let Interface {
+        edited, running, ..
+    } = &harness.interface;
+    assert_eq!(edited.objects, running.objects);
+    // A slider is a slider again.
+    harness.interface.edited.trail.decay = 0.5;
+    harness.frame(vec![]);
+    assert_eq!(undone(&mut harness), [Command::Apply]);
+    // Nothing was on its way: what is typed stays.
+    harness.interface.edited.objects[0].scale = 3.0;
+    harness.interface.not_shown();
+    assert_eq!(harness.interface.edited.objects[0].scale, 3.0);
+}
+
+#[test]
 fn every_tool_has_its_button() {
     let mut harness = harness();
     for (words, tool) in [
