@@ -214,11 +214,13 @@ fn hands_move_and_turn_objects() {
         }
         before = after;
     }
-    for _ in 0..2 {
+    for number in [7, 8] {
         lab.key("ctrl+z");
+        // In one slow frame two of them would be one.
+        lab.save("pair", number);
     }
     lab.pull("gizmo=turn", ["8", "8"]);
-    let turned = lab.save("pair", 7);
+    let turned = lab.save("pair", 9);
     assert_ne!(turned.objects[0].rotation, moved.objects[0].rotation);
     assert_eq!(turned.objects[0].position, moved.objects[0].position);
     lab.quit();
