@@ -15,7 +15,7 @@ use serde::Serialize;
 
 pub use super::facts::{Facts, KernelTime, Waiting};
 use super::gallery::Gallery;
-use super::hands::{Hands, Work, are_built_alike, place_among};
+use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
 use super::keys::{self, KeyAction};
 use super::navigation::{Moved, Navigation};
 use super::out::{Out, OutPanel};
@@ -283,7 +283,10 @@ impl Interface {
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
             .marked("picture");
-        let moved = if self.use_hands(ui, &response, facts, &mut commands) {
+        let used = self.use_hands(ui, &response, facts, &mut commands);
+        // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
+        let refocuses = response.double_clicked() && self.hands.tool == Tool::Look;
+        let moved = if used && !refocuses {
             Moved::default()
         } else {
             self.navigation.apply(ui, &response, &mut self.view)
