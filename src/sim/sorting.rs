@@ -13,8 +13,8 @@ use crate::gpu::{Buffer, Context, Domain, GpuError, Texels};
 use crate::mesh::atlas::Atlas;
 use crate::scene::settings::{Settings, Strategy};
 
-/// Steps from one sort to the next: a particle takes twice as many to leave a tile, and a sort takes about as long as one step
-/// of an unordered buffer takes longer.
+/// Steps from one sort to the next: a particle takes about twice as many to leave a tile. On `trio` each step since the last
+/// sort makes `advance` 0.3 to 0.5 ms dearer and a sort takes 42 ms, which is least together at 13 to 17 steps.
 pub const SORT_INTERVAL: u64 = 16;
 
 /// Tiles have at least this side, as a power of two, in texels.

@@ -13,8 +13,7 @@ pub const COVERED: u16 = 512;
 /// Sensors that walk from here may get to where another object covers the surface.
 pub const IN_SIGHT: u16 = 1024;
 
-/// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and
-/// count as near.
+/// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and count as near.
 #[must_use]
 pub fn surroundings(atlas: &Atlas, clearance: &[u8]) -> Vec<u16> {
     let texels = atlas.owner.iter().zip(clearance);
