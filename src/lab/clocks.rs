@@ -22,10 +22,11 @@ const FRAMES_AVERAGED: usize = 64;
 /// Counts frames and steps, and reads the GPU's timers.
 pub struct Clocks {
     last_frame: Instant,
+    last_presented: Instant,
     interval_began: Instant,
     /// Since when `steps` counts.
     steps_began: Instant,
-    /// Mean length of a frame, seconds; 0 before the first.
+    /// Mean time from one frame that was presented to the next, seconds; 0 before the first.
     frame_seconds: f64,
     steps: u32,
     /// The figures as they are shown.
@@ -39,6 +40,7 @@ impl Clocks {
         let info = ctx.info();
         Self {
             last_frame: Instant::now(),
+            last_presented: Instant::now(),
             interval_began: Instant::now(),
             steps_began: Instant::now(),
             frame_seconds: 0.0,
@@ -55,6 +57,13 @@ impl Clocks {
         let now = Instant::now();
         let since = now - self.last_frame;
         self.last_frame = now;
+        since
+    }
+
+    /// The window shows a new frame.
+    pub fn presented(&mut self) {
+        let since = self.last_presented.elapsed();
+        self.last_presented = Instant::now();
         if since < PAUSE {
             let weight = if self.frame_seconds == 0.0 {
                 1.0
@@ -63,11 +72,10 @@ impl Clocks {
             };
             self.frame_seconds += weight * (since.as_secs_f64() - self.frame_seconds);
         }
-        since
     }
 
-    /// A frame with this many steps was shown. Teaches the pacer what steps cost.
-    pub fn shown(
+    /// A frame with this many steps was submitted. Teaches the pacer what steps cost.
+    pub fn submitted(
         &mut self,
         steps: u32,
         ctx: &Context,

@@ -246,39 +246,50 @@ impl Lab {
         self.look_under_hand(place.size);
         let view = self.present_view(since_last);
 
-        // The image first: without one nothing is recorded, and no step is lost.
-        let mut rec = self.frames.begin()?;
-        let Some(image) = self.swapchain.acquire()? else {
-            return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
-        };
+        let runs = self.runs();
         let steps = self.steps(since_last, shown.touched, is_asked);
-        let holds = self.out.holds();
         // On a device that is slow, steps and their picture are two frames, so that the hand is answered between them.
+        // In the first the window stays as it is: drawing it would only make the hand wait longer.
         let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
-        let only_steps = is_cpu && self.runs() && self.pacer.are_notable(steps);
-        let later = only_steps || self.is_answering;
-        self.is_unshown = false;
+        let is_unseen = is_cpu && runs && self.pacer.are_notable(steps) && !place.is_empty();
+        let mut rec = self.frames.begin()?;
+        let image = if is_unseen {
+            None
+        } else {
+            let image = self.swapchain.acquire()?;
+            if image.is_none() {
+                // Nothing was recorded, and no step that was asked for is lost.
+                self.single_steps += if runs { 0 } else { steps };
+                return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
+            }
+            image
+        };
+        self.is_unshown = is_unseen;
+        let holds = self.out.holds();
         if steps > 0 || shown.touched || holds {
             self.moved = Instant::now();
         }
         let is_moving = self.moved.elapsed() < SETTLES_AFTER;
         self.record_hands(&mut rec, &context)?;
         self.record_export(&mut rec, &context);
-        let beside = shown.beside.map(|rect| {
-            let window = self.window.inner_size().into();
-            Place::of(rect, output.pixels_per_point, window)
-        });
-        let beside = beside.filter(|place| !place.is_empty());
-        let target = self.swapchain.image(&image);
-        let mut is_drawn = false;
         if let Some(stage) = &mut self.stage {
             for _ in 0..steps {
                 rec.scope("step", |rec| stage.simulation.record_step(rec));
             }
-            if !place.is_empty() {
+        }
+        if let Some(image) = image {
+            let target = self.swapchain.image(&image);
+            let mut is_drawn = false;
+            if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
+                let beside = shown.beside.map(|rect| {
+                    let window = self.window.inner_size().into();
+                    Place::of(rect, output.pixels_per_point, window)
+                });
+                let beside = beside.filter(|place| !place.is_empty());
                 let sizes = (place.size, beside.map(|place| place.size));
-                let (picture, atlas) = if (holds || later) && stage.shows(&view, sizes) {
-                    self.is_unshown = later;
+                let can_wait = holds || self.is_answering;
+                let (picture, atlas) = if can_wait && stage.shows(&view, sizes) {
+                    self.is_unshown = self.is_answering;
                     stage.picture()
                 } else {
                     stage.draw(&mut rec, &view, sizes, is_moving)?
@@ -290,26 +301,29 @@ impl Lab {
                 }
                 is_drawn = true;
             }
+            let over = Targets {
+                color: target,
+                resolve: None,
+                depth: None,
+                depth_test: DepthTest::Greatest,
+                clear: (!is_drawn).then_some(EMPTY),
+            };
+            let gui = &mut self.gui;
+            rec.pass("interface", &over, |pass| {
+                gui.draw(pass, target.size(), output.pixels_per_point, &primitives)
+            })?;
+            self.swapchain.present(&mut self.frames, rec, image)?;
+            self.clocks.presented();
+        } else {
+            self.frames.submit(rec)?;
         }
-        let over = Targets {
-            color: target,
-            resolve: None,
-            depth: None,
-            depth_test: DepthTest::Greatest,
-            clear: (!is_drawn).then_some(EMPTY),
-        };
-        let gui = &mut self.gui;
-        rec.pass("interface", &over, |pass| {
-            gui.draw(pass, target.size(), output.pixels_per_point, &primitives)
-        })?;
-        self.swapchain.present(&mut self.frames, rec, image)?;
         if is_cpu {
             // What the hand does meanwhile belongs into the next frame, which therefore does not begin before.
             self.frames.wait_idle()?;
         }
         if let Some(stage) = &self.stage {
             self.clocks
-                .shown(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
+                .submitted(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
             self.check()?;
             if let Some(left) = &mut self.frames_left {
                 *left = left.saturating_sub(1);
@@ -327,7 +341,7 @@ impl Lab {
             let state = self
                 .interface
                 .state(&self.clocks.facts, context.text_edit_focused());
-            let written = places.write(state, output.pixels_per_point);
+            let written = places.write((!is_unseen).then_some(state), output.pixels_per_point);
             written.map_err(|error| Error::Invalid(format!("--places: {error}")))?;
         }
 
