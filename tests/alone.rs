@@ -6,8 +6,8 @@ use common::{Gpu, TRIO, gpu, scene_of_several};
 use myxo::gpu::Recorder;
 use myxo::scene::Scene;
 use myxo::scene::settings::{DistanceMethod, Strategy};
-use myxo::sim::Simulation;
 use myxo::sim::types::{Flow, Motion, Particle, Window};
+use myxo::sim::{FORMS_OF_ADVANCE, Simulation};
 
 fn trio(strategy: Strategy, method: DistanceMethod) -> Scene {
     scene_of_several(&TRIO, |s| {
@@ -114,11 +114,7 @@ fn kernels_do_the_same_each_time_they_run_alone() {
         let went_on = simulation.snapshot().unwrap();
         went_on.validate(simulation.setup()).unwrap();
     }
-    for kernel in [
-        "advance",
-        "walk_sensors",
-        "advance_near",
-        "walk_near",
+    let others = [
         "transfer_in",
         "move_border",
         "transfer_out",
@@ -126,7 +122,8 @@ fn kernels_do_the_same_each_time_they_run_alone() {
         "defragment_sequential",
         "respawn",
         "diffuse",
-    ] {
+    ];
+    for kernel in FORMS_OF_ADVANCE.into_iter().chain(others) {
         let known = changing.iter().any(|name| name == kernel);
         assert!(known, "{kernel} changes something: {changing:?}");
     }

@@ -2,6 +2,7 @@
 
 mod program;
 
+use myxo::sim::FORMS_OF_ADVANCE;
 use program::{Folder, TINY, done, failed, myxo, no_device, path, report, text};
 use serde_json::Value;
 
@@ -523,8 +524,7 @@ fn throughput_counts_every_particle_once() {
         let of = |name: &str| rows.iter().find(|row| row["name"] == name);
         let advance = of("advance").expect("it is there");
         // Those that `advance` lists advance in the other three.
-        let forms = ["advance", "walk_sensors", "advance_near", "walk_near"];
-        let medians = forms.map(|name| of(name).map(|row| row["median_ms"].as_f64()));
+        let medians = FORMS_OF_ADVANCE.map(|name| of(name).map(|row| row["median_ms"].as_f64()));
         let Some(all) = medians.into_iter().flatten().sum::<Option<f64>>() else {
             return;
         };

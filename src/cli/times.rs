@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use myxo::gpu;
-use myxo::sim::Setup;
+use myxo::sim::{FORMS_OF_ADVANCE, Setup};
 
 use super::report::{Bandwidth, KernelTime, Throughput, Times};
 use super::table::{aligned, short};
@@ -32,9 +32,8 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
         };
         if row.name == "advance" {
             // All together advance all particles: those that the first lists are left to the others.
-            let others = ["walk_sensors", "advance_near", "walk_near"];
             let listed = report.rows.iter();
-            let listed = listed.filter(|row| others.contains(&row.name.as_str()));
+            let listed = listed.filter(|row| FORMS_OF_ADVANCE[1..].contains(&row.name.as_str()));
             ms += listed.map(|row| row.time.median_ms).sum::<f64>();
         }
         let seconds = ms * 1e-3;

@@ -5,6 +5,7 @@
 pub mod step;
 
 mod params;
+mod pipelines;
 mod samples;
 mod setup;
 mod simulation;
@@ -37,9 +38,10 @@ pub mod twin;
 pub mod types;
 
 pub use params::{StepConstants, StepParams, TINY_TRAIL};
+pub use pipelines::{FORMS_OF_ADVANCE, Kernels};
 pub use setup::{Setup, atlas_options};
 pub use simulation::{FoodOrder, PreparedFood, Simulation, SnapshotCopy};
 pub use snapshot::{Census, Distances, Snapshot};
-pub use state::{Kernels, PingPong, State};
+pub use state::{PingPong, State};
 pub use surroundings::{CLEARANCE, COVERED, NEAR};
 pub use turns::Turn;

@@ -10,7 +10,8 @@ use super::kernels::{
     TransferOutArgs,
 };
 use super::params::StepParams;
-use super::state::{Kernels, State};
+use super::pipelines::Kernels;
+use super::state::State;
 use super::turns::Turn;
 use super::types::{Physarum, Pose};
 use crate::gpu::{

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use myxo::Result;
 use myxo::scene::settings::{DistanceMethod, ObjectSettings, Sensing, Strategy};
 use myxo::scene::{Overrides, Scene, Settings};
+use myxo::sim::FORMS_OF_ADVANCE;
 
 use super::plot::{Axis, Dot, Plot};
 use super::suite::{Case, Extent, Point, Suite, Work, lines};
@@ -52,13 +53,7 @@ pub static SUITES: [Suite; 8] = [
         about: "what it costs to have the same surface and particles in more objects, which stand still",
         axis: "objects",
         whole: "step",
-        parts: &[
-            "advance",
-            "walk_sensors",
-            "advance_near",
-            "walk_near",
-            "transfer_out",
-        ],
+        parts: &MOVING,
         warmup: SORTED,
         work: Work::Scenes(objects),
         plots: objects_plots,
@@ -68,14 +63,7 @@ pub static SUITES: [Suite; 8] = [
         about: "how strategies compare as objects and their motion grow",
         axis: "objects",
         whole: "step",
-        parts: &[
-            "advance",
-            "walk_sensors",
-            "advance_near",
-            "walk_near",
-            "transfer_out",
-            "distance",
-        ],
+        parts: &MOVING_AND_DISTANCE,
         warmup: SORTED,
         work: Work::Scenes(transfer),
         plots: transfer_plots,
@@ -116,6 +104,16 @@ pub static SUITES: [Suite; 8] = [
 pub const SORTED: u32 = 34;
 
 /// The kernels that take distances.
+/// What moves particles, from object to object, too.
+const MOVING: [&str; 5] = {
+    let [a, b, c, d] = FORMS_OF_ADVANCE;
+    [a, b, c, d, "transfer_out"]
+};
+const MOVING_AND_DISTANCE: [&str; 6] = {
+    let [a, b, c, d, e] = MOVING;
+    [a, b, c, d, e, "distance"]
+};
+
 const DISTANCE_KERNELS: [&str; 6] = [
     "distance_tiles",
     "distance",

@@ -10,7 +10,8 @@ use super::super::kernels::{
 };
 use super::super::paint::{Dab, DabTexel, Painted, Places};
 use super::super::params::StepConstants;
-use super::super::state::{Bias, Kernels, Views};
+use super::super::pipelines::Kernels;
+use super::super::state::{Bias, Views};
 use super::super::types::Particle;
 use super::Simulation;
 use crate::error::Result;

@@ -6,7 +6,8 @@ use super::super::kernels::{
     ExchangeSeamsArgs, UnfoldArgs,
 };
 use super::super::params::StepParams;
-use super::super::state::{Kernels, State};
+use super::super::pipelines::Kernels;
+use super::super::state::State;
 use crate::gpu::{
     Access::{Copy, Indirect, Kernel},
     DispatchGroups, Recorder, Threads,

@@ -1,8 +1,9 @@
 //! The end of a step in which particles are sorted.
 
 use super::super::kernels::{SortCountArgs, SortScanArgs, SortScatterArgs};
+use super::super::pipelines::Kernels;
 use super::super::sorting::SortParams;
-use super::super::state::{Kernels, State};
+use super::super::state::State;
 use crate::gpu::{
     Access::{Copy, Kernel},
     Recorder, Threads,
