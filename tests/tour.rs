@@ -390,7 +390,13 @@ fn every_button_and_key_has_its_effect() {
     lab.key_until("Escape", "and not alone", "performing", false);
     lab.click_until("help", "help", true);
     lab.key_until("h", "it goes again", "help", false);
-    xdotool(&["key", "--delay", "150", "F11", "F11"]);
+    // The crosses of floating windows.
+    for window in ["help", "gallery", "out"] {
+        lab.click_until(window, window, true);
+        lab.click_until(&format!("{window}.close"), window, false);
+    }
+    lab.key_until("F11", "it fills the screen", "full_screen", true);
+    lab.key_until("F11", "it is a window again", "full_screen", false);
     lab.click("screenshot");
     lab.wait("it is told", |seen| {
         let notice = seen["state"]["notice"].as_str();

@@ -40,6 +40,8 @@ pub struct KernelTime {
 pub struct Facts {
     /// The scene's name.
     pub scene: String,
+    /// The window fills the screen.
+    pub full_screen: bool,
     /// Steps taken.
     pub step: u64,
     /// Seconds of the objects' motion, if any moves.

@@ -33,6 +33,11 @@ pub struct Flying {
 }
 
 impl Flying {
+    /// The speed while these keys are held.
+    pub fn speed_with(&self, modifiers: egui::Modifiers) -> f32 {
+        self.speed * if modifiers.shift { HURRY } else { 1.0 }
+    }
+
     /// Faster or slower.
     pub fn change_speed(&mut self, factor: f32) {
         self.speed = (self.speed * factor).clamp(SPEEDS.0, SPEEDS.1);
@@ -68,7 +73,7 @@ impl Navigation {
         let Some(flying) = self.flying.filter(|_| !ctx.text_edit_focused()) else {
             return false;
         };
-        let (way, shift) = ctx.input(|input| {
+        let (way, modifiers) = ctx.input(|input| {
             let held = WAYS.iter().filter(|(key, _)| input.key_down(*key));
             let way: Vec3 = held.map(|(_, way)| *way).sum();
             let free = if input.modifiers.command {
@@ -76,13 +81,13 @@ impl Navigation {
             } else {
                 way
             };
-            (free, input.modifiers.shift)
+            (free, input.modifiers)
         });
         if way == Vec3::ZERO {
             return false;
         }
-        let hurry = if shift { HURRY } else { 1.0 };
-        let length = flying.speed * hurry * seconds.min(LONGEST) * view.camera.scene_radius;
+        let speed = flying.speed_with(modifiers);
+        let length = speed * seconds.min(LONGEST) * view.camera.scene_radius;
         view.camera.travel(way.normalize() * length);
         true
     }

@@ -8,7 +8,7 @@ use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 use super::interface::{Command, Facts, Interface};
 use super::looks::summary;
 use super::own::check_name;
-use super::places::{Marked as _, note_value};
+use super::places::{Marked as _, mark_cross, note_value};
 use super::theme;
 
 /// Of a small picture, points.
@@ -93,7 +93,7 @@ impl Interface {
         let margin = 24.0;
         let size =
             (picture.size() - vec2(2.0 * margin, 2.0 * margin + 30.0)).max(vec2(170.0, 80.0));
-        egui::Window::new("Gallery")
+        let shown = egui::Window::new("Gallery")
             .open(&mut open)
             .collapsible(false)
             .resizable(false)
@@ -121,6 +121,7 @@ impl Interface {
                         }
                     });
             });
+        mark_cross(shown, "gallery.close");
         self.gallery.open &= open;
     }
 

@@ -4,7 +4,7 @@ use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
 use super::interface::{Command, Facts, Interface, Waiting};
 use super::keys::{KEYS, MOUSE};
-use super::places::Marked as _;
+use super::places::{Marked as _, mark_cross};
 use super::rows::grouped;
 use super::theme;
 
@@ -76,7 +76,7 @@ impl Interface {
     /// The list of controls.
     pub(super) fn show_help(&mut self, ctx: &egui::Context, picture: Rect) {
         let mut open = true;
-        egui::Window::new("Controls")
+        let shown = egui::Window::new("Controls")
             .open(&mut open)
             .collapsible(false)
             .resizable(false)
@@ -87,6 +87,7 @@ impl Interface {
                     .max_height((picture.height() - 84.0).max(80.0))
                     .show(ui, controls);
             });
+        mark_cross(shown, "help.close");
         self.help &= open;
     }
 

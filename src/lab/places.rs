@@ -40,6 +40,18 @@ impl Marked for Response {
     }
 }
 
+/// Gives the cross a name that closes a floating window with a title; egui does not tell where it lies.
+pub fn mark_cross<R>(shown: Option<egui::InnerResponse<R>>, name: &str) {
+    const SIDE: f32 = 18.0;
+    const MARGIN: f32 = 7.0;
+    if let Some(shown) = shown {
+        let corner = shown.response.rect.right_top() + egui::vec2(-MARGIN, MARGIN);
+        let mut cross = shown.response;
+        cross.interact_rect = Rect::from_two_pos(corner, corner + egui::vec2(-SIDE, SIDE));
+        cross.marked(name);
+    }
+}
+
 /// Tells what a control holds, where names are asked for.
 pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> String) {
     if let Some(found) = ctx.data(|data| data.get_temp::<Found>(id())) {

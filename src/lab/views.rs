@@ -135,7 +135,10 @@ impl Interface {
         note_value(ctx, "camera.target", || format!("{:.3?}", camera().target));
         note_value(ctx, "atlas", || format!("{:.3?}", self.view.atlas));
         if let Some(flying) = &self.navigation.flying {
-            note_value(ctx, "fly.speed", || flying.speed.to_string());
+            let modifiers = ctx.input(|input| input.modifiers);
+            note_value(ctx, "fly.speed", || {
+                flying.speed_with(modifiers).to_string()
+            });
         }
         let light = self.view.light;
         note_value(ctx, "light_azimuth", || format!("{:.0}", light.azimuth));

@@ -217,6 +217,7 @@ impl Lab {
         self.take_food(&self.egui.egui_ctx().clone());
         self.make(&self.egui.egui_ctx().clone())?;
         self.clocks.facts.out = self.out.told();
+        self.clocks.facts.full_screen = self.window.fullscreen().is_some();
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
         let is_asked = !input.events.is_empty();

@@ -265,6 +265,14 @@ fn the_light_and_the_camera_can_be_moved() {
     lab.point("picture", 0.5);
     xdotool(&["click", "4"]);
     lab.wait("it is quicker", |seen| speed(seen) > before);
+    // A wheel goes on for some frames.
+    sleep(Duration::from_millis(700));
+    let quicker = lab.seen().expect("it tells");
+    xdotool(&["keydown", "Shift_L"]);
+    let four_times = speed(&quicker).map(|speed| 4.0 * speed);
+    lab.wait("Shift hurries", |seen| speed(seen) == four_times);
+    xdotool(&["keyup", "Shift_L"]);
+    lab.wait("no longer", |seen| speed(seen) == speed(&quicker));
     lab.click_until("fly", "flying", false);
     lab.quit();
 }

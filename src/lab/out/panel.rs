@@ -5,7 +5,7 @@ use myxo::export::Colors;
 
 use super::{Making, Model, Out, Recorded};
 use crate::lab::interface::{Command, Facts, Interface};
-use crate::lab::places::{Marked as _, note_value};
+use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::theme;
 
 /// The size of a picture.
@@ -142,7 +142,7 @@ impl Interface {
     ) {
         if self.out.open {
             let mut open = true;
-            egui::Window::new("Take it out")
+            let shown = egui::Window::new("Take it out")
                 .open(&mut open)
                 .collapsible(false)
                 .resizable(false)
@@ -155,6 +155,7 @@ impl Interface {
                         .min_scrolled_height(room)
                         .show(ui, |ui| self.out_card(ui, facts, commands));
                 });
+            mark_cross(shown, "out.close");
             self.out.open &= open;
         }
         if let Some(recording) = &facts.out.recording {

@@ -269,7 +269,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "trail.diffusion_distance",
         name: "Diffusion distance",
         unit: "texels",
-        help: "Reach of that neighbourhood: 1 is 3 x 3 texels, 2 is 5 x 5.",
+        help: "How far apart the nine texels of that neighbourhood lie: lines get broader, and from 3 on striped.",
         effect: Effect::Restart,
         kind: whole!(trail.diffusion_distance: u32, (1.0, 4.0), (1.0, 4.0), Linear),
     },
