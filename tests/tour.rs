@@ -391,9 +391,13 @@ fn every_button_and_key_has_its_effect() {
     lab.click_until("help", "help", true);
     lab.key_until("h", "it goes again", "help", false);
     // The crosses of floating windows.
-    for window in ["help", "gallery", "out"] {
+    for (window, cross) in [
+        ("help", "help.close"),
+        ("gallery", "gallery.close"),
+        ("out", "out.close"),
+    ] {
         lab.click_until(window, window, true);
-        lab.click_until(&format!("{window}.close"), window, false);
+        lab.click_until(cross, window, false);
     }
     lab.key_until("F11", "it fills the screen", "full_screen", true);
     lab.key_until("F11", "it is a window again", "full_screen", false);

@@ -22,7 +22,8 @@ const FRAMES_AVERAGED: usize = 64;
 /// Counts frames and steps, and reads the GPU's timers.
 pub struct Clocks {
     last_frame: Instant,
-    last_presented: Instant,
+    /// What frames have taken since the last one that was presented, without pauses.
+    since_presented: Duration,
     interval_began: Instant,
     /// Since when `steps` counts.
     steps_began: Instant,
@@ -40,7 +41,7 @@ impl Clocks {
         let info = ctx.info();
         Self {
             last_frame: Instant::now(),
-            last_presented: Instant::now(),
+            since_presented: Duration::ZERO,
             interval_began: Instant::now(),
             steps_began: Instant::now(),
             frame_seconds: 0.0,
@@ -57,21 +58,21 @@ impl Clocks {
         let now = Instant::now();
         let since = now - self.last_frame;
         self.last_frame = now;
+        if since < PAUSE {
+            self.since_presented += since;
+        }
         since
     }
 
     /// The window shows a new frame.
     pub fn presented(&mut self) {
-        let since = self.last_presented.elapsed();
-        self.last_presented = Instant::now();
-        if since < PAUSE {
-            let weight = if self.frame_seconds == 0.0 {
-                1.0
-            } else {
-                NEW_FRAME
-            };
-            self.frame_seconds += weight * (since.as_secs_f64() - self.frame_seconds);
-        }
+        let seconds = std::mem::take(&mut self.since_presented).as_secs_f64();
+        let weight = if self.frame_seconds == 0.0 {
+            1.0
+        } else {
+            NEW_FRAME
+        };
+        self.frame_seconds += weight * (seconds - self.frame_seconds);
     }
 
     /// A frame with this many steps was submitted. Teaches the pacer what steps cost.

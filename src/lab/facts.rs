@@ -40,7 +40,7 @@ pub struct KernelTime {
 pub struct Facts {
     /// The scene's name.
     pub scene: String,
-    /// The window fills the screen.
+    /// The window was asked to fill the screen.
     pub full_screen: bool,
     /// Steps taken.
     pub step: u64,
@@ -54,7 +54,7 @@ pub struct Facts {
     pub step_ms: Option<f64>,
     /// GPU time of each kernel.
     pub kernels: Vec<KernelTime>,
-    /// The same for the last pictures, one by one.
+    /// The same for the last frames with steps, one by one.
     pub history: History,
     /// The device's name and driver.
     pub device: String,

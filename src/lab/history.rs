@@ -4,19 +4,19 @@ use std::collections::VecDeque;
 
 use myxo::gpu::{Span, SpanKind};
 
-/// Pictures that are kept: some seconds.
+/// Frames that are kept: some seconds.
 const KEPT: usize = 240;
 
-/// Milliseconds a step of every kernel, for the last pictures with steps in them.
+/// Milliseconds a step of every kernel, for the last frames with steps in them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct History {
     names: Vec<String>,
     /// One value a name; names that came later have none in older ones.
-    pictures: VecDeque<Vec<f32>>,
+    frames: VecDeque<Vec<f32>>,
 }
 
 impl History {
-    /// Takes up what was measured in one picture; one without steps says nothing.
+    /// Takes up what was measured in one frame; one without steps says nothing.
     pub fn push(&mut self, spans: &[Span]) {
         let mut steps = 0;
         // Which spans lie in a step, whatever scopes are between.
@@ -39,9 +39,9 @@ impl History {
         }
         if steps > 0 {
             times.iter_mut().for_each(|time| *time /= steps as f32);
-            self.pictures.push_back(times);
-            if self.pictures.len() > KEPT {
-                self.pictures.pop_front();
+            self.frames.push_back(times);
+            if self.frames.len() > KEPT {
+                self.frames.pop_front();
             }
         }
     }
@@ -51,15 +51,15 @@ impl History {
         *self = Self::default();
     }
 
-    /// How many pictures are kept.
+    /// How many frames are kept.
     pub fn len(&self) -> usize {
-        self.pictures.len()
+        self.frames.len()
     }
 
     /// What each picture's steps took in these kernels together, from the oldest.
     pub fn sums<'a>(&'a self, among: &'a dyn Fn(&str) -> bool) -> impl Iterator<Item = f64> + 'a {
         let chosen: Vec<bool> = self.names.iter().map(|name| among(name)).collect();
-        self.pictures.iter().map(move |times| {
+        self.frames.iter().map(move |times| {
             let parts = times.iter().zip(&chosen).filter(|(_, chosen)| **chosen);
             parts.map(|(time, _)| f64::from(*time)).sum()
         })

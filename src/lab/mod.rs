@@ -15,6 +15,7 @@ mod keys;
 mod loading;
 mod looks;
 mod navigation;
+mod order;
 mod out;
 mod overlays;
 mod own;

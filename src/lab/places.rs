@@ -91,19 +91,20 @@ impl Places {
         }
     }
 
-    /// Writes what the frame has shown, if anything is elsewhere or otherwise than before; without a state it was not shown.
-    pub fn write(
-        &mut self,
-        state: Option<impl Serialize>,
-        pixels_per_point: f32,
-    ) -> std::io::Result<()> {
+    /// What the frame has named was not shown.
+    pub fn forget(&mut self) {
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        *found = Named::default();
+    }
+
+    /// Writes what the frame has shown, if anything is elsewhere or otherwise than before.
+    pub fn write(&mut self, state: impl Serialize, pixels_per_point: f32) -> std::io::Result<()> {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         let pixels = |(name, rect): (String, Rect)| {
             let ends = [rect.left(), rect.top(), rect.right(), rect.bottom()];
             (name, ends.map(|end| end * pixels_per_point))
         };
         let Named { places, values } = std::mem::take(&mut *found);
-        let Some(state) = state else { return Ok(()) };
         let places = places.into_iter().map(pixels).collect();
         let seen = Seen {
             state,

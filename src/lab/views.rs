@@ -175,7 +175,8 @@ impl Interface {
                 self.toggle_flight(ui.ctx());
             }
             if let Some(flying) = &self.navigation.flying {
-                let text = format!("{:.2} scene radii a second", flying.speed);
+                let speed = flying.speed_with(ui.input(|input| input.modifiers));
+                let text = format!("{speed:.2} scene radii a second");
                 ui.label(RichText::new(text).small().color(theme::weak(ui)));
             }
         });

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Swapchain, Targets,
+    Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Recorder, Swapchain, Targets,
+    WindowImage,
 };
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
@@ -25,6 +26,7 @@ use super::feeding::Feeder;
 use super::hands::Hand;
 use super::interface::Interface;
 use super::loading::Loading;
+use super::order::{Asked, Order, Task};
 use super::out::TakeOut;
 use super::own::OwnPresets;
 use super::pacing::Pacer;
@@ -64,12 +66,7 @@ pub struct Lab {
     /// Where the validation layers are on.
     pub(super) checks: Option<Checks>,
     pub(super) pacer: Pacer,
-    /// Steps were taken that no picture shows yet.
-    is_unshown: bool,
-    /// This frame takes no steps and draws nothing that can wait, to answer the hand at once.
-    is_answering: bool,
-    /// There was such a frame since the last steps.
-    has_answered: bool,
+    order: Order,
     /// Steps that were asked for one by one.
     pub(super) single_steps: u32,
     /// What the hands have on the device.
@@ -99,6 +96,20 @@ pub struct Lab {
     pub(super) folder: PathBuf,
     pub(super) ctx: Arc<Context>,
     pub window: Arc<Window>,
+}
+
+/// What a frame draws into the window.
+struct Shot<'a> {
+    view: View,
+    /// The picture that is there will do.
+    answers: bool,
+    /// Where the picture goes, and the atlas beside it.
+    picture: Place,
+    beside: Option<Place>,
+    is_moving: bool,
+    /// The interface over both.
+    primitives: &'a [egui::ClippedPrimitive],
+    pixels_per_point: f32,
 }
 
 impl Lab {
@@ -173,9 +184,7 @@ impl Lab {
             out: TakeOut::default(),
             checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
-            is_unshown: false,
-            is_answering: false,
-            has_answered: false,
+            order: Order::default(),
             single_steps: 0,
             hand: Hand::default(),
             feeder: Feeder::default(),
@@ -248,73 +257,51 @@ impl Lab {
         let view = self.present_view(since_last);
 
         let runs = self.runs();
-        let steps = self.steps(since_last, shown.touched, is_asked);
-        // On a device that is slow, steps and their picture are two frames, so that the hand is answered between them.
-        // In the first the window stays as it is: drawing it would only make the hand wait longer.
         let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
-        let is_unseen = is_cpu && runs && self.pacer.are_notable(steps) && !place.is_empty();
+        let asked = Asked {
+            is_asked,
+            touched: shown.touched,
+        };
+        let task = self.task(since_last, is_cpu && !place.is_empty(), asked);
         let mut rec = self.frames.begin()?;
-        let image = if is_unseen {
+        let image = if task.only_steps {
             None
         } else {
             let image = self.swapchain.acquire()?;
             if image.is_none() {
                 // Nothing was recorded, and no step that was asked for is lost.
-                self.single_steps += if runs { 0 } else { steps };
+                self.single_steps += if runs { 0 } else { task.steps };
+                self.forget_places();
                 return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
             }
             image
         };
-        self.is_unshown = is_unseen;
-        let holds = self.out.holds();
-        if steps > 0 || shown.touched || holds {
+        if task.steps > 0 || shown.touched || self.out.holds() {
             self.moved = Instant::now();
         }
         let is_moving = self.moved.elapsed() < SETTLES_AFTER;
         self.record_hands(&mut rec, &context)?;
         self.record_export(&mut rec, &context);
         if let Some(stage) = &mut self.stage {
-            for _ in 0..steps {
+            for _ in 0..task.steps {
                 rec.scope("step", |rec| stage.simulation.record_step(rec));
             }
         }
         if let Some(image) = image {
-            let target = self.swapchain.image(&image);
-            let mut is_drawn = false;
-            if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
-                let beside = shown.beside.map(|rect| {
-                    let window = self.window.inner_size().into();
-                    Place::of(rect, output.pixels_per_point, window)
-                });
-                let beside = beside.filter(|place| !place.is_empty());
-                let sizes = (place.size, beside.map(|place| place.size));
-                let can_wait = holds || self.is_answering;
-                let (picture, atlas) = if can_wait && stage.shows(&view, sizes) {
-                    self.is_unshown = self.is_answering;
-                    stage.picture()
-                } else {
-                    stage.draw(&mut rec, &view, sizes, is_moving)?
-                };
-                Self::look_on(&mut self.out, &mut rec, picture)?;
-                rec.copy_image_to(picture, target, place.corner);
-                if let (Some(atlas), Some(place)) = (atlas, beside) {
-                    rec.copy_image_to(atlas, target, place.corner);
-                }
-                is_drawn = true;
-            }
-            let over = Targets {
-                color: target,
-                resolve: None,
-                depth: None,
-                depth_test: DepthTest::Greatest,
-                clear: (!is_drawn).then_some(EMPTY),
+            let beside = shown.beside.map(|rect| {
+                let window = self.window.inner_size().into();
+                Place::of(rect, output.pixels_per_point, window)
+            });
+            let shot = Shot {
+                view,
+                answers: task.answers,
+                picture: place,
+                beside: beside.filter(|place| !place.is_empty()),
+                is_moving,
+                primitives: &primitives,
+                pixels_per_point: output.pixels_per_point,
             };
-            let gui = &mut self.gui;
-            rec.pass("interface", &over, |pass| {
-                gui.draw(pass, target.size(), output.pixels_per_point, &primitives)
-            })?;
-            self.swapchain.present(&mut self.frames, rec, image)?;
-            self.clocks.presented();
+            self.draw(rec, image, &shot)?;
         } else {
             self.frames.submit(rec)?;
         }
@@ -324,37 +311,89 @@ impl Lab {
         }
         if let Some(stage) = &self.stage {
             self.clocks
-                .submitted(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
+                .submitted(task.steps, &self.ctx, &self.frames, stage, &mut self.pacer);
             self.check()?;
-            if let Some(left) = &mut self.frames_left {
-                *left = left.saturating_sub(1);
-                self.closing |= *left == 0;
-            }
-            if let Some(left) = &mut self.lose_device {
-                *left = left.saturating_sub(1);
-                if *left == 0 {
-                    self.ctx.pretend_lost();
-                }
-            }
         }
         self.report_messages();
-        if let Some(places) = &mut self.places {
+        if task.only_steps {
+            self.forget_places();
+        } else if let Some(places) = &mut self.places {
             let state = self
                 .interface
                 .state(&self.clocks.facts, context.text_edit_focused());
-            let written = places.write((!is_unseen).then_some(state), output.pixels_per_point);
+            let written = places.write(state, output.pixels_per_point);
             written.map_err(|error| Error::Invalid(format!("--places: {error}")))?;
         }
+        Ok(self.next_frame(is_moving, repaint))
+    }
 
+    /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.
+    fn draw(&mut self, mut rec: Recorder, image: WindowImage, shot: &Shot<'_>) -> Result<()> {
+        let target = self.swapchain.image(&image);
+        let place = &shot.picture;
+        let mut is_covered = false;
+        if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
+            let sizes = (place.size, shot.beside.as_ref().map(|place| place.size));
+            let can_wait = self.out.holds() || shot.answers;
+            let (picture, atlas) = if can_wait && stage.shows(&shot.view, sizes) {
+                if shot.answers {
+                    self.order.owe_picture();
+                }
+                stage.picture()
+            } else {
+                stage.draw(&mut rec, &shot.view, sizes, shot.is_moving)?
+            };
+            Self::look_on(&mut self.out, &mut rec, picture)?;
+            rec.copy_image_to(picture, target, place.corner);
+            if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
+                rec.copy_image_to(atlas, target, place.corner);
+            }
+            is_covered = true;
+        }
+        let over = Targets {
+            color: target,
+            resolve: None,
+            depth: None,
+            depth_test: DepthTest::Greatest,
+            clear: (!is_covered).then_some(EMPTY),
+        };
+        let gui = &mut self.gui;
+        rec.pass("interface", &over, |pass| {
+            gui.draw(pass, target.size(), shot.pixels_per_point, shot.primitives)
+        })?;
+        self.swapchain.present(&mut self.frames, rec, image)?;
+        self.clocks.presented();
+        if self.stage.is_some() {
+            self.count_picture();
+        }
+        Ok(())
+    }
+
+    /// Counts down to what was asked for after so many pictures.
+    fn count_picture(&mut self) {
+        if let Some(left) = &mut self.frames_left {
+            *left = left.saturating_sub(1);
+            self.closing |= *left == 0;
+        }
+        if let Some(left) = &mut self.lose_device {
+            *left = left.saturating_sub(1);
+            if *left == 0 {
+                self.ctx.pretend_lost();
+            }
+        }
+    }
+
+    /// When the next frame is due; `None` waits for an event.
+    fn next_frame(&self, is_moving: bool, repaint: Option<Duration>) -> Option<Instant> {
         let now = Instant::now();
         if self.runs() || self.single_steps > 0 || self.out.is_busy() {
-            return Ok(Some(now));
+            return Some(now);
         }
         let settles = is_moving.then(|| self.moved + SETTLES_AFTER);
         let waits = self.loading.is_some() || self.feeder.is_busy();
         let loading = waits.then(|| now + LOADING_INTERVAL);
         let repaint = repaint.and_then(|delay| now.checked_add(delay));
-        Ok([settles, loading, repaint].into_iter().flatten().min())
+        [settles, loading, repaint].into_iter().flatten().min()
     }
 
     /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
@@ -363,25 +402,30 @@ impl Lab {
         self.stage.is_some() && self.interface.playing && !waits && !self.out.holds()
     }
 
-    /// How many steps this frame takes. Where something is to be shown or answered at once, they wait for the next one.
-    fn steps(&mut self, since_last: Duration, touched: bool, is_asked: bool) -> u32 {
+    /// What this frame does; where it `can_split`, steps, answers and pictures have frames of their own.
+    fn task(&mut self, since_last: Duration, can_split: bool, asked: Asked) -> Task {
         if self.runs() {
             let cap = self.interface.running.time.steps_per_second;
-            let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
-            // Once between steps, or they would never come while the pointer moves.
-            self.is_answering = is_cpu && is_asked && !self.has_answered;
-            let waits = self.is_unshown || self.is_answering;
-            let steps = self.pacer.steps(since_last, cap, touched, waits);
-            self.has_answered = steps == 0 && (self.has_answered || self.is_answering);
-            return steps;
+            return (self.order).next(&mut self.pacer, can_split, since_last, cap, asked);
         }
-        self.is_unshown = false;
-        self.is_answering = false;
+        self.order.rest();
         self.pacer.restart();
-        if self.out.holds() {
-            return 0;
+        let steps = if self.out.holds() {
+            0
+        } else {
+            std::mem::take(&mut self.single_steps)
+        };
+        Task {
+            steps,
+            ..Task::default()
         }
-        std::mem::take(&mut self.single_steps)
+    }
+
+    /// What this frame has named is not in the window.
+    fn forget_places(&mut self) {
+        if let Some(places) = &mut self.places {
+            places.forget();
+        }
     }
 
     /// The view with the exposure's pace for a frame of this length.

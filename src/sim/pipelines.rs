@@ -12,8 +12,8 @@ use super::params::StepConstants;
 use super::raster::raster_options;
 use crate::gpu::{Context, GpuError, Pipeline, RasterPipeline};
 
-/// `advance` moves every particle once, by as many kernels as there are kinds of particles: those of the first list the
-/// rest for the others. These are all, by the names that timers show.
+/// Kernels that together advance every particle once: the first lists for the others what it leaves. By the names that timers
+/// show.
 pub const FORMS_OF_ADVANCE: [&str; 4] = ["advance", WALK_SENSORS, ADVANCE_NEAR, WALK_NEAR];
 const WALK_SENSORS: &str = "walk_sensors";
 const ADVANCE_NEAR: &str = "advance_near";

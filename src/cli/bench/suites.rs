@@ -100,10 +100,9 @@ pub static SUITES: [Suite; 8] = [
     },
 ];
 
-/// Steps until particles have been sorted for the first time, which changes what later ones take.
+/// Steps until particles have been sorted twice, which changes what later ones take.
 pub const SORTED: u32 = 34;
 
-/// The kernels that take distances.
 /// What moves particles, from object to object, too.
 const MOVING: [&str; 5] = {
     let [a, b, c, d] = FORMS_OF_ADVANCE;
@@ -114,6 +113,7 @@ const MOVING_AND_DISTANCE: [&str; 6] = {
     [a, b, c, d, e, "distance"]
 };
 
+/// The kernels that take distances.
 const DISTANCE_KERNELS: [&str; 6] = [
     "distance_tiles",
     "distance",
