@@ -20,8 +20,9 @@ use crate::cli::{Outcome, console, interrupt};
 ///
 /// Out: a line `# width height`, then face,chart,u0,v0,u1,v1,u2,v2
 ///
-/// Faces and corners are counted as in the file; u and v go from 0 to 1 over the texture, and v goes the way of its
-/// rows. A face without area, or one that is there twice, has no place and no row.
+/// Faces and corners are counted as in the file; u and v go from 0 to 1 over the texture, and v
+/// goes the way of its rows. A face without area, or one that is there twice, has no place and
+/// no row.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,

@@ -30,8 +30,9 @@ use crate::cli::{Outcome, console, interrupt};
 /// In:  id,face,b0,b1,b2,amount
 /// Out: face,b0,b1,b2,area,value,chart
 ///
-/// Faces and corners are counted as in the file. A deposit adds amount / area to its texel; in every step each
-/// texel then goes half the way to the mean of the 3 x 3 texels about it. The sum of value * area stays.
+/// Faces and corners are counted as in the file. A deposit adds amount / area to its texel; in
+/// every step each texel then goes half the way to the mean of the 3 x 3 texels about it. The
+/// sum of value * area stays.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,
