@@ -15,7 +15,7 @@ use super::timer::{Span, Timings};
 use super::transfer::wait_for;
 
 /// Queries of a frame at first; a frame that needs more gets them the next time.
-const FIRST_QUERIES: u32 = 4096;
+pub(crate) const FIRST_QUERIES: u32 = 4096;
 
 /// A ring of frames, each recorded, submitted and, when its turn comes again, waited for.
 pub struct Frames {
