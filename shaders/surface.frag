@@ -19,6 +19,9 @@ layout(set = 0, binding = 10) uniform samplerBuffer distances;
 
 // What one view of single texels does not hold is read four texels at once.
 layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+// May there be a relief, or charts, and other objects? CPU drivers take both ways of a branch.
+layout(constant_id = 1) const bool EXTRAS = true;
+layout(constant_id = 2) const bool OTHERS = true;
 
 #include "colormap.glsl"
 #include "texels.glsl"
@@ -122,14 +125,22 @@ void main() {
     }
 
     vec3 n = normalize(normal);
-    if (params.relief > 0.0) n = bent(n, value, uv_x, uv_y, is_far);
+    vec3 bare = BARE;
+    if (EXTRAS) {
+        if (params.relief > 0.0) {
+            n = bent(n, value, uv_x, uv_y, is_far);
+            bare = CLAY;
+        }
+        bare = mix(bare, chart_light(), params.chart_share);
+    }
     n = gl_FrontFacing ? n : -n;
     vec3 to_eye = normalize(params.eye - position);
     float brightness = params.trail_share * tone(value, brightest[0]);
     vec3 trail_color = color_of(brightness);
-    vec3 bare = mix(params.relief > 0.0 ? CLAY : BARE, chart_light(), params.chart_share);
     vec3 matte = bare * (1.0 - brightness) + trail_color;
-    float open = 1.0 - params.occlusion * (1.0 - open_share * open_beside_others());
+    float open = open_share;
+    if (OTHERS) open *= open_beside_others();
+    open = 1.0 - params.occlusion * (1.0 - open);
     vec3 light = params.lamp * (matte * diffuse_light(n, params.key_direction, open)
             + open * specular_light(n, to_eye, params.key_direction))
         + params.glow * trail_color;

@@ -50,6 +50,8 @@ const GLOW_OF_RELIEF: f32 = 0.05;
 struct Pipelines {
     samples: u32,
     surface: RasterPipeline<SurfaceDraw>,
+    /// The same with neither relief nor charts.
+    plain_surface: RasterPipeline<SurfaceDraw>,
     fields: RasterPipeline<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
     /// The same where hues that lie over each other must not become white.
@@ -66,6 +68,7 @@ impl Pipelines {
         format: Format,
         samples: u32,
         texels_in_quads: bool,
+        others: bool,
     ) -> Result<Self, GpuError> {
         let options = RasterOptions {
             color: format,
@@ -81,11 +84,20 @@ impl Pipelines {
             blend: Blend::Add,
             ..behind
         };
+        let surface = |extras| {
+            let constants = SurfaceConstants {
+                texels_in_quads,
+                extras,
+                others,
+            };
+            RasterPipeline::new(ctx, &constants, options)
+        };
         Ok(Self {
             painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
             foods: foods::pipeline(ctx, format, samples)?,
             samples,
-            surface: RasterPipeline::new(ctx, &SurfaceConstants { texels_in_quads }, options)?,
+            surface: surface(true)?,
+            plain_surface: surface(false)?,
             fields: RasterPipeline::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
             headings: RasterPipeline::new(
@@ -173,9 +185,10 @@ impl Renderer {
         samples.dedup();
         let texel_count = setup.atlas.texel_count() as u64;
         let texels_in_quads = TexelPaths::of(ctx.info(), texel_count).in_quads;
+        let others = setup.poses.len() > 1;
         let pipelines = samples
             .into_iter()
-            .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads));
+            .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads, others));
         let Prepared {
             normals,
             openness,
@@ -419,8 +432,13 @@ impl Renderer {
             Show::Relief => RELIEF * self.shape.radius,
             _ => 0.0,
         };
+        let surface = if relief > 0.0 || chart_share > 0.0 {
+            &shot.pipelines.surface
+        } else {
+            &shot.pipelines.plain_surface
+        };
         pass.draw(
-            &shot.pipelines.surface,
+            surface,
             self.shape.corner_count,
             1,
             SurfaceArgs {
