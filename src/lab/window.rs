@@ -313,6 +313,9 @@ impl Lab {
             self.clocks
                 .submitted(task.steps, &self.ctx, &self.frames, stage, &mut self.pacer);
             self.check()?;
+            if !task.only_steps {
+                self.count_picture();
+            }
         }
         self.report_messages();
         if task.only_steps {
@@ -363,9 +366,6 @@ impl Lab {
         })?;
         self.swapchain.present(&mut self.frames, rec, image)?;
         self.clocks.presented();
-        if self.stage.is_some() {
-            self.count_picture();
-        }
         Ok(())
     }
 
