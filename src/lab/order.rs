@@ -143,6 +143,24 @@ mod tests {
     }
 
     #[test]
+    fn a_key_that_comes_with_steps_is_answered_though_nothing_follows() {
+        let (mut order, mut pacer) = (Order::default(), Pacer::default());
+        pacer.measured(Duration::from_secs_f64(STEP));
+        let mut next = |order: &mut Order, is_asked| {
+            let asked = Asked {
+                is_asked,
+                touched: false,
+            };
+            order.next(&mut pacer, true, Duration::from_millis(100), 0.0, asked)
+        };
+        assert!(next(&mut order, true).answers, "the pointer");
+        order.owe_picture();
+        assert_eq!(next(&mut order, false), Task::default(), "its picture");
+        assert!(next(&mut order, true).only_steps, "the key comes here");
+        assert!(next(&mut order, false).answers);
+    }
+
+    #[test]
     fn nothing_is_split_on_a_quick_device() {
         let (mut order, mut pacer) = (Order::default(), Pacer::default());
         pacer.measured(Duration::from_millis(30));
