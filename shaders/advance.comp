@@ -109,7 +109,7 @@ layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physa
 // For each covered texel the place across.
 layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
-// Four texels a word: how many texels far straight lines stay on the surface around.
+// Four texels a word: how many half texels far straight lines stay on the surface around.
 layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
 // The slots of particles whose sensors must walk, of those that are near other objects, and of those that are both; how many
 // there are of each.
@@ -281,7 +281,7 @@ uint around_end(vec2 from, vec2 way) {
 
 // Do the discs round both ends of a way, in which nothing but the surface around lies, cover the way?
 bool is_clear(vec2 way, uint at_start, uint at_end) {
-    float both = float((at_start & CLEARANCE) + (at_end & CLEARANCE));
+    float both = CLEARANCE_UNIT * float((at_start & CLEARANCE) + (at_end & CLEARANCE));
     return dot(way, way) <= both * both;
 }
 

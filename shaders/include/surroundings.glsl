@@ -1,5 +1,5 @@
 // surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its clearance, how
-// many texels far straight lines stay on the surface around; then whether it is near other objects, covered by them, and where
+// many half texels far straight lines stay on the surface around; then whether it is near other objects, covered by them, and where
 // they are in sight.
 // Twin of src/sim/surroundings.rs.
 
@@ -7,6 +7,8 @@
 #define MYXO_SURROUNDINGS
 
 const uint CLEARANCE = 255u;
+// What it counts in, texels.
+const float CLEARANCE_UNIT = 0.5;
 // A step from here may lead to where particles change objects.
 const uint NEAR = 256u;
 // Walks that get here go on on another object.

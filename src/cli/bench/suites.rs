@@ -311,12 +311,12 @@ fn objects(extent: &Extent) -> Result<Vec<Case>> {
         [
             "particles.count=50000",
             "atlas.size=512",
-            "distance.reach=0.03",
+            "distance.reach=0.06",
         ],
         [
             "particles.count=500000",
             "atlas.size=1024",
-            "distance.reach=0.03",
+            "distance.reach=0.06",
         ],
     );
     // With as many triangles together: four times the balls, each of a quarter.

@@ -1,8 +1,9 @@
 //! How far from a texel the texture shows nothing but the surface round it: there a straight line in the texture is a walk
 //! on the surface, up to what flattening has done to lengths and angles.
 //!
-//! Distances are those between texel centres, by the lower envelope of parabolas in each row (Felzenszwalb and
-//! Huttenlocher, "Distance Transforms of Sampled Functions", 2012).
+//! Near a chart's border, where it matters, the distance is that to the border's edges. Farther in it is that between texel
+//! centres, by the lower envelope of parabolas in each row (Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
+//! Functions", 2012).
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -10,23 +11,31 @@ use rayon::prelude::*;
 use super::super::surface::{NONE, Surface};
 use super::Atlas;
 
-/// What is farther counts as this, in texels.
+/// What a clearance counts in, texels.
+pub const UNIT: f32 = 0.5;
+/// What is farther counts as this.
 pub const FARTHEST: u8 = 255;
 
-/// From a point to the centre of its texel, and as much at the other end, where reads take the texels around.
-const ROUNDING: f32 = 1.5;
+/// From a point to the centre of its texel, at the most.
+const TO_CENTRE: f32 = 0.7072;
+/// From border edges so far away, in texels, the distance is taken exactly.
+const NEAR: f32 = 8.0;
+/// Rows of texels that are looked at together.
+const BAND: usize = 64;
 
 impl Atlas {
-    /// Per texel: from any point in it, a straight line of so many texels stays in its chart and off the chart's border; 0
-    /// for texels that are not owned.
+    /// Per texel: from any point in it, a straight line of so many half texels stays in its chart; 0 for texels that are not
+    /// owned.
     #[must_use]
     pub fn clearances(&self, surface: &Surface) -> Vec<u8> {
         let pitch = self.pitch as usize;
+        let borders: Vec<[Vec2; 2]> = (0..surface.halfedges.len() as u32)
+            .filter(|&halfedge| self.is_seam(surface, halfedge))
+            .map(|halfedge| self.edge(halfedge))
+            .collect();
         let mut blocked: Vec<bool> = self.owner.iter().map(|&owner| owner == NONE).collect();
-        for halfedge in 0..surface.halfedges.len() as u32 {
-            if self.is_seam(surface, halfedge) {
-                self.block(&mut blocked, self.edge(halfedge));
-            }
+        for &edge in &borders {
+            self.block(&mut blocked, edge);
         }
         let along_columns = down_columns(&blocked, pitch);
         let mut clearances = vec![0; blocked.len()];
@@ -36,11 +45,49 @@ impl Atlas {
             .for_each_init(Envelope::default, |envelope, (row, heights)| {
                 envelope.over(heights);
                 envelope.tell(heights.len(), |x, squared| {
-                    let clear = (squared as f32).sqrt() - ROUNDING;
-                    row[x] = clear.clamp(0.0, f32::from(FARTHEST)) as u8;
+                    // The border may be as far from the blocked texel's centre as a point from its own.
+                    row[x] = told((squared as f32).sqrt() - TO_CENTRE);
                 });
             });
+        self.tell_near(&borders, &mut clearances);
         clearances
+    }
+
+    /// Where a border is near, clearances by the distance to its edges.
+    fn tell_near(&self, borders: &[[Vec2; 2]], clearances: &mut [u8]) {
+        let pitch = self.pitch as usize;
+        let band_of = |y: f32| (y.max(0.0) as usize / BAND).min((self.size as usize - 1) / BAND);
+        let mut bands = vec![Vec::new(); (self.size as usize).div_ceil(BAND)];
+        for edge in borders {
+            let [low, high] = [edge[0].y.min(edge[1].y), edge[0].y.max(edge[1].y)];
+            for band in &mut bands[band_of(low - NEAR)..=band_of(high + NEAR)] {
+                band.push(*edge);
+            }
+        }
+        let rows = clearances.par_chunks_mut(BAND * pitch);
+        let owners = self.owner.par_chunks(BAND * pitch);
+        let init = || vec![0.0_f32; BAND * pitch];
+        rows.zip(owners).zip(bands).enumerate().for_each_init(
+            init,
+            |squares, (band, ((clearances, owners), borders))| {
+                squares.fill(NEAR * NEAR);
+                for edge in borders {
+                    approach(squares, pitch, band * BAND, edge);
+                }
+                for ((clearance, &owner), &square) in
+                    clearances.iter_mut().zip(owners).zip(&*squares)
+                {
+                    let near = told(square.sqrt());
+                    *clearance = if owner == NONE {
+                        0
+                    } else if square < NEAR * NEAR {
+                        near
+                    } else {
+                        near.max(*clearance)
+                    };
+                }
+            },
+        );
     }
 
     /// Blocks the texels that a border edge passes through. A chart may come so near to itself that no texel lies between.
@@ -51,6 +98,39 @@ impl Atlas {
         for i in 0..=pieces as u32 {
             let point = (a + (b - a) * (i as f32 / pieces)).clamp(Vec2::ZERO, last);
             blocked[point.y as usize * self.pitch as usize + point.x as usize] = true;
+        }
+    }
+}
+
+/// The clearance that a distance from a texel's centre leaves to any point in the texel.
+fn told(distance: f32) -> u8 {
+    ((distance - TO_CENTRE) / UNIT).clamp(0.0, f32::from(FARTHEST)) as u8
+}
+
+/// Lowers the squared distances of texel centres in rows from `first_row` on to that from an edge, where it is near.
+fn approach(squares: &mut [f32], pitch: usize, first_row: usize, [a, b]: [Vec2; 2]) {
+    let way = b - a;
+    let per_square = way.length_squared().max(f32::MIN_POSITIVE).recip();
+    let texels = |low: f32, high: f32, count: usize| {
+        (low - 0.5).ceil().max(0.0) as usize..(high + 0.5).floor().clamp(0.0, count as f32) as usize
+    };
+    let first = first_row as f32;
+    let [low, high] = [a.y.min(b.y) - NEAR - first, a.y.max(b.y) + NEAR - first];
+    for row in texels(low, high, squares.len() / pitch) {
+        let y = first + row as f32 + 0.5;
+        // What of the edge is near this row.
+        let [from, to] = if way.y == 0.0 {
+            [0.0, 1.0]
+        } else {
+            [y - NEAR, y + NEAR].map(|y| ((y - a.y) / way.y).clamp(0.0, 1.0))
+        };
+        let ends = [a.x + from * way.x, a.x + to * way.x];
+        let [left, right] = [ends[0].min(ends[1]) - NEAR, ends[0].max(ends[1]) + NEAR];
+        for x in texels(left, right, pitch) {
+            let centre = Vec2::new(x as f32 + 0.5, y);
+            let along = ((centre - a).dot(way) * per_square).clamp(0.0, 1.0);
+            let square = &mut squares[row * pitch + x];
+            *square = square.min((a + along * way).distance_squared(centre));
         }
     }
 }

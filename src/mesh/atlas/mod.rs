@@ -50,6 +50,7 @@ use rayon::prelude::*;
 
 use self::conductances::Layers;
 use super::surface::{AtlasMap, NONE, Seam, Surface};
+pub use clearance::UNIT as CLEARANCE_UNIT;
 pub use control::Control;
 pub use exchange::{
     BLOCK_QUADS, BLOCK_ROWS, Exchange, ExchangeEntry, ExchangeRow, GREATEST_DENSITY,

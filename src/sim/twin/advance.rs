@@ -3,6 +3,7 @@
 use super::strip::StripWalk;
 use super::trail::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
 use super::walk::WALK_DONE;
+use crate::mesh::atlas::CLEARANCE_UNIT;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
@@ -349,7 +350,9 @@ fn straight_ahead(
     let p = map.du / ab;
     let h = (map.dv - cp * p) / ch;
     let ways = towards.map(|[x, y]| own.sensor_offset * (x * p + y * h));
-    let clearance_at = |place| f32::from(inputs.clearance[texel_at(place, params.pitch) as usize]);
+    let clearance_at = |place| {
+        CLEARANCE_UNIT * f32::from(inputs.clearance[texel_at(place, params.pitch) as usize])
+    };
     let clear = clearance_at(from);
     let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);
     // Do the discs round both ends of each way, in which nothing but the surface around lies, cover the way?

@@ -30,7 +30,7 @@ use piece::{Bounds, LOOSE, Piece, STRICT};
 use smooth::Smoothing;
 
 /// Connected parts up to this size are built from single triangles.
-const SMALL: usize = 600;
+const SMALL: usize = 1500;
 /// What a piece to begin with may be like: flatter than a chart, so that two of them have room to be joined; and of
 /// any shape, because the shape is that of its triangles.
 const FIRST: Bounds = Bounds {
@@ -129,26 +129,29 @@ fn first_pieces(
     let parts = connected_parts(surface);
     let area: f64 = metric.shapes.iter().map(metric::Shape::area).sum();
     let curvature = curvature(surface, metric);
-    let turn = 0.1 * area.sqrt();
-    let mut sets: Vec<Vec<u32>> = Vec::new();
+    // Sets, and what turning by one radian counts as in each.
+    let mut sets: Vec<(Vec<u32>, f64)> = Vec::new();
     for part in parts {
+        let own_area = metric.area(&part);
+        let turn = 0.1 * own_area.sqrt();
         if part.len() <= SMALL {
-            sets.extend(part.iter().map(|&t| vec![t]));
+            sets.extend(part.iter().map(|&t| (vec![t], turn)));
             continue;
         }
-        let share = metric.area(&part) / area;
+        let share = own_area / area;
         let bent: f64 = part.iter().map(|&t| curvature[t as usize]).sum();
         let count = (30.0 + 200.0 * share + 2.0 * bent).min(part.len() as f64 / 12.0);
         let graph =
             pool.with(|places| Graph::new(surface, &part, places, |a, b| metric.step(a, b, turn)));
         let labels = graph.parts(metric, count as usize, 3, control)?;
-        sets.extend(by_label(&part, &labels));
+        let sets_of_part = by_label(&part, &labels);
+        sets.extend(sets_of_part.into_iter().map(|set| (set, turn)));
     }
     let pieces: Vec<Vec<Piece>> = sets
         .par_iter()
-        .map(|set| {
+        .map(|(set, turn)| {
             control.check()?;
-            Ok(pool.with(|places| cut_until_flat(surface, metric, set, turn, places)))
+            Ok(pool.with(|places| cut_until_flat(surface, metric, set, *turn, places)))
         })
         .collect::<Result<_, AtlasError>>()?;
     Ok(pieces.into_iter().flatten().collect())

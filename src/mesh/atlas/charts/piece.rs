@@ -280,15 +280,20 @@ fn roundness(perimeter: f64, area: f64) -> f64 {
     perimeter * perimeter / (4.0 * std::f64::consts::PI * area)
 }
 
-/// Parts of a border that its perimeter is taken of.
+/// Parts of a border that its perimeter is taken of, at the most.
 const BORDER_PARTS: usize = 64;
+/// Of a border of few edges: so few parts that each has a tooth to take the mean of, and no fewer than show a shape.
+const EDGES_A_PART: f64 = 2.5;
+const FEWEST_PARTS: usize = 12;
 
 /// The perimeter of a border without its teeth, which are as fine as the triangles and matter to nobody: of the polygon
 /// of the means over equal parts of it.
 fn smooth_perimeter(curve: &[DVec2]) -> f64 {
+    let parts = (curve.len() as f64 / EDGES_A_PART) as usize;
+    let parts = parts.clamp(FEWEST_PARTS, BORDER_PARTS);
     let ends = || (0..curve.len()).map(|k| (curve[k], curve[(k + 1) % curve.len()]));
-    let part = ends().map(|(a, b)| a.distance(b)).sum::<f64>() / BORDER_PARTS as f64;
-    let mut means = vec![DVec2::ZERO; BORDER_PARTS];
+    let part = ends().map(|(a, b)| a.distance(b)).sum::<f64>() / parts as f64;
+    let mut means = vec![DVec2::ZERO; parts];
     let (mut index, mut room) = (0, part);
     for (mut a, b) in ends() {
         let mut left = a.distance(b);
@@ -298,12 +303,12 @@ fn smooth_perimeter(curve: &[DVec2]) -> f64 {
             means[index] += way / part * a.midpoint(to);
             (a, left, room) = (to, left - way, room - way);
             if room <= 0.0 {
-                (index, room) = ((index + 1).min(BORDER_PARTS - 1), part);
+                (index, room) = ((index + 1).min(parts - 1), part);
             }
         }
     }
-    (0..BORDER_PARTS)
-        .map(|k| means[k].distance(means[(k + 1) % BORDER_PARTS]))
+    (0..parts)
+        .map(|k| means[k].distance(means[(k + 1) % parts]))
         .sum()
 }
 

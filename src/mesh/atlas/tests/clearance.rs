@@ -35,8 +35,9 @@ fn clear_lines_stay_in_their_chart() {
             clear += 1;
             let own = atlas.chart[atlas.owner[texel] as usize];
             let centre = atlas.centre_of(texel as u32);
-            // From the texel's corner as well; and what is read there lies half a texel further.
-            let reach = f32::from(clearance) + 1.2;
+            // From the texel's corner as well.
+            let clearance = CLEARANCE_UNIT * f32::from(clearance);
+            let reach = clearance + 0.7;
             let at = [texel as i32 % pitch, texel as i32 / pitch];
             for y in at[1] - reach as i32..=at[1] + reach as i32 {
                 for x in at[0] - reach as i32..=at[0] + reach as i32 {
@@ -50,12 +51,17 @@ fn clear_lines_stay_in_their_chart() {
                     assert_eq!(atlas.chart[owner as usize], own);
                 }
             }
-            for &[a, b] in &borders {
+            let to_border = |&[a, b]: &[Vec2; 2]| {
                 let along = ((centre - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-                let distance = (a + along * (b - a)).distance(centre);
+                (a + along * (b - a)).distance(centre)
+            };
+            let nearest = borders.iter().map(to_border).fold(f32::INFINITY, f32::min);
+            assert!(nearest > clearance + 0.7, "{nearest} from {centre}");
+            // Beside the border, where it decides who has to walk, it is as much as there is.
+            if nearest < 7.9 {
                 assert!(
-                    distance > f32::from(clearance) + 0.7,
-                    "{distance} from {centre}"
+                    clearance + CLEARANCE_UNIT > nearest - 0.71,
+                    "{nearest} from {centre}"
                 );
             }
         }
