@@ -8,6 +8,8 @@
 mod gestures;
 #[path = "tour_steps/hands.rs"]
 mod hands;
+#[path = "tour_steps/long_steps.rs"]
+mod long_steps;
 #[path = "tour_steps/out.rs"]
 mod out;
 #[path = "tour_steps/parameters.rs"]

@@ -37,6 +37,7 @@ struct Pending {
     ticket: u64,
     spans: Vec<PendingSpan>,
     queries: u32,
+    gaps: Vec<u32>,
     works: Vec<String>,
     debug_kernels: Vec<String>,
 }
@@ -51,6 +52,8 @@ pub(crate) struct FrameResources {
     pub(crate) query_capacity: u32,
     pub(crate) crumbs: Option<Mutex<Crumbs>>,
     debug: OnceLock<DebugList>,
+    /// Command buffers of slices, made as they are needed.
+    pub(crate) slices: Mutex<Vec<vk::CommandBuffer>>,
 }
 
 impl Frames {
@@ -133,11 +136,13 @@ impl Frames {
             .iter()
             .position(|s| Arc::ptr_eq(&s.resources, &recorder.frame));
         let index = index.expect("a frame is submitted to the ring that began it");
+        recorder.slices.check()?;
         recorder.finish();
         let frame = Arc::clone(&recorder.frame);
         let device = &self.ctx.device.raw;
         let (semaphores, stages): (Vec<_>, Vec<_>) = wait.iter().copied().unzip();
-        let cmds = [frame.cmd];
+        let mut cmds: Vec<_> = recorder.slices.waiting.drain(..).collect();
+        cmds.push(recorder.raw());
         let info = [vk::SubmitInfo::default()
             .command_buffers(&cmds)
             .wait_semaphores(&semaphores)
@@ -146,7 +151,7 @@ impl Frames {
         // SAFETY: the command buffer was recorded by `recorder`, whose objects live until the fence has signalled.
         unsafe {
             device
-                .end_command_buffer(frame.cmd)
+                .end_command_buffer(recorder.raw())
                 .check("vkEndCommandBuffer", "a frame")?;
             device
                 .reset_fences(&[frame.fence])
@@ -168,6 +173,7 @@ impl Frames {
             ticket: recorder.ticket,
             spans: std::mem::take(&mut recorder.spans),
             queries,
+            gaps: std::mem::take(&mut recorder.slices.gaps),
             works: std::mem::take(&mut recorder.works),
             debug_kernels: std::mem::take(&mut recorder.debug_kernels),
         });
@@ -263,6 +269,7 @@ impl FrameResources {
                 None
             },
             debug: OnceLock::new(),
+            slices: Mutex::new(Vec::new()),
         };
         let device = &ctx.device.raw;
         // SAFETY: the device is alive; `this` owns each handle as soon as it exists.
@@ -302,7 +309,7 @@ impl FrameResources {
         })
     }
 
-    fn works_begun(&self) -> usize {
+    pub(crate) fn works_begun(&self) -> usize {
         self.crumbs.as_ref().map_or(0, |c| {
             c.lock().unwrap_or_else(PoisonError::into_inner).begun()
         })
@@ -352,6 +359,16 @@ impl FrameResources {
         let mask = u64::MAX >> (64 - info.timestamp_valid_bits.clamp(1, 64));
         let period = f64::from(info.timestamp_period);
         let start = ticks[0] & mask;
+        // What came between slices is not this frame's time.
+        let mut between = vec![0; ticks.len()];
+        for gap in pending.gaps.iter().map(|&gap| gap as usize) {
+            between[gap + 1] = ticks[gap + 1].wrapping_sub(ticks[gap]) & mask;
+        }
+        let mut sum = 0;
+        for (tick, own) in ticks.iter_mut().zip(between) {
+            sum += own;
+            *tick = tick.wrapping_sub(sum);
+        }
         let mut new_index = vec![None; pending.spans.len()];
         let mut spans = Vec::with_capacity(pending.spans.len());
         for (i, span) in pending.spans.into_iter().enumerate() {

@@ -38,6 +38,7 @@ mod readback;
 mod recorder;
 mod report;
 mod sampled;
+mod slices;
 mod surface;
 mod swapchain;
 mod texels;

@@ -15,12 +15,16 @@ use super::kernel::{
     Binding, BindingAccess, BindingKind, DispatchGroups, Interface, Kernel, Params, Pipeline,
     PipelineCore, Resource, Threads, descriptor_type,
 };
+use super::slices::Slices;
 use super::timer::SpanKind;
 
 /// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.
 pub struct Recorder {
     pub(crate) frame: Arc<FrameResources>,
+    /// What is being recorded into.
+    pub(crate) cmd: vk::CommandBuffer,
+    pub(crate) slices: Slices,
     pub(crate) ticket: u64,
     pub(crate) spans: Vec<PendingSpan>,
     /// Indices of the scopes that are open.
@@ -64,6 +68,8 @@ impl Recorder {
     pub(crate) fn new(frame: Arc<FrameResources>) -> Self {
         let ticket = frame.ctx.graveyard.begin();
         let mut recorder = Self {
+            cmd: frame.cmd,
+            slices: Slices::default(),
             frame,
             ticket,
             spans: Vec::new(),
@@ -95,7 +101,7 @@ impl Recorder {
     /// The raw command buffer, for crates that draw by themselves.
     #[must_use]
     pub fn raw(&self) -> vk::CommandBuffer {
-        self.frame.cmd
+        self.cmd
     }
 
     /// Runs a kernel with at least `threads` invocations; none records nothing.
@@ -402,6 +408,9 @@ impl Recorder {
         record(self);
         self.end_span();
         self.ends_alone();
+        if kind == SpanKind::Kernel {
+            self.end_slice();
+        }
     }
 
     /// Once a picture has been drawn, llvmpipe keeps timestamps back until it next flushes, which would be after the
@@ -476,11 +485,8 @@ impl Recorder {
     }
 
     pub(crate) fn begin_span(&mut self, name: &str, kind: SpanKind) {
-        let fits = self.queries_used + 2 <= self.frame.query_capacity;
-        self.queries_wanted += 2;
-        let queries = fits.then_some(self.queries_used);
+        let queries = self.take_queries();
         if let Some(first) = queries {
-            self.queries_used += 2;
             self.stamp(first);
         }
         self.ctx().device.begin_label(self.raw(), name);
@@ -492,6 +498,15 @@ impl Recorder {
             parent,
             queries,
         });
+    }
+
+    /// The first of two queries, if there is room.
+    pub(crate) fn take_queries(&mut self) -> Option<u32> {
+        let first = self.queries_used;
+        self.queries_wanted += 2;
+        let fits = first + 2 <= self.frame.query_capacity;
+        self.queries_used += if fits { 2 } else { 0 };
+        fits.then_some(first)
     }
 
     pub(crate) fn end_span(&mut self) {
@@ -506,7 +521,7 @@ impl Recorder {
     }
 
     /// Written when everything before it has finished.
-    fn stamp(&self, query: u32) {
+    pub(crate) fn stamp(&self, query: u32) {
         // SAFETY: the query lies in the pool, was reset at the start of the frame and is written once.
         unsafe {
             self.device().cmd_write_timestamp(
@@ -525,6 +540,11 @@ impl Recorder {
         }
         self.end_span();
         assert!(self.open.is_empty(), "a scope is still open");
+    }
+
+    /// The names of the scopes that are open.
+    pub(crate) fn open_names(&self) -> impl Iterator<Item = &str> {
+        self.open.iter().map(|&span| self.spans[span].name.as_str())
     }
 
     pub(crate) fn queries_used(&self) -> u32 {

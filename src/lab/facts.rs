@@ -76,4 +76,6 @@ pub struct Facts {
     pub hand: HandFacts,
     /// What is being taken out.
     pub out: OutFacts,
+    /// How often the window has answered while steps were under way.
+    pub answers_within_steps: u64,
 }

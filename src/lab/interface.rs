@@ -78,6 +78,7 @@ pub(super) struct Notice {
 pub struct State<'a> {
     scene: String,
     step: u64,
+    answers_within_steps: u64,
     loading: bool,
     playing: bool,
     /// Has a text the keyboard?
@@ -364,6 +365,7 @@ impl Interface {
         State {
             scene: facts.scene.clone(),
             step: facts.step,
+            answers_within_steps: facts.answers_within_steps,
             loading: facts.loading.is_some(),
             playing: self.playing,
             typing,

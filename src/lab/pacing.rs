@@ -70,9 +70,10 @@ impl Pacer {
         touched: bool,
         waits: bool,
     ) -> u32 {
-        let seconds = since_last.as_secs_f64().min(LONGEST_FRAME);
-        let share = if touched { SHARE_WHILE_TOUCHED } else { SHARE };
         let cost = self.step_seconds.max(1e-6);
+        // A frame may have been a step.
+        let seconds = since_last.as_secs_f64().min(cost.max(LONGEST_FRAME));
+        let share = if touched { SHARE_WHILE_TOUCHED } else { SHARE };
         // At least one step can always be saved for, however dear it is.
         self.credit = (self.credit + share * seconds).min(cost.max(share * LONGEST_FRAME));
         let most = ((LONGEST_STEPS / cost) as u32).clamp(1, MOST_STEPS);
@@ -90,6 +91,11 @@ impl Pacer {
     /// Do so many steps take long enough to be felt?
     pub fn are_notable(&self, steps: u32) -> bool {
         f64::from(steps) * self.step_seconds > NOTABLE
+    }
+
+    /// Do they take longer than a hand waits?
+    pub fn are_long(&self, steps: u32) -> bool {
+        f64::from(steps) * self.step_seconds > LONGEST_STEPS
     }
 
     /// Forgets what was earned, as after a pause.
@@ -141,6 +147,12 @@ mod tests {
     fn steps_dearer_than_any_frame_are_still_taken() {
         let (rate, _) = run(0.9, 0.01, 0.0, true);
         assert!(rate > 0.2, "{rate}");
+    }
+
+    #[test]
+    fn a_step_longer_than_a_frame_is_followed_by_a_picture_and_the_next() {
+        let (rate, _) = run(0.25, 0.08, 0.0, false);
+        assert!(rate > 0.95 / (0.25 + 0.08), "{rate} steps a second");
     }
 
     #[test]

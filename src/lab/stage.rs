@@ -147,6 +147,14 @@ impl Stage {
         self.drawn = None;
     }
 
+    /// Is there any picture of these sizes?
+    pub fn has_picture(&self, (size, beside): Sizes) -> bool {
+        let fits = |canvas: &Option<(Quality, Canvas)>, size| {
+            canvas.as_ref().map(|(_, canvas)| canvas.size()) == size
+        };
+        fits(&self.canvas, Some(size)) && fits(&self.beside, beside)
+    }
+
     /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
     /// stays.
     pub fn shows(&self, view: &View, (size, beside): Sizes) -> bool {

@@ -4,10 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{
-    Context, ContextOptions, DepthTest, DeviceKind, Format, Frames, Recorder, Swapchain, Targets,
-    WindowImage,
-};
+use myxo::gpu::{Context, ContextOptions, DeviceKind, Format, Frames, Swapchain};
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
@@ -30,12 +27,13 @@ use super::order::{Asked, Order, Task};
 use super::out::TakeOut;
 use super::own::OwnPresets;
 use super::pacing::Pacer;
-use super::place::Place;
 use super::places::Places;
 use super::preferences::Preferences;
 use super::saving::save_scene;
+use super::show::Shot;
 use super::stage::Stage;
 use super::theme;
+use super::under_way::{Left, UnderWay};
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);
@@ -45,19 +43,23 @@ const EXPOSURE_SPEED: f32 = 3.0;
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
 /// How often it is shown how far a scene is that loads, and asked for food that is on its way.
 const LOADING_INTERVAL: Duration = Duration::from_millis(50);
-/// Behind everything while there is no scene, as it is stored.
-const EMPTY: [f32; 4] = [0.055, 0.06, 0.075, 1.0];
 
 /// Everything behind an open window. Fields are dropped in this order: what lies on the device before the device,
 /// and the window last.
 pub struct Lab {
-    gui: Gui,
+    pub(super) gui: Gui,
     /// What runs; none before the first scene is ready.
     pub(super) stage: Option<Stage>,
     /// What is on its way.
     pub(super) loading: Option<Loading>,
     pub(super) swapchain: Swapchain,
+    /// Steps that are not over yet.
+    pub(super) under_way: Option<UnderWay>,
+    /// What was left to do when they are.
+    pub(super) left: Left,
     pub(super) frames: Frames,
+    /// For what is shown while steps are under way.
+    pub(super) answers: Frames,
     pub(super) interface: Interface,
     pub(super) egui: egui_winit::State,
     pub(super) clocks: Clocks,
@@ -66,7 +68,7 @@ pub struct Lab {
     /// Where the validation layers are on.
     pub(super) checks: Option<Checks>,
     pub(super) pacer: Pacer,
-    order: Order,
+    pub(super) order: Order,
     /// Steps that were asked for one by one.
     pub(super) single_steps: u32,
     /// What the hands have on the device.
@@ -90,26 +92,12 @@ pub struct Lab {
     preferences: Option<PathBuf>,
     /// What was kept when the window opened.
     opened_with: Preferences,
-    places: Option<Places>,
+    pub(super) places: Option<Places>,
     /// The scene that is shown or, before there is one, on its way: its name, and where its paths begin.
     pub(super) name: String,
     pub(super) folder: PathBuf,
     pub(super) ctx: Arc<Context>,
     pub window: Arc<Window>,
-}
-
-/// What a frame draws into the window.
-struct Shot<'a> {
-    view: View,
-    /// The picture that is there will do.
-    answers: bool,
-    /// Where the picture goes, and the atlas beside it.
-    picture: Place,
-    beside: Option<Place>,
-    is_moving: bool,
-    /// The interface over both.
-    primitives: &'a [egui::ClippedPrimitive],
-    pixels_per_point: f32,
 }
 
 impl Lab {
@@ -150,6 +138,7 @@ impl Lab {
             2
         };
         let mut frames = Frames::new(&ctx, in_flight)?;
+        let answers = Frames::new(&ctx, 1)?;
         let format = swapchain.format().unwrap_or(Format::Bgra8);
         let gui = Gui::new(&ctx, format, in_flight)?;
         let context = egui::Context::default();
@@ -177,7 +166,10 @@ impl Lab {
             stage: None,
             loading: None,
             swapchain,
+            under_way: None,
+            left: Left::default(),
             frames,
+            answers,
             interface,
             egui,
             clocks,
@@ -220,38 +212,27 @@ impl Lab {
 
     /// One frame: interface, steps, picture, screen. Says when the next one is due; `None` waits for an event.
     pub fn frame(&mut self) -> Result<Option<Instant>> {
-        let since_last = self.clocks.tick();
+        if self.go_on()? {
+            return Ok(Some(Instant::now()));
+        }
+        let left = std::mem::take(&mut self.left);
+        let since_last = self.clocks.tick() + left.time;
+        for file in left.files {
+            self.drop_file(file);
+        }
         self.take_loaded();
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
         self.take_food(&self.egui.egui_ctx().clone());
         self.make(&self.egui.egui_ctx().clone())?;
         self.clocks.facts.out = self.out.told();
         self.clocks.facts.full_screen = self.window.fullscreen().is_some();
-        let input = self.egui.take_egui_input(&self.window);
-        let context = self.egui.egui_ctx().clone();
-        let is_asked = !input.events.is_empty();
-        let mut shown = None;
-        let output = context.run_ui(input, |ui| {
-            shown = Some(self.interface.show(ui, &self.clocks.facts))
-        });
-        self.egui
-            .handle_platform_output(&self.window, output.platform_output);
-        self.gui.update_textures(output.textures_delta)?;
-        let primitives = context.tessellate(output.shapes, output.pixels_per_point);
-        let repaint = output
-            .viewport_output
-            .get(&egui::ViewportId::ROOT)
-            .map(|viewport| viewport.repaint_delay);
-        let Some(shown) = shown else {
+        let Some(seen) = self.run_interface()? else {
+            self.left.commands = left.commands;
             return Ok(None);
         };
-        let place = Place::of(
-            shown.picture,
-            output.pixels_per_point,
-            self.window.inner_size().into(),
-        );
-        for command in shown.commands {
-            self.obey(&context, command, place.size)?;
+        let place = seen.picture;
+        for command in left.commands.into_iter().chain(seen.shown.commands) {
+            self.obey(&seen.context, command, place.size)?;
         }
         self.look_under_hand(place.size);
         let view = self.present_view(since_last);
@@ -259,8 +240,8 @@ impl Lab {
         let runs = self.runs();
         let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
         let asked = Asked {
-            is_asked,
-            touched: shown.touched,
+            is_asked: seen.is_asked,
+            touched: seen.shown.touched,
         };
         let task = self.task(since_last, is_cpu && !place.is_empty(), asked);
         let mut rec = self.frames.begin()?;
@@ -276,30 +257,36 @@ impl Lab {
             }
             image
         };
-        if task.steps > 0 || shown.touched || self.out.holds() {
+        if task.steps > 0 || seen.shown.touched || self.out.holds() {
             self.moved = Instant::now();
         }
         let is_moving = self.moved.elapsed() < SETTLES_AFTER;
-        self.record_hands(&mut rec, &context)?;
-        self.record_export(&mut rec, &context);
+        self.record_hands(&mut rec, &seen.context)?;
+        self.record_export(&mut rec, &seen.context);
+        let in_slices = task.only_steps && self.pacer.are_long(task.steps) && !self.out.is_busy();
+        if in_slices {
+            rec.slice();
+        }
         if let Some(stage) = &mut self.stage {
             for _ in 0..task.steps {
                 rec.scope("step", |rec| stage.simulation.record_step(rec));
             }
         }
+        if in_slices {
+            self.set_out(rec, task.steps);
+            self.forget_places();
+            return Ok(Some(Instant::now()));
+        }
         if let Some(image) = image {
-            let beside = shown.beside.map(|rect| {
-                let window = self.window.inner_size().into();
-                Place::of(rect, output.pixels_per_point, window)
-            });
             let shot = Shot {
                 view,
                 answers: task.answers,
+                is_between: false,
                 picture: place,
-                beside: beside.filter(|place| !place.is_empty()),
+                beside: seen.beside,
                 is_moving,
-                primitives: &primitives,
-                pixels_per_point: output.pixels_per_point,
+                primitives: &seen.primitives,
+                pixels_per_point: seen.pixels_per_point,
             };
             self.draw(rec, image, &shot)?;
         } else {
@@ -309,64 +296,27 @@ impl Lab {
             // What the hand does meanwhile belongs into the next frame, which therefore does not begin before.
             self.frames.wait_idle()?;
         }
-        if let Some(stage) = &self.stage {
-            self.clocks
-                .submitted(task.steps, &self.ctx, &self.frames, stage, &mut self.pacer);
-            self.check()?;
-            if !task.only_steps {
-                self.count_picture();
-            }
+        self.have_stepped(task.steps)?;
+        if self.stage.is_some() && !task.only_steps {
+            self.count_picture();
         }
         self.report_messages();
         if task.only_steps {
             self.forget_places();
-        } else if let Some(places) = &mut self.places {
-            let state = self
-                .interface
-                .state(&self.clocks.facts, context.text_edit_focused());
-            let written = places.write(state, output.pixels_per_point);
-            written.map_err(|error| Error::Invalid(format!("--places: {error}")))?;
+        } else {
+            self.tell_places(&seen.context, seen.pixels_per_point)?;
         }
-        Ok(self.next_frame(is_moving, repaint))
+        Ok(self.next_frame(is_moving, seen.repaint))
     }
 
-    /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.
-    fn draw(&mut self, mut rec: Recorder, image: WindowImage, shot: &Shot<'_>) -> Result<()> {
-        let target = self.swapchain.image(&image);
-        let place = &shot.picture;
-        let mut is_covered = false;
-        if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
-            let sizes = (place.size, shot.beside.as_ref().map(|place| place.size));
-            let can_wait = self.out.holds() || shot.answers;
-            let (picture, atlas) = if can_wait && stage.shows(&shot.view, sizes) {
-                if shot.answers {
-                    self.order.owe_picture();
-                }
-                stage.picture()
-            } else {
-                stage.draw(&mut rec, &shot.view, sizes, shot.is_moving)?
-            };
-            Self::look_on(&mut self.out, &mut rec, picture)?;
-            rec.copy_image_to(picture, target, place.corner);
-            if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
-                rec.copy_image_to(atlas, target, place.corner);
-            }
-            is_covered = true;
-        }
-        let over = Targets {
-            color: target,
-            resolve: None,
-            depth: None,
-            depth_test: DepthTest::Greatest,
-            clear: (!is_covered).then_some(EMPTY),
+    /// So many steps have been submitted.
+    pub(super) fn have_stepped(&mut self, steps: u32) -> Result<()> {
+        let Some(stage) = &self.stage else {
+            return Ok(());
         };
-        let gui = &mut self.gui;
-        rec.pass("interface", &over, |pass| {
-            gui.draw(pass, target.size(), shot.pixels_per_point, shot.primitives)
-        })?;
-        self.swapchain.present(&mut self.frames, rec, image)?;
-        self.clocks.presented();
-        Ok(())
+        self.clocks
+            .submitted(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
+        self.check()
     }
 
     /// Counts down to what was asked for after so many pictures.
@@ -421,13 +371,6 @@ impl Lab {
         }
     }
 
-    /// What this frame has named is not in the window.
-    fn forget_places(&mut self) {
-        if let Some(places) = &mut self.places {
-            places.forget();
-        }
-    }
-
     /// The view with the exposure's pace for a frame of this length.
     fn present_view(&self, since_last: Duration) -> View {
         let mut view = self.interface.view;
@@ -457,7 +400,7 @@ impl Lab {
     }
 
     /// Passes on what the validation layers say.
-    fn report_messages(&mut self) {
+    pub(super) fn report_messages(&mut self) {
         for message in self.ctx.take_messages() {
             self.message_count += 1;
             log::error!("validation: {message}");
@@ -484,6 +427,7 @@ impl Lab {
 
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
     pub fn close(mut self) -> Result<()> {
+        let _ = self.finish_steps();
         let _ = self.frames.wait_idle();
         self.end_taking_out();
         self.feeder.close();

@@ -315,3 +315,97 @@ fn host_and_device_share_a_clock() {
     );
     assert_silent(&ctx);
 }
+
+#[test]
+fn other_frames_come_between_slices_and_their_time_is_not_counted() {
+    let Some(ctx) = context_with(ContextOptions::default()) else {
+        return;
+    };
+    let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    const COUNT: u32 = 1000;
+    let values = Buffer::<u32>::zeroed(&ctx, "values", COUNT as usize).unwrap();
+    let other = Buffer::<u32>::zeroed(&ctx, "other", COUNT as usize).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut between = Frames::new(&ctx, 1).unwrap();
+    let bumped = |rec: &mut Recorder, amount| {
+        let params = BumpParams {
+            count: COUNT,
+            amount,
+        };
+        rec.dispatch(&bump, Threads(COUNT), BumpArgs { values: &values }, params);
+        rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+    };
+    for round in 1..=2 {
+        let mut rec = frames.begin().unwrap();
+        rec.slice();
+        rec.scope("step", |rec| {
+            for amount in [1, 10, 100] {
+                bumped(rec, amount);
+            }
+        });
+        let mut seen = Vec::new();
+        loop {
+            // As long as it takes, and on another buffer.
+            let mut answer = between.begin().unwrap();
+            let params = SpinParams {
+                count: COUNT,
+                rounds: 10_000,
+            };
+            answer.dispatch(&spin, Threads(COUNT), SpinArgs { values: &other }, params);
+            between.submit(answer).unwrap();
+            between.wait_idle().unwrap();
+            if !frames.run_slice(&mut rec).unwrap() {
+                break;
+            }
+            seen.push(seen.len());
+        }
+        assert_eq!(seen.len(), 3, "a slice a kernel");
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        assert_eq!(
+            ctx.download(&values).unwrap(),
+            [111 * round; COUNT as usize]
+        );
+        if ctx.info().has_timestamps() {
+            let ms = |frames: &Frames, name| {
+                let spans = frames.timings().frames().last().unwrap();
+                let of_name = spans.iter().filter(|span| span.name == name);
+                of_name.map(crate::gpu::Span::ms).sum::<f64>()
+            };
+            let (step, answer) = (ms(&frames, "step"), ms(&between, "spin"));
+            assert!(ms(&frames, "bump") <= step + 1e-6, "the kernels lie in it");
+            assert!(step < answer, "{step} ms with {answer} ms between any two");
+        }
+    }
+    assert_eq!(ctx.messages(), [""; 0]);
+}
+
+#[test]
+fn what_is_left_of_slices_is_submitted_with_the_frame() {
+    let Some(ctx) = context_with(ContextOptions::default()) else {
+        return;
+    };
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 65).unwrap();
+    let mut frames = Frames::new(&ctx, 2).unwrap();
+    for run in [0, 1, 4] {
+        let mut rec = frames.begin().unwrap();
+        rec.slice();
+        for _ in 0..4 {
+            let params = BumpParams {
+                count: 65,
+                amount: 1,
+            };
+            rec.dispatch(&bump, Threads(65), BumpArgs { values: &values }, params);
+            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+        }
+        for _ in 0..run {
+            assert!(frames.run_slice(&mut rec).unwrap());
+        }
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    assert_eq!(ctx.download(&values).unwrap(), [12; 65]);
+    assert_eq!(ctx.messages(), [""; 0]);
+}

@@ -119,7 +119,9 @@ impl Lab {
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
     pub fn drop_file(&mut self, path: PathBuf) {
-        if is_mesh(&path) && self.stage.is_some() {
+        if self.under_way.is_some() {
+            self.left.files.push(path);
+        } else if is_mesh(&path) && self.stage.is_some() {
             self.add_object(mesh_name(&path));
         } else if let Some(text) = preset_in(&path) {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();

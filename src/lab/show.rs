@@ -1,0 +1,164 @@
+//! What a frame shows: the interface, and under it a picture, a new one or the one that is there.
+
+use std::time::Duration;
+
+use myxo::gpu::{DepthTest, Recorder, Targets, WindowImage};
+use myxo::render::View;
+use myxo::{Error, Result};
+
+use super::interface::Shown;
+use super::place::Place;
+use super::stage::Sizes;
+use super::window::Lab;
+
+/// Behind everything while there is no scene, as it is stored.
+const EMPTY: [f32; 4] = [0.055, 0.06, 0.075, 1.0];
+
+/// What a frame draws into the window.
+pub(super) struct Shot<'a> {
+    pub view: View,
+    /// The picture that is there will do.
+    pub answers: bool,
+    /// There is no other, for steps are under way.
+    pub is_between: bool,
+    /// Where the picture goes, and the atlas beside it.
+    pub picture: Place,
+    pub beside: Option<Place>,
+    pub is_moving: bool,
+    /// The interface over both.
+    pub primitives: &'a [egui::ClippedPrimitive],
+    pub pixels_per_point: f32,
+}
+
+impl Shot<'_> {
+    pub fn sizes(&self) -> Sizes {
+        (
+            self.picture.size,
+            self.beside.as_ref().map(|place| place.size),
+        )
+    }
+}
+
+/// What the interface came to in a frame.
+pub(super) struct Seen {
+    pub shown: Shown,
+    pub context: egui::Context,
+    pub primitives: Vec<egui::ClippedPrimitive>,
+    pub pixels_per_point: f32,
+    /// Where the picture goes, and the atlas beside it, if they have a size.
+    pub picture: Place,
+    pub beside: Option<Place>,
+    /// When the interface wants to be shown again.
+    pub repaint: Option<Duration>,
+    /// There was input.
+    pub is_asked: bool,
+}
+
+impl Lab {
+    /// Shows the interface what came in.
+    pub(super) fn run_interface(&mut self) -> Result<Option<Seen>> {
+        let input = self.egui.take_egui_input(&self.window);
+        let context = self.egui.egui_ctx().clone();
+        let is_asked = !input.events.is_empty();
+        let mut shown = None;
+        let output = context.run_ui(input, |ui| {
+            shown = Some(self.interface.show(ui, &self.clocks.facts))
+        });
+        self.egui
+            .handle_platform_output(&self.window, output.platform_output);
+        self.gui.update_textures(output.textures_delta)?;
+        let primitives = context.tessellate(output.shapes, output.pixels_per_point);
+        let repaint = output
+            .viewport_output
+            .get(&egui::ViewportId::ROOT)
+            .map(|viewport| viewport.repaint_delay);
+        let Some(shown) = shown else {
+            return Ok(None);
+        };
+        let window = self.window.inner_size().into();
+        let place_of = |rect| Place::of(rect, output.pixels_per_point, window);
+        Ok(Some(Seen {
+            picture: place_of(shown.picture),
+            beside: shown.beside.map(place_of).filter(|place| !place.is_empty()),
+            shown,
+            context,
+            primitives,
+            pixels_per_point: output.pixels_per_point,
+            repaint,
+            is_asked,
+        }))
+    }
+
+    /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.
+    pub(super) fn draw(
+        &mut self,
+        mut rec: Recorder,
+        image: WindowImage,
+        shot: &Shot<'_>,
+    ) -> Result<()> {
+        let target = self.swapchain.image(&image);
+        let place = &shot.picture;
+        let mut is_covered = false;
+        if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
+            let can_wait = self.out.holds() || shot.answers;
+            let (picture, atlas) = if shot.is_between {
+                stage.picture()
+            } else if can_wait && stage.shows(&shot.view, shot.sizes()) {
+                if shot.answers {
+                    self.order.owe_picture();
+                }
+                stage.picture()
+            } else {
+                stage.draw(&mut rec, &shot.view, shot.sizes(), shot.is_moving)?
+            };
+            Self::look_on(&mut self.out, &mut rec, picture)?;
+            rec.copy_image_to(picture, target, place.corner);
+            if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
+                rec.copy_image_to(atlas, target, place.corner);
+            }
+            is_covered = true;
+        }
+        let over = Targets {
+            color: target,
+            resolve: None,
+            depth: None,
+            depth_test: DepthTest::Greatest,
+            clear: (!is_covered).then_some(EMPTY),
+        };
+        let gui = &mut self.gui;
+        rec.pass("interface", &over, |pass| {
+            gui.draw(pass, target.size(), shot.pixels_per_point, shot.primitives)
+        })?;
+        let ring = if shot.is_between {
+            &mut self.answers
+        } else {
+            &mut self.frames
+        };
+        self.swapchain.present(ring, rec, image)?;
+        self.clocks.presented();
+        Ok(())
+    }
+
+    /// Tells tests what the window shows now.
+    pub(super) fn tell_places(
+        &mut self,
+        context: &egui::Context,
+        pixels_per_point: f32,
+    ) -> Result<()> {
+        let Some(places) = &mut self.places else {
+            return Ok(());
+        };
+        let state = self
+            .interface
+            .state(&self.clocks.facts, context.text_edit_focused());
+        let written = places.write(state, pixels_per_point);
+        written.map_err(|error| Error::Invalid(format!("--places: {error}")))
+    }
+
+    /// What this frame has named is not in the window.
+    pub(super) fn forget_places(&mut self) {
+        if let Some(places) = &mut self.places {
+            places.forget();
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The tour's steps where one of the simulation takes longer than a hand waits.
+
+use super::*;
+
+/// So many particles that walk with every sensor keep any CPU busy.
+const SLOW: [&str; 5] = [
+    "torus",
+    "--set=particles.count=3000000",
+    "--set=physarum.sensing=walk",
+    "--set=atlas.size=256",
+    "--set=trail.decay=0.9",
+];
+
+fn number(seen: &Value, name: &str) -> u64 {
+    seen["state"][name].as_u64().expect("it is a number")
+}
+
+#[test]
+fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
+    if !can_tour() {
+        return;
+    }
+    let device = myxo::gpu::Context::new(&myxo::gpu::ContextOptions::default());
+    let device = device.expect("the lab has one, too");
+    let is_slow = device.info().kind == myxo::gpu::DeviceKind::Cpu;
+    drop(device);
+    let lab = Lab::open(&SLOW);
+
+    // The help comes and goes, and steps go on meanwhile.
+    let before = lab.seen().expect("it is told");
+    for is_open in [true, false, true, false] {
+        lab.key_until("F1", "the help", "help", is_open);
+    }
+    lab.wait("steps go on", |seen| {
+        number(seen, "step") > number(&before, "step") + 2
+    });
+
+    // Text arrives letter by letter, and the simulation takes the number over.
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    assert_eq!(lab.save("torus", 1).trail.decay, 0.625);
+
+    // The picture in another size, and a pointer that never rests.
+    lab.key_until("p", "the panel goes", "panel", false);
+    let begun = number(&lab.seen().expect("it is told"), "step");
+    lab.point("picture", 0.4);
+    for _ in 0..60 {
+        xdotool(&["mousemove_relative", "--", "2", "1"]);
+        sleep(Duration::from_millis(30));
+    }
+    let seen = lab.wait("steps go on", |seen| number(seen, "step") > begun + 1);
+    if is_slow {
+        assert!(number(&seen, "answers_within_steps") > 3, "{seen:?}");
+    }
+
+    // It ends in the middle of a step as well.
+    lab.quit();
+}
