@@ -131,9 +131,9 @@ fn surfaces_wear_the_colours_of_their_charts() {
                 let chart = atlas.chart[hit.triangle as usize];
                 let color = light(colors[chart as usize]);
                 let alike = shown.normalize().dot(color.normalize());
-                // Pixels at edges take a little from beside.
+                // The lights are not white. Pixels at edges take a little from beside.
                 let at_edge = weights.into_iter().any(|w| w < 0.15);
-                assert!(at_edge || alike > 0.985, "{x} {y}: {pixel:?} for {color}");
+                assert!(at_edge || alike > 0.98, "{x} {y}: {pixel:?} for {color}");
                 inside += 1;
                 worn.insert(chart);
             }

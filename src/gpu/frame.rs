@@ -11,6 +11,7 @@ use super::debug::DebugList;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
 use super::recorder::{PendingSpan, Recorder};
+use super::slices::without_gaps;
 use super::timer::{Span, Timings};
 use super::transfer::wait_for;
 
@@ -131,12 +132,9 @@ impl Frames {
         wait: &[(vk::Semaphore, vk::PipelineStageFlags)],
         signal: &[vk::Semaphore],
     ) -> GpuResult<()> {
-        let index = self
-            .slots
-            .iter()
-            .position(|s| Arc::ptr_eq(&s.resources, &recorder.frame));
+        let index = self.place_of(&recorder);
         let index = index.expect("a frame is submitted to the ring that began it");
-        recorder.slices.check()?;
+        (recorder.settle_slices()).map_err(|error| self.blame(error))?;
         recorder.finish();
         let frame = Arc::clone(&recorder.frame);
         let device = &self.ctx.device.raw;
@@ -201,6 +199,17 @@ impl Frames {
     /// As [`Frames::timings`], to clear them or to change their window.
     pub fn timings_mut(&mut self) -> &mut Timings {
         &mut self.timings
+    }
+
+    /// The place in the ring of a frame that it began.
+    fn place_of(&self, recorder: &Recorder) -> Option<usize> {
+        let mut slots = self.slots.iter();
+        slots.position(|slot| Arc::ptr_eq(&slot.resources, &recorder.frame))
+    }
+
+    /// Did this ring begin the frame?
+    pub(crate) fn has_begun(&self, recorder: &Recorder) -> bool {
+        self.place_of(recorder).is_some()
     }
 
     /// Adds what the crumbs of the unfinished frames tell to an error.
@@ -358,17 +367,8 @@ impl FrameResources {
         let info = self.ctx.info();
         let mask = u64::MAX >> (64 - info.timestamp_valid_bits.clamp(1, 64));
         let period = f64::from(info.timestamp_period);
+        without_gaps(&mut ticks, &pending.gaps, mask);
         let start = ticks[0] & mask;
-        // What came between slices is not this frame's time.
-        let mut between = vec![0; ticks.len()];
-        for gap in pending.gaps.iter().map(|&gap| gap as usize) {
-            between[gap + 1] = ticks[gap + 1].wrapping_sub(ticks[gap]) & mask;
-        }
-        let mut sum = 0;
-        for (tick, own) in ticks.iter_mut().zip(between) {
-            sum += own;
-            *tick = tick.wrapping_sub(sum);
-        }
         let mut new_index = vec![None; pending.spans.len()];
         let mut spans = Vec::with_capacity(pending.spans.len());
         for (i, span) in pending.spans.into_iter().enumerate() {

@@ -566,8 +566,12 @@ fn is_written_as_texels(binding: &Binding) -> bool {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        if !self.submitted {
-            self.frame.ctx.graveyard.discard(self.ticket);
+        let graveyard = &self.frame.ctx.graveyard;
+        if self.slices.is_running {
+            graveyard.submitted(self.ticket);
+            graveyard.adopt(self.ticket, self.frame.fence);
+        } else if !self.submitted {
+            graveyard.discard(self.ticket);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! A recording in slices: what takes the device long is handed to it kernel by kernel, and other frames come in between.
 
 use std::collections::VecDeque;
-use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
 
 use ash::vk;
 
@@ -12,25 +12,23 @@ use super::frame::{FrameResources, Frames};
 use super::recorder::Recorder;
 use super::transfer::wait_for;
 
+const WHO: &str = "a slice of a frame";
+
 /// What a recording has in slices.
 #[derive(Default)]
 pub(crate) struct Slices {
     /// Every kernel ends one.
     is_on: bool,
-    /// How many there have been.
+    /// How many have ended.
     count: usize,
     /// Those that the device has not been given yet.
     pub(crate) waiting: VecDeque<vk::CommandBuffer>,
     /// Where one ends and the next begins: of two queries the first. What lies between them is not the recording's time.
     pub(crate) gaps: Vec<u32>,
-    /// Why there could be no more of them.
+    /// The device was given one and is not known to have finished it.
+    pub(crate) is_running: bool,
+    /// Why the recording cannot be submitted.
     failed: Option<GpuError>,
-}
-
-impl Slices {
-    pub(crate) fn check(&mut self) -> GpuResult<()> {
-        self.failed.take().map_or(Ok(()), Err)
-    }
 }
 
 impl Recorder {
@@ -41,52 +39,82 @@ impl Recorder {
         self.slices.is_on = true;
     }
 
+    /// Can the device be given the rest? Where a slice was not finished in time, this waits for it once more.
+    pub(crate) fn settle_slices(&mut self) -> GpuResult<()> {
+        if self.slices.is_running {
+            wait_for(self.ctx(), self.frame.fence, WHO)?;
+            self.slices.is_running = false;
+        }
+        self.slices.failed.take().map_or(Ok(()), Err)
+    }
+
     /// Ends a slice, if the recording has them.
     pub(crate) fn end_slice(&mut self) {
         if !self.slices.is_on {
             return;
         }
-        let next = self.frame.slice(self.slices.count);
-        let ended = next.and_then(|next| {
-            // Labels are closed in the command buffer that opened them.
-            let names: Vec<String> = self.open_names().map(str::to_owned).collect();
-            for _ in &names {
-                self.ctx().device.end_label(self.raw());
-            }
-            let gap = self.take_queries();
-            if let Some(query) = gap {
-                self.stamp(query);
-                self.slices.gaps.push(query);
-            }
-            // SAFETY: it is being recorded, and no pass is open where a kernel has been dispatched.
-            unsafe { self.device().end_command_buffer(self.raw()) }
-                .check("vkEndCommandBuffer", "a slice of a frame")?;
-            for name in &names {
-                self.ctx().device.begin_label(next, name);
-            }
-            Ok((next, gap))
-        });
-        match ended {
-            Ok((next, gap)) => {
-                let ended = std::mem::replace(&mut self.cmd, next);
-                self.slices.waiting.push_back(ended);
-                self.slices.count += 1;
-                if let Some(query) = gap {
-                    self.stamp(query + 1);
-                }
-            }
+        let next = match self.frame.slice(self.slices.count) {
+            Ok(next) => next,
             Err(error) => {
+                // It goes on in the present one.
                 self.slices.is_on = false;
                 self.slices.failed = Some(error);
+                return;
             }
+        };
+        let gap = self.take_queries();
+        if let Some(query) = gap {
+            self.stamp(query);
         }
+        // Labels are closed in the command buffer that opened them.
+        let names: Vec<String> = self.open_names().map(str::to_owned).collect();
+        for _ in &names {
+            self.ctx().device.end_label(self.raw());
+        }
+        // SAFETY: it is being recorded, and no pass is open where a kernel has been dispatched.
+        let ended = unsafe { self.device().end_command_buffer(self.raw()) };
+        if let Err(error) = ended.check("vkEndCommandBuffer", WHO) {
+            self.slices.failed = Some(error);
+        }
+        self.slices.waiting.push_back(self.cmd);
+        self.slices.count += 1;
+        self.cmd = next;
+        for name in &names {
+            self.ctx().device.begin_label(next, name);
+        }
+        if let Some(query) = gap {
+            self.stamp(query + 1);
+            self.slices.gaps.push(query);
+        }
+    }
+}
+
+/// Takes what came in the gaps out of times: of each gap its two queries. A time is as much earlier as gaps have ended before.
+pub(crate) fn without_gaps(ticks: &mut [u64], gaps: &[u32], mask: u64) {
+    let Some(&start) = ticks.first() else {
+        return;
+    };
+    // Counters wrap: count from the frame's own start.
+    let since_start = |tick: u64| tick.wrapping_sub(start) & mask;
+    // Slices follow each other, so gaps do.
+    let mut ends = Vec::with_capacity(gaps.len());
+    let mut sum = 0;
+    for &gap in gaps {
+        let [from, to] = [gap, gap + 1].map(|query| since_start(ticks[query as usize]));
+        sum += to.saturating_sub(from);
+        ends.push((to, sum));
+    }
+    for tick in ticks {
+        let time = since_start(*tick);
+        let before = ends.partition_point(|&(end, _)| end <= time);
+        let sum = before.checked_sub(1).map_or(0, |last| ends[last].1);
+        *tick = tick.wrapping_sub(sum);
     }
 }
 
 impl FrameResources {
     /// The command buffer of a slice, in which recording begins.
     fn slice(&self, index: usize) -> GpuResult<vk::CommandBuffer> {
-        const WHO: &str = "a slice of a frame";
         let mut cmds = self.slices.lock().unwrap_or_else(PoisonError::into_inner);
         let device = &self.ctx.device.raw;
         if index == cmds.len() {
@@ -114,31 +142,64 @@ impl Frames {
     ///
     /// # Errors
     /// The device was lost, did not finish in time, or is out of memory.
+    ///
+    /// # Panics
+    /// If the recorder is not of this ring.
     pub fn run_slice(&self, recorder: &mut Recorder) -> GpuResult<bool> {
-        const WHO: &str = "a slice of a frame";
-        recorder.slices.check()?;
-        let Some(cmd) = recorder.slices.waiting.pop_front() else {
-            return Ok(false);
-        };
-        let ctx = recorder.ctx();
-        let fence = recorder.frame.fence;
-        let run = || {
-            let cmds = [cmd];
-            let info = [vk::SubmitInfo::default().command_buffers(&cmds)];
-            // SAFETY: the fence belongs to a frame that is not submitted; what was recorded lives until the frame is over.
-            let reset = unsafe { ctx.device.raw.reset_fences(&[fence]) };
-            reset.check("vkResetFences", WHO)?;
-            // SAFETY: as above.
-            let submit = || unsafe { ctx.device.raw.queue_submit(*ctx.queue(), &info, fence) };
-            let submitted = ctx.is_there().and_then(|()| submit());
-            ctx.submits.fetch_add(1, Ordering::Relaxed);
-            submitted.check("vkQueueSubmit", WHO)?;
-            wait_for(ctx, fence, WHO)
-        };
-        run().map_err(|error| match recorder.frame.works_begun() {
+        assert!(
+            self.has_begun(recorder),
+            "a slice is run by the ring that began its frame"
+        );
+        run_next(recorder).map_err(|error| match recorder.frame.works_begun() {
             0 => error,
             count => blame(error, count, &recorder.works),
-        })?;
-        Ok(true)
+        })
+    }
+}
+
+/// Submits the next slice, if there is one, and waits for it.
+fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
+    recorder.settle_slices()?;
+    let Some(cmd) = recorder.slices.waiting.pop_front() else {
+        return Ok(false);
+    };
+    let ctx = Arc::clone(recorder.ctx());
+    let fence = recorder.frame.fence;
+    let cmds = [cmd];
+    let info = [vk::SubmitInfo::default().command_buffers(&cmds)];
+    // SAFETY: the fence belongs to a frame of which nothing runs.
+    unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHO)?;
+    // SAFETY: what was recorded lives until the frame is over.
+    let submit = || unsafe { ctx.device.raw.queue_submit(*ctx.queue(), &info, fence) };
+    let submitted = ctx.is_there().and_then(|()| submit());
+    ctx.submits.fetch_add(1, Ordering::Relaxed);
+    submitted.check("vkQueueSubmit", WHO)?;
+    recorder.slices.is_running = true;
+    wait_for(&ctx, fence, WHO)?;
+    recorder.slices.is_running = false;
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_gaps;
+
+    #[test]
+    fn what_came_between_slices_is_nobodys_time() {
+        // Queries of a frame 0 and 1, a step 2 and 3, then kernels of 10 ticks each with gaps of 100 and 1000 after them.
+        // The counter has eight bits more than it keeps, and wraps on the way.
+        let mask = 0xfff;
+        let times = [
+            0, 1150, 2, 1148, 5, 15, 17, 117, 119, 129, 131, 1131, 1134, 1144,
+        ];
+        let mut ticks: Vec<u64> = times.map(|time: u64| (time + 3500) & mask).into();
+        without_gaps(&mut ticks, &[6, 10], mask);
+        let left: Vec<u64> = ticks.iter().map(|t| t.wrapping_sub(3500) & mask).collect();
+        assert_eq!(left, [0, 50, 2, 48, 5, 15, 17, 17, 19, 29, 31, 31, 34, 44]);
+        let mut none: [u64; 0] = [];
+        without_gaps(&mut none, &[], mask);
+        let mut without = [7, 9];
+        without_gaps(&mut without, &[], mask);
+        assert_eq!(without, [7, 9]);
     }
 }

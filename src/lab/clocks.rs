@@ -22,6 +22,8 @@ const FRAMES_AVERAGED: usize = 64;
 /// Counts frames and steps, and reads the GPU's timers.
 pub struct Clocks {
     last_frame: Instant,
+    /// Until when `since_presented` counts.
+    counted_until: Instant,
     /// What frames have taken since the last one that was presented, without pauses.
     since_presented: Duration,
     interval_began: Instant,
@@ -41,6 +43,7 @@ impl Clocks {
         let info = ctx.info();
         Self {
             last_frame: Instant::now(),
+            counted_until: Instant::now(),
             since_presented: Duration::ZERO,
             interval_began: Instant::now(),
             steps_began: Instant::now(),
@@ -55,13 +58,20 @@ impl Clocks {
 
     /// A frame begins: how long after the last one?
     pub fn tick(&mut self) -> Duration {
+        self.catch_up();
+        let since = self.counted_until - self.last_frame;
+        self.last_frame = self.counted_until;
+        since
+    }
+
+    /// Something is shown within a frame.
+    pub fn catch_up(&mut self) {
         let now = Instant::now();
-        let since = now - self.last_frame;
-        self.last_frame = now;
+        let since = now - self.counted_until;
+        self.counted_until = now;
         if since < PAUSE {
             self.since_presented += since;
         }
-        since
     }
 
     /// The window shows a new frame.

@@ -66,6 +66,11 @@ impl Order {
         self.owes_picture = true;
     }
 
+    /// The window has shown what the hand did, while steps were under way.
+    pub fn has_been_answered(&mut self) {
+        self.owes_answer = false;
+    }
+
     /// The simulation does not run.
     pub fn rest(&mut self) {
         *self = Self::default();

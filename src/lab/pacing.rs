@@ -71,11 +71,14 @@ impl Pacer {
         waits: bool,
     ) -> u32 {
         let cost = self.step_seconds.max(1e-6);
-        // A frame may have been a step.
-        let seconds = since_last.as_secs_f64().min(cost.max(LONGEST_FRAME));
+        let seconds = since_last.as_secs_f64().min(LONGEST_FRAME);
         let share = if touched { SHARE_WHILE_TOUCHED } else { SHARE };
         // At least one step can always be saved for, however dear it is.
         self.credit = (self.credit + share * seconds).min(cost.max(share * LONGEST_FRAME));
+        if cost > LONGEST_FRAME && !touched {
+            // Many pictures of the same would come between two steps.
+            self.credit = cost;
+        }
         let most = ((LONGEST_STEPS / cost) as u32).clamp(1, MOST_STEPS);
         let mut steps = ((self.credit / cost) as u32).min(if waits { 0 } else { most });
         if steps_per_second > 0.0 {
@@ -150,9 +153,13 @@ mod tests {
     }
 
     #[test]
-    fn a_step_longer_than_a_frame_is_followed_by_a_picture_and_the_next() {
-        let (rate, _) = run(0.25, 0.08, 0.0, false);
-        assert!(rate > 0.95 / (0.25 + 0.08), "{rate} steps a second");
+    fn steps_longer_than_a_frame_come_with_every_picture() {
+        for step in [0.11, 0.25, 0.5, 1.0] {
+            let (rate, _) = run(step, 0.08, 0.0, false);
+            assert!(rate > 0.95 / (step + 0.08), "{rate} steps a second");
+            let (touched, _) = run(step, 0.08, 0.0, true);
+            assert!(touched < 0.7 * rate, "a hand that turns sees more pictures");
+        }
     }
 
     #[test]

@@ -56,7 +56,7 @@ pub(super) struct Seen {
 
 impl Lab {
     /// Shows the interface what came in.
-    pub(super) fn run_interface(&mut self) -> Result<Option<Seen>> {
+    pub(super) fn run_interface(&mut self) -> Result<Seen> {
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
         let is_asked = !input.events.is_empty();
@@ -72,12 +72,10 @@ impl Lab {
             .viewport_output
             .get(&egui::ViewportId::ROOT)
             .map(|viewport| viewport.repaint_delay);
-        let Some(shown) = shown else {
-            return Ok(None);
-        };
+        let shown = shown.expect("the interface is shown once or more");
         let window = self.window.inner_size().into();
         let place_of = |rect| Place::of(rect, output.pixels_per_point, window);
-        Ok(Some(Seen {
+        Ok(Seen {
             picture: place_of(shown.picture),
             beside: shown.beside.map(place_of).filter(|place| !place.is_empty()),
             shown,
@@ -86,7 +84,7 @@ impl Lab {
             pixels_per_point: output.pixels_per_point,
             repaint,
             is_asked,
-        }))
+        })
     }
 
     /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.

@@ -147,24 +147,19 @@ impl Stage {
         self.drawn = None;
     }
 
-    /// Is there any picture of these sizes?
-    pub fn has_picture(&self, (size, beside): Sizes) -> bool {
-        let fits = |canvas: &Option<(Quality, Canvas)>, size| {
-            canvas.as_ref().map(|(_, canvas)| canvas.size()) == size
-        };
-        fits(&self.canvas, Some(size)) && fits(&self.beside, beside)
-    }
-
-    /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
-    /// stays.
-    pub fn shows(&self, view: &View, (size, beside): Sizes) -> bool {
+    /// Does the canvas show what this camera and view last saw?
+    pub fn has_drawn(&self, view: &View, (size, beside): Sizes) -> bool {
         let fits = |(_, canvas): &(Quality, Canvas)| canvas.size() == size;
         let is_of = |(drawn, _, _, drawn_beside): &Drawn| {
             drawn.camera == view.camera && drawn.show == view.show && *drawn_beside == beside
         };
-        self.canvas.as_ref().is_some_and(fits)
-            && self.drawn.as_ref().is_some_and(is_of)
-            && self.drawn_at.elapsed() < SHOWN_FOR
+        self.canvas.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
+    }
+
+    /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
+    /// stays.
+    pub fn shows(&self, view: &View, sizes: Sizes) -> bool {
+        self.has_drawn(view, sizes) && self.drawn_at.elapsed() < SHOWN_FOR
     }
 
     /// What was drawn last; see [`Self::shows`].

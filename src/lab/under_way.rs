@@ -1,14 +1,13 @@
 //! Steps that take longer than a hand waits: they go to the device in slices, and between these the window answers over the
 //! picture that is there.
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use myxo::Result;
 use myxo::gpu::Recorder;
 
 use super::interface::Command;
-use super::show::Shot;
+use super::show::{Seen, Shot};
 use super::stage::Stage;
 use super::window::Lab;
 
@@ -21,71 +20,83 @@ const BETWEEN_ANSWERS: Duration = Duration::from_millis(50);
 pub(super) struct UnderWay {
     rec: Recorder,
     steps: u32,
-    /// When the window last showed something new.
-    shown: Instant,
+    /// There was input that the window does not show yet.
+    owes_answer: bool,
+    /// When the interface wants to be shown again.
+    repaint: Option<Instant>,
+    /// Before that there is no answer.
+    rests_until: Instant,
 }
 
-/// What is left to the frame that comes after the steps.
-#[derive(Default)]
-pub(super) struct Left {
-    /// What the interface asked for.
-    pub commands: Vec<Command>,
-    /// Files that were dropped onto the window.
-    pub files: Vec<PathBuf>,
-    /// The time that answers have taken.
-    pub time: Duration,
+impl UnderWay {
+    fn wants(&mut self, repaint: Option<Duration>) {
+        self.repaint = repaint.and_then(|delay| Instant::now().checked_add(delay));
+    }
+}
+
+/// Something to do when the steps are over.
+pub(super) enum Left {
+    /// What the interface asked for, and the size of the picture that it meant.
+    Command(Command, [u32; 2]),
+    /// A file that was dropped onto the window.
+    File(std::path::PathBuf),
 }
 
 impl Lab {
-    /// Steps have been recorded in slices; they begin.
-    pub(super) fn set_out(&mut self, rec: Recorder, steps: u32) {
-        self.under_way = Some(UnderWay {
+    /// Steps have been recorded in slices; they begin. The window does not show what was seen.
+    pub(super) fn set_out(&mut self, rec: Recorder, steps: u32, seen: &Seen) {
+        let mut under_way = UnderWay {
             rec,
             steps,
-            shown: Instant::now(),
-        });
+            owes_answer: seen.is_asked,
+            repaint: None,
+            rests_until: Instant::now(),
+        };
+        under_way.wants(seen.repaint);
+        self.under_way = Some(under_way);
+        self.forget_places();
     }
 
     /// Goes on with the steps that are under way, and answers if something was asked. False where there are none.
     pub(super) fn go_on(&mut self) -> Result<bool> {
-        let Some(under_way) = &mut self.under_way else {
+        // Where something fails they are given up.
+        let Some(mut under_way) = self.under_way.take() else {
             return Ok(false);
         };
-        let is_asked = !self.egui.egui_input().events.is_empty();
-        if is_asked && under_way.shown.elapsed() >= BETWEEN_ANSWERS {
-            under_way.shown = Instant::now();
-            self.answer()?;
+        let now = Instant::now();
+        let is_asked = under_way.owes_answer
+            || !self.egui.egui_input().events.is_empty()
+            || under_way.repaint.is_some_and(|due| due <= now);
+        if is_asked && under_way.rests_until <= now {
+            self.answer(&mut under_way)?;
+            // An answer that takes long leaves the steps as much.
+            under_way.rests_until = Instant::now() + BETWEEN_ANSWERS.max(now.elapsed());
         }
         let began = Instant::now();
-        while began.elapsed() < LONGEST_SLICES
-            && let Some(under_way) = &mut self.under_way
-        {
+        while began.elapsed() < LONGEST_SLICES {
             if !self.frames.run_slice(&mut under_way.rec)? {
-                self.finish_steps()?;
+                self.frames.submit(under_way.rec)?;
+                self.frames.wait_idle()?;
+                self.have_stepped(under_way.steps)?;
+                self.report_messages();
+                return Ok(true);
             }
         }
+        self.under_way = Some(under_way);
         Ok(true)
     }
 
-    /// Brings the steps that are under way to their end, if there are any.
-    pub(super) fn finish_steps(&mut self) -> Result<()> {
-        let Some(UnderWay { rec, steps, .. }) = self.under_way.take() else {
-            return Ok(());
-        };
-        self.frames.submit(rec)?;
-        self.frames.wait_idle()?;
-        self.have_stepped(steps)?;
-        self.report_messages();
-        Ok(())
-    }
-
     /// The interface as it is now, over the picture that is there. What it asks for has to wait.
-    fn answer(&mut self) -> Result<()> {
-        self.left.time += self.clocks.tick();
-        let Some(seen) = self.run_interface()? else {
-            return Ok(());
-        };
-        self.left.commands.extend(seen.shown.commands);
+    fn answer(&mut self, under_way: &mut UnderWay) -> Result<()> {
+        let seen = self.run_interface()?;
+        under_way.owes_answer = false;
+        under_way.wants(seen.repaint);
+        let size = seen.picture.size;
+        self.closing |= seen.shown.commands.contains(&Command::Quit);
+        let commands = seen.shown.commands.iter().cloned();
+        self.left
+            .extend(commands.map(|command| Left::Command(command, size)));
+        self.look_under_hand(size);
         let shot = Shot {
             view: self.interface.view,
             answers: true,
@@ -96,17 +107,19 @@ impl Lab {
             primitives: &seen.primitives,
             pixels_per_point: seen.pixels_per_point,
         };
-        let has_picture = |stage: &Stage| stage.has_picture(shot.sizes());
-        if !self.stage.as_ref().is_some_and(has_picture) {
-            // The window has another size; its picture comes with the next frame.
+        let is_there = |stage: &Stage| stage.has_drawn(&shot.view, shot.sizes());
+        // Another picture cannot be drawn now; the next frame does.
+        if !self.stage.as_ref().is_some_and(is_there) {
             self.forget_places();
             return Ok(());
         }
-        let rec = self.answers.begin()?;
         let Some(image) = self.swapchain.acquire()? else {
             self.forget_places();
             return Ok(());
         };
+        self.order.has_been_answered();
+        let rec = self.answers.begin()?;
+        self.clocks.catch_up();
         self.draw(rec, image, &shot)?;
         self.answers.wait_idle()?;
         self.clocks.facts.answers_within_steps += 1;

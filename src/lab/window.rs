@@ -56,7 +56,7 @@ pub struct Lab {
     /// Steps that are not over yet.
     pub(super) under_way: Option<UnderWay>,
     /// What was left to do when they are.
-    pub(super) left: Left,
+    pub(super) left: Vec<Left>,
     pub(super) frames: Frames,
     /// For what is shown while steps are under way.
     pub(super) answers: Frames,
@@ -167,7 +167,7 @@ impl Lab {
             loading: None,
             swapchain,
             under_way: None,
-            left: Left::default(),
+            left: Vec::new(),
             frames,
             answers,
             interface,
@@ -215,10 +215,14 @@ impl Lab {
         if self.go_on()? {
             return Ok(Some(Instant::now()));
         }
-        let left = std::mem::take(&mut self.left);
-        let since_last = self.clocks.tick() + left.time;
-        for file in left.files {
-            self.drop_file(file);
+        let since_last = self.clocks.tick();
+        for left in std::mem::take(&mut self.left) {
+            match left {
+                Left::Command(command, size) => {
+                    self.obey(&self.egui.egui_ctx().clone(), command, size)?;
+                }
+                Left::File(path) => self.drop_file(path),
+            }
         }
         self.take_loaded();
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
@@ -226,12 +230,9 @@ impl Lab {
         self.make(&self.egui.egui_ctx().clone())?;
         self.clocks.facts.out = self.out.told();
         self.clocks.facts.full_screen = self.window.fullscreen().is_some();
-        let Some(seen) = self.run_interface()? else {
-            self.left.commands = left.commands;
-            return Ok(None);
-        };
+        let mut seen = self.run_interface()?;
         let place = seen.picture;
-        for command in left.commands.into_iter().chain(seen.shown.commands) {
+        for command in std::mem::take(&mut seen.shown.commands) {
             self.obey(&seen.context, command, place.size)?;
         }
         self.look_under_hand(place.size);
@@ -263,6 +264,7 @@ impl Lab {
         let is_moving = self.moved.elapsed() < SETTLES_AFTER;
         self.record_hands(&mut rec, &seen.context)?;
         self.record_export(&mut rec, &seen.context);
+        // What is taken out may wait for what this frame copies.
         let in_slices = task.only_steps && self.pacer.are_long(task.steps) && !self.out.is_busy();
         if in_slices {
             rec.slice();
@@ -273,8 +275,7 @@ impl Lab {
             }
         }
         if in_slices {
-            self.set_out(rec, task.steps);
-            self.forget_places();
+            self.set_out(rec, task.steps, &seen);
             return Ok(Some(Instant::now()));
         }
         if let Some(image) = image {
@@ -367,6 +368,8 @@ impl Lab {
         };
         Task {
             steps,
+            // The window shows them in the frame after.
+            only_steps: can_split && self.pacer.are_long(steps),
             ..Task::default()
         }
     }
@@ -427,7 +430,8 @@ impl Lab {
 
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
     pub fn close(mut self) -> Result<()> {
-        let _ = self.finish_steps();
+        // What was not begun of a step is left.
+        self.under_way = None;
         let _ = self.frames.wait_idle();
         self.end_taking_out();
         self.feeder.close();

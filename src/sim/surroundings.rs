@@ -4,7 +4,7 @@ use super::kernels::UnfoldParams;
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::NONE;
 
-/// The bits that tell how many texels far straight lines stay on the surface around.
+/// The bits that tell how many half texels far straight lines stay on the surface around.
 pub const CLEARANCE: u16 = 255;
 /// A step from here may lead to where particles change objects.
 pub const NEAR: u16 = 256;

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use super::super::own::preset_in;
 use super::super::stage::Stage;
+use super::super::under_way::Left;
 use super::super::window::Lab;
 use super::food::placed;
 use super::overlay::normal_towards;
@@ -119,8 +120,8 @@ impl Lab {
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
     pub fn drop_file(&mut self, path: PathBuf) {
-        if self.under_way.is_some() {
-            self.left.files.push(path);
+        if self.under_way.is_some() || !self.left.is_empty() {
+            self.left.push(Left::File(path));
         } else if is_mesh(&path) && self.stage.is_some() {
             self.add_object(mesh_name(&path));
         } else if let Some(text) = preset_in(&path) {

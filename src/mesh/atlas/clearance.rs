@@ -18,6 +18,8 @@ pub const FARTHEST: u8 = 255;
 
 /// From a point to the centre of its texel, at the most.
 const TO_CENTRE: f32 = 0.7072;
+/// From the centre of a blocked texel to the border that blocks something near it, at the most.
+const TO_BORDER: f32 = 0.8;
 /// From border edges so far away, in texels, the distance is taken exactly.
 const NEAR: f32 = 8.0;
 /// Rows of texels that are looked at together.
@@ -45,8 +47,7 @@ impl Atlas {
             .for_each_init(Envelope::default, |envelope, (row, heights)| {
                 envelope.over(heights);
                 envelope.tell(heights.len(), |x, squared| {
-                    // The border may be as far from the blocked texel's centre as a point from its own.
-                    row[x] = told((squared as f32).sqrt() - TO_CENTRE);
+                    row[x] = told((squared as f32).sqrt() - TO_BORDER);
                 });
             });
         self.tell_near(&borders, &mut clearances);
@@ -93,7 +94,7 @@ impl Atlas {
     /// Blocks the texels that a border edge passes through. A chart may come so near to itself that no texel lies between.
     fn block(&self, blocked: &mut [bool], [a, b]: [Vec2; 2]) {
         let last = Vec2::new(self.pitch as f32, self.size as f32) - 1.0;
-        // Two points a texel, so that none is passed over but at a corner, which rounding covers.
+        // Two points a texel, so that none is passed over but at a corner, by less than 0.1 texels.
         let pieces = (2.0 * (b - a).abs().max_element()).ceil().max(1.0);
         for i in 0..=pieces as u32 {
             let point = (a + (b - a) * (i as f32 / pieces)).clamp(Vec2::ZERO, last);

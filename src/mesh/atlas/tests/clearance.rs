@@ -13,6 +13,8 @@ fn clear_lines_stay_in_their_chart() {
         ),
         (&["icosphere?subdivisions=2"], AtlasMethod::Charts, 97),
         (&["plane?columns=3&rows=2", "cube"], AtlasMethod::Grid, 128),
+        // An edge through several bands of rows.
+        (&["plane"], AtlasMethod::Charts, 211),
     ] {
         let surface = surface(names);
         let options = AtlasOptions {
@@ -29,10 +31,11 @@ fn clear_lines_stay_in_their_chart() {
         let (pitch, size) = (atlas.pitch as i32, atlas.size as i32);
         let mut clear = 0;
         for (texel, &clearance) in clearances.iter().enumerate() {
-            if clearance == 0 {
+            if atlas.owner[texel] == NONE {
+                assert_eq!(clearance, 0);
                 continue;
             }
-            clear += 1;
+            clear += u32::from(clearance > 0);
             let own = atlas.chart[atlas.owner[texel] as usize];
             let centre = atlas.centre_of(texel as u32);
             // From the texel's corner as well.
@@ -56,14 +59,16 @@ fn clear_lines_stay_in_their_chart() {
                 (a + along * (b - a)).distance(centre)
             };
             let nearest = borders.iter().map(to_border).fold(f32::INFINITY, f32::min);
-            assert!(nearest > clearance + 0.7, "{nearest} from {centre}");
-            // Beside the border, where it decides who has to walk, it is as much as there is.
-            if nearest < 7.9 {
-                assert!(
-                    clearance + CLEARANCE_UNIT > nearest - 0.71,
-                    "{nearest} from {centre}"
-                );
-            }
+            assert!(
+                clearance == 0.0 || nearest > clearance + 0.7,
+                "{clearance} of {nearest} from {centre}"
+            );
+            // Beside the border, where it decides who has to walk, it is as much as there is; farther in nearly so.
+            let lost = if nearest < 7.9 { 0.71 } else { 2.3 };
+            assert!(
+                clearance + CLEARANCE_UNIT > nearest - lost,
+                "{clearance} of {nearest} from {centre}"
+            );
         }
         assert!(
             clear * 4 > atlas.owned_count,

@@ -313,6 +313,15 @@ fn splitting_makes_discs_and_moves_nothing() {
     }
 }
 
+/// Teeth of a coarse border are no lobes. There are so many balls that a chart may be as large as it likes.
+#[test]
+fn coarse_balls_are_cut_into_few_charts() {
+    const BALLS: usize = 16;
+    let ball = Mesh::builtin("icosphere?subdivisions=3").unwrap();
+    let charts = charts(&Surface::build(&[(&ball, 1.0); BALLS]));
+    assert!(charts.len() <= 6 * BALLS, "{} charts", charts.len());
+}
+
 #[test]
 fn it_stops_when_told_to() {
     let surface = builtin("suzanne");
