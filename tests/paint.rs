@@ -283,8 +283,8 @@ fn every_brush_agrees_with_the_twins_between_steps() {
     gpu.finish();
 }
 
-/// On charts of one cube face each: a dab on an edge paints both faces, with no gap and no doubled row, and as much trail as
-/// its disc has area.
+/// On an edge of a cube where two charts meet: a dab paints both faces, with no gap and no doubled row, and as much trail as its
+/// disc has area.
 #[test]
 fn a_dab_on_a_seam_paints_both_sides_and_adds_what_it_should() {
     let Some(gpu) = gpu() else { return };
@@ -298,7 +298,27 @@ fn a_dab_on_a_seam_paints_both_sides_and_adds_what_it_should() {
         let corner = (setup.surface.positions.iter()).fold(0.0_f32, |far, p| far.max(p.x));
         let radius = 0.4 * corner;
         let amount = 2.5;
-        let center = Vec3::new(corner, corner, 0.05 * corner);
+        // Of two faces, and a little off the middle of the edge between them.
+        let centers = [0, 1, 2].into_iter().flat_map(|x| {
+            let y = (x + 1) % 3;
+            [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].map(move |signs| {
+                let mut center = Vec3::splat(0.05 * corner);
+                (center[x], center[y]) = (signs[0] * corner, signs[1] * corner);
+                (x, center)
+            })
+        });
+        let is_on_seam = |center: Vec3| {
+            (0..setup.surface.halfedges.len() as u32).any(|halfedge| {
+                let [a, b] = [halfedge % 3, (halfedge + 1) % 3].map(|corner| {
+                    let vertex = setup.surface.corners[halfedge as usize / 3][corner as usize];
+                    setup.surface.positions[vertex as usize]
+                });
+                let along = a.distance(center) + center.distance(b) - a.distance(b);
+                along < 1e-4 * corner && setup.atlas.is_seam(&setup.surface, halfedge)
+            })
+        };
+        let mut on_seams = centers.filter(|&(_, center)| is_on_seam(center));
+        let (x, center) = on_seams.next().expect("charts meet at some edge");
         paint(
             &gpu,
             &mut simulation,
@@ -323,7 +343,7 @@ fn a_dab_on_a_seam_paints_both_sides_and_adds_what_it_should() {
             let share = at.distance_squared(center) / (radius * radius);
             let weight = (1.0 - share).max(0.0).powi(2);
             assert!((value - amount * weight).abs() < 1e-3, "{method:?}: {at}");
-            let on_x = at.x > 0.999 * corner;
+            let on_x = at[x] * center[x] > 0.999 * corner * corner;
             sides[usize::from(on_x)] += f64::from(*value);
         }
         assert!(
