@@ -118,8 +118,11 @@ fn surfaces_wear_the_colours_of_their_charts() {
         let Some(hit) = pick::pick(surface, &poses, &ray) else {
             continue;
         };
-        // Near the silhouette the rim light outshines the colours.
-        if hit.position.normalize().dot(view.camera.backward()) < 0.6 {
+        // Where the rim light, at grazing angles, or the key light, where it is mirrored, outshine the colours.
+        let normal = hit.position.normalize();
+        let to_eye = (view.camera.eye() - hit.position).normalize();
+        let halfway = (view.light.direction(&view.camera) + to_eye).normalize();
+        if normal.dot(to_eye) < 0.4 || normal.dot(halfway) > 0.97 {
             continue;
         }
         let shown = light([pixel.0[0], pixel.0[1], pixel.0[2]]);
@@ -131,9 +134,9 @@ fn surfaces_wear_the_colours_of_their_charts() {
                 let chart = atlas.chart[hit.triangle as usize];
                 let color = light(colors[chart as usize]);
                 let alike = shown.normalize().dot(color.normalize());
-                // The lights are not white. Pixels at edges take a little from beside.
+                // Pixels at edges take a little from beside.
                 let at_edge = weights.into_iter().any(|w| w < 0.15);
-                assert!(at_edge || alike > 0.98, "{x} {y}: {pixel:?} for {color}");
+                assert!(at_edge || alike > 0.985, "{x} {y}: {pixel:?} for {color}");
                 inside += 1;
                 worn.insert(chart);
             }

@@ -504,7 +504,7 @@ fn blobs_spread_as_finite_elements_say() {
         (builtin("torus"), 4, SCATTER, BIAS),
         // Irregular ones: remeshed, and a model.
         (builtin("trefoil"), 3, SCATTER, BIAS),
-        (builtin("suzanne"), 4, 0.01, 0.006),
+        (builtin("suzanne"), 4, 0.01, 0.005),
         // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
         (suite::potato(), 12, 0.015, 0.01),
     ] {

@@ -47,6 +47,8 @@ pub(super) struct Metric {
     pub normals: Vec<DVec3>,
     /// Surface area of everything.
     pub total: f64,
+    /// Whether a triangle is of a connected part of few.
+    pub is_coarse: Vec<bool>,
 }
 
 impl Metric {
@@ -66,6 +68,7 @@ impl Metric {
             centroids: all.iter().map(|all| all.1).collect(),
             normals: all.iter().map(|all| all.2).collect(),
             total: all.iter().map(|all| all.0.area()).sum(),
+            is_coarse: vec![false; all.len()],
         }
     }
 

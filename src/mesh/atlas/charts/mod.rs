@@ -29,7 +29,7 @@ use patch::{Patch, Places};
 use piece::{Bounds, LOOSE, Piece, STRICT};
 use smooth::Smoothing;
 
-/// Connected parts up to this size are built from single triangles.
+/// Connected parts up to this size are coarse: built from single triangles, and borders judged without their teeth.
 const SMALL: usize = 1500;
 /// What a piece to begin with may be like: flatter than a chart, so that two of them have room to be joined; and of
 /// any shape, because the shape is that of its triangles.
@@ -84,9 +84,15 @@ pub(super) fn flat_charts(
 ) -> Result<Vec<FlatChart>, AtlasError> {
     let progress = Progress::new(control);
     progress.tell(0.0)?;
-    let metric = Metric::new(surface);
+    let mut metric = Metric::new(surface);
     let pool = Pool::default();
-    let pieces = first_pieces(surface, &metric, &pool, control)?;
+    let parts = connected_parts(surface);
+    for part in parts.iter().filter(|part| part.len() <= SMALL) {
+        for &t in part {
+            metric.is_coarse[t as usize] = true;
+        }
+    }
+    let pieces = first_pieces(surface, &metric, &parts, &pool, control)?;
     progress.tell(0.15)?;
     let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
     let graph =
@@ -123,28 +129,27 @@ pub(super) fn flat_charts(
 fn first_pieces(
     surface: &Surface,
     metric: &Metric,
+    parts: &[Vec<u32>],
     pool: &Pool,
     control: &Control<'_>,
 ) -> Result<Vec<Piece>, AtlasError> {
-    let parts = connected_parts(surface);
-    let area: f64 = metric.shapes.iter().map(metric::Shape::area).sum();
     let curvature = curvature(surface, metric);
     // Sets, and what turning by one radian counts as in each.
     let mut sets: Vec<(Vec<u32>, f64)> = Vec::new();
     for part in parts {
-        let own_area = metric.area(&part);
+        let own_area = metric.area(part);
         let turn = 0.1 * own_area.sqrt();
         if part.len() <= SMALL {
             sets.extend(part.iter().map(|&t| (vec![t], turn)));
             continue;
         }
-        let share = own_area / area;
+        let share = own_area / metric.total;
         let bent: f64 = part.iter().map(|&t| curvature[t as usize]).sum();
         let count = (30.0 + 200.0 * share + 2.0 * bent).min(part.len() as f64 / 12.0);
         let graph =
-            pool.with(|places| Graph::new(surface, &part, places, |a, b| metric.step(a, b, turn)));
+            pool.with(|places| Graph::new(surface, part, places, |a, b| metric.step(a, b, turn)));
         let labels = graph.parts(metric, count as usize, 3, control)?;
-        let sets_of_part = by_label(&part, &labels);
+        let sets_of_part = by_label(part, &labels);
         sets.extend(sets_of_part.into_iter().map(|set| (set, turn)));
     }
     let pieces: Vec<Vec<Piece>> = sets

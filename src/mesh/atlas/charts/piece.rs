@@ -154,7 +154,10 @@ impl Piece {
         let hull = hull_area(&curve);
         let mut quality = Quality {
             hull: hull / area,
-            roundness: roundness(smooth_perimeter(&curve), area),
+            roundness: roundness(
+                smooth_perimeter(&curve, metric.is_coarse[triangles[0] as usize]),
+                area,
+            ),
             part: area / metric.total,
             ..Quality::default()
         };
@@ -282,15 +285,19 @@ fn roundness(perimeter: f64, area: f64) -> f64 {
 
 /// Parts of a border that its perimeter is taken of, at the most.
 const BORDER_PARTS: usize = 64;
-/// Of a border of few edges: so few parts that each has a tooth to take the mean of, and no fewer than show a shape.
+/// On coarse parts of the surface: so few that each has a tooth to take the mean of, and no fewer than show a shape. Pieces of fine
+/// ones are judged more strictly while they are small, and grow into fewer charts so.
 const EDGES_A_PART: f64 = 2.5;
 const FEWEST_PARTS: usize = 12;
 
 /// The perimeter of a border without its teeth, which are as fine as the triangles and matter to nobody: of the polygon
 /// of the means over equal parts of it.
-fn smooth_perimeter(curve: &[DVec2]) -> f64 {
-    let parts = (curve.len() as f64 / EDGES_A_PART) as usize;
-    let parts = parts.clamp(FEWEST_PARTS, BORDER_PARTS);
+fn smooth_perimeter(curve: &[DVec2], is_coarse: bool) -> f64 {
+    let parts = if is_coarse {
+        ((curve.len() as f64 / EDGES_A_PART) as usize).clamp(FEWEST_PARTS, BORDER_PARTS)
+    } else {
+        BORDER_PARTS
+    };
     let ends = || (0..curve.len()).map(|k| (curve[k], curve[(k + 1) % curve.len()]));
     let part = ends().map(|(a, b)| a.distance(b)).sum::<f64>() / parts as f64;
     let mut means = vec![DVec2::ZERO; parts];
