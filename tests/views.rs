@@ -315,3 +315,44 @@ fn pictures_side_by_side_are_those_drawn_alone() {
     assert!(alone == canvases.map(|canvas| canvas.image()));
     gpu.finish();
 }
+
+/// Pictures leave out what turns its back where it cannot be seen: the same picture as with an open object behind the eye,
+/// which forbids that. Inside of an object its walls are seen.
+#[test]
+fn backs_that_are_hidden_are_not_missed_and_walls_are_there() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = ["icosphere?subdivisions=1", "plane?columns=1&rows=1"];
+    let mut stages = meshes.map(|behind| {
+        let knot = ("torus?major=24&minor=16", [0.0; 3]);
+        let scene = scene_of_several(&[knot, (behind, [0.0, 0.0, 40.0])], |_| {});
+        let mut stage = Stage::new(&gpu, scene);
+        (stage.view.camera.target, stage.view.camera.scene_radius) = (Vec3::ZERO, 1.0);
+        stage
+    });
+    // In front of the torus; beside it, in its box; in its tube.
+    for (x, distance, is_inside) in [(0.0, 4.0, false), (0.0, 0.5, false), (1.0, 0.05, true)] {
+        for show in [Show::Surface, Show::Relief, Show::Wireframe] {
+            let [all_closed, one_open] = [0, 1].map(|i| {
+                let stage = &mut stages[i];
+                let turned = stage.simulation.world_from_object()[0].transform_vector3(Vec3::X);
+                stage.view.camera.target = x * turned;
+                stage.view.camera.distance = distance;
+                stage.picture(show)
+            });
+            let pairs = all_closed.pixels().zip(one_open.pixels());
+            let differ = pairs.filter(|(a, b)| a != b).count();
+            let what = format!("{show:?} from {distance}");
+            // At the outline a pixel may have seen the back alone.
+            assert!(
+                differ * 2000 <= all_closed.pixels().len(),
+                "{what}: {differ}"
+            );
+            let corner = all_closed.get_pixel(0, 0);
+            let is_wall = all_closed.pixels().any(|pixel| pixel != corner);
+            assert!(is_wall, "{what} shows nothing");
+        }
+        let hits = (0..SIZE[0]).filter(|&x| stages[0].hit(x, SIZE[1] / 2).is_some());
+        assert_eq!(hits.count() == SIZE[0] as usize, is_inside, "{distance}");
+    }
+    gpu.finish();
+}

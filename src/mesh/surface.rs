@@ -240,6 +240,24 @@ impl Surface {
         self.halfedges.extend(halfedges);
     }
 
+    /// Has an object no open border? Then it has an inside.
+    #[must_use]
+    pub fn is_closed(&self, object: usize) -> bool {
+        let (first, end) = self.objects[object].triangles;
+        let halfedges = &self.halfedges[3 * first as usize..3 * end as usize];
+        halfedges.iter().all(|halfedge| halfedge.twin != NONE)
+    }
+
+    /// The lowest and the highest corner of the box round an object, in object space.
+    #[must_use]
+    pub fn bounds(&self, object: usize) -> [Vec3; 2] {
+        let (first, end) = self.objects[object].vertices;
+        let positions = &self.positions[first as usize..end as usize];
+        let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        let both = |[low, high]: [Vec3; 2], &p: &Vec3| [low.min(p), high.max(p)];
+        positions.iter().fold(empty, both)
+    }
+
     /// Checks everything that walks rely on: ids in range, shapes that are positive and agree with the positions,
     /// twins that are each other's and run against each other within one object, and rotations that carry one onto the
     /// other.

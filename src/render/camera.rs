@@ -156,12 +156,20 @@ impl Camera {
         self.backward().cross(self.right())
     }
 
+    /// What lies less far before the eye than this is not drawn, world units.
+    #[must_use]
+    pub fn near(&self) -> f32 {
+        0.01 * self.distance
+    }
+
     /// From world space to Vulkan's clip space, for a picture of `size` pixels.
     #[must_use]
     pub fn clip_from_world(&self, size: Vec2) -> Mat4 {
-        let near = 0.01 * self.distance;
-        let clip_from_view =
-            vulkan::perspective_infinite_reverse(self.vertical_fov, aspect_ratio(size), near);
+        let clip_from_view = vulkan::perspective_infinite_reverse(
+            self.vertical_fov,
+            aspect_ratio(size),
+            self.near(),
+        );
         let view_from_world = view::look_at_mat4(self.eye(), self.target, Vec3::Y);
         clip_from_view * view_from_world
     }

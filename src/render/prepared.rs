@@ -2,7 +2,7 @@
 //! charts. It takes up to half a second, and so it has a step of its own that can go on beside something else.
 
 use bytemuck::allocation::pod_collect_to_vec;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use super::charts;
 use super::hues::object_light;
@@ -23,6 +23,8 @@ pub struct Prepared {
     pub(super) texels: Vec<u32>,
     /// The colour and the seams of each triangle.
     pub(super) charts: Vec<u32>,
+    /// Round the objects, lowest and highest corners in object space, if all of them are closed.
+    pub(super) boxes: Option<Vec<[Vec3; 2]>>,
 }
 
 impl Prepared {
@@ -38,9 +40,15 @@ impl Prepared {
         Self {
             normals: normals.into_iter().map(pack_normal).collect(),
             openness: pod_collect_to_vec::<u8, u32>(&openness),
-            object_colors: objects.map(|i| object_light(i).extend(1.0)).collect(),
+            object_colors: objects
+                .clone()
+                .map(|i| object_light(i).extend(1.0))
+                .collect(),
             texels: charts::texel_words(surface, atlas, &chart_colors),
             charts: charts::triangle_words(surface, atlas, &chart_colors),
+            boxes: objects
+                .map(|i| surface.is_closed(i).then(|| surface.bounds(i)))
+                .collect(),
         }
     }
 }

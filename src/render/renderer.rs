@@ -6,11 +6,12 @@
 mod fields;
 mod foods;
 mod painted;
+mod sides;
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::camera::Camera;
 pub use super::canvas::{Canvas, Quality};
@@ -34,6 +35,7 @@ use crate::sim::kernels::{
 };
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
+use sides::Sides;
 
 /// Light that the trail sends out itself, as a share of its colour.
 const GLOW: f32 = 0.34;
@@ -49,10 +51,10 @@ const GLOW_OF_RELIEF: f32 = 0.05;
 /// The pipelines for canvases with one number of samples.
 struct Pipelines {
     samples: u32,
-    surface: RasterPipeline<SurfaceDraw>,
+    surface: Sides<SurfaceDraw>,
     /// The same with neither relief nor charts.
-    plain_surface: RasterPipeline<SurfaceDraw>,
-    fields: RasterPipeline<FieldsDraw>,
+    plain_surface: Sides<SurfaceDraw>,
+    fields: Sides<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
     /// The same where hues that lie over each other must not become white.
     headings: RasterPipeline<ParticlesDraw>,
@@ -90,7 +92,7 @@ impl Pipelines {
                 extras,
                 others,
             };
-            RasterPipeline::new(ctx, &constants, options)
+            Sides::new(ctx, &constants, options)
         };
         Ok(Self {
             painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
@@ -98,7 +100,7 @@ impl Pipelines {
             samples,
             surface: surface(true)?,
             plain_surface: surface(false)?,
-            fields: RasterPipeline::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
+            fields: Sides::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
             headings: RasterPipeline::new(
                 ctx,
@@ -137,6 +139,8 @@ pub struct Renderer {
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
+    /// Round the objects, if all of them are closed.
+    boxes: Option<Vec<[Vec3; 2]>>,
 }
 
 /// One picture being drawn.
@@ -145,6 +149,8 @@ struct Shot<'a> {
     state: &'a State,
     view: &'a View,
     size: Vec2,
+    /// Nothing is seen from behind.
+    fronts_only: bool,
 }
 
 /// Sizes of what is drawn.
@@ -195,6 +201,7 @@ impl Renderer {
             object_colors,
             texels,
             charts,
+            boxes,
         } = prepared;
         let atlas = &setup.atlas;
         Ok(Self {
@@ -214,6 +221,7 @@ impl Renderer {
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
             brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
             is_first: true,
+            boxes: boxes.clone(),
             shape: Shape {
                 corner_count: setup.corners.len() as u32,
                 particle_count: setup.particles.len() as u32,
@@ -320,6 +328,8 @@ impl Renderer {
             state,
             view,
             size,
+            fronts_only: (self.boxes.as_ref())
+                .is_some_and(|boxes| sides::is_outside(&view.camera, boxes, &state.poses_recorded)),
         };
         rec.pass_rows("draw", &targets, rows, |pass| match view.show {
             Show::Atlas => self.draw_atlas(pass, &shot),
@@ -438,7 +448,7 @@ impl Renderer {
             &shot.pipelines.plain_surface
         };
         pass.draw(
-            surface,
+            surface.of(shot.fronts_only),
             self.shape.corner_count,
             1,
             SurfaceArgs {

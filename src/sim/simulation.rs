@@ -41,8 +41,6 @@ pub struct Simulation {
     kernels: Kernels,
     state: State,
     movement: Movement,
-    /// What the commands recorded so far leave in `state.poses`.
-    poses: Vec<Pose>,
     /// Those that the last step had, which pictures need not have.
     poses_of_step: Vec<Pose>,
     /// What the commands recorded so far leave in `state.poses_before`.
@@ -101,7 +99,6 @@ impl Simulation {
             state: State::new(ctx, &scene.settings, &setup)?,
             ctx: ctx.clone(),
             movement: Movement::new(&scene.settings),
-            poses: setup.poses.clone(),
             poses_of_step: setup.poses.clone(),
             poses_before: setup.poses.clone(),
             physarums: Vec::new(),
@@ -129,7 +126,7 @@ impl Simulation {
             &self.settings,
             &self.setup,
             self.step,
-            &self.poses,
+            &self.state.poses_recorded,
         );
         step::record(rec, &self.kernels, &mut self.state, &params, &changes);
         self.step += 1;
@@ -148,7 +145,7 @@ impl Simulation {
             physarums: self.changed_physarums(),
         };
         self.poses_before = before;
-        self.poses_of_step.clone_from(&self.poses);
+        self.poses_of_step.clone_from(&self.state.poses_recorded);
         changes
     }
 
@@ -179,10 +176,10 @@ impl Simulation {
     fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
         let objects = &self.settings.objects;
         let poses = self.movement.poses(objects, &self.setup.tracks, step);
-        if poses == self.poses {
+        if poses == self.state.poses_recorded {
             return None;
         }
-        self.poses.clone_from(&poses);
+        self.state.poses_recorded.clone_from(&poses);
         Some(poses)
     }
 
@@ -218,7 +215,7 @@ impl Simulation {
     /// The same, as pictures take it; changes only when something has moved.
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
-        &self.poses
+        &self.state.poses_recorded
     }
 
     /// Seconds of the objects' motion in the last step.
@@ -432,7 +429,7 @@ impl Simulation {
         let state = arranged(
             snapshot.clone(),
             &self.setup,
-            &self.poses,
+            &self.state.poses_recorded,
             settings.strategy(),
         );
         self.ctx.upload(&self.state.particles, &state.particles)?;

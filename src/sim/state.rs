@@ -210,6 +210,8 @@ pub struct State {
     pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
+    /// What the commands recorded so far leave there.
+    pub poses_recorded: Vec<Pose>,
     /// The same in the step before.
     pub poses_before: Buffer<Pose>,
     /// One an object: what particles do there.
@@ -391,6 +393,7 @@ impl State {
             corners,
             vertices,
             poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+            poses_recorded: setup.poses.clone(),
             poses_before: Buffer::from_slice(ctx, "poses_before", &setup.poses)?,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,
             distances,

@@ -11,7 +11,7 @@ mod tests;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
-use super::surface::{NONE, Surface};
+use super::surface::Surface;
 pub use build::{GREATEST_DEPTH, Node};
 pub use dipoles::Dipole;
 
@@ -83,19 +83,18 @@ impl Trees {
             .map(|triangle| face(surface, triangle))
             .collect();
         let mut nodes = Vec::new();
-        let objects = surface.objects.iter().map(|range| {
+        let objects = surface.objects.iter().enumerate().map(|(object, range)| {
             let (first, end) = range.triangles;
             let first_node = nodes.len() as u32;
             build::append_tree(&mut nodes, &mut faces[first as usize..end as usize], first);
-            let (low, high) = bounds(surface, range.vertices);
-            let halfedges = &surface.halfedges[3 * first as usize..3 * end as usize];
+            let [low, high] = surface.bounds(object);
             Tree {
                 first_face: first,
                 face_count: end - first,
                 first_node,
                 low,
                 high,
-                is_closed: halfedges.iter().all(|halfedge| halfedge.twin != NONE),
+                is_closed: surface.is_closed(object),
             }
         });
         let objects = objects.collect();
@@ -121,12 +120,4 @@ fn face(surface: &Surface, triangle: u32) -> Face {
         ac: c - a,
         pad1: 0,
     }
-}
-
-fn bounds(surface: &Surface, vertices: (u32, u32)) -> (Vec3, Vec3) {
-    let positions = &surface.positions[vertices.0 as usize..vertices.1 as usize];
-    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    positions
-        .iter()
-        .fold(empty, |(low, high), &p| (low.min(p), high.max(p)))
 }

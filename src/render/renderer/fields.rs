@@ -28,7 +28,7 @@ impl Renderer {
             _ => Field::Wireframe,
         };
         pass.draw(
-            &shot.pipelines.fields,
+            shot.pipelines.fields.of(shot.fronts_only),
             self.shape.corner_count,
             1,
             FieldsArgs {

@@ -46,7 +46,7 @@ impl Simulation {
             &self.settings,
             &self.setup,
             self.step,
-            &self.poses,
+            &self.state.poses_recorded,
         );
         params.sort = SortParams::new(&self.settings, &self.setup);
         params

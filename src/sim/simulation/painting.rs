@@ -67,8 +67,8 @@ impl Simulation {
     /// When a number of the dab is out of its range, it has too many texels, or the device has no memory left. Then nothing
     /// is recorded.
     pub fn paint(&mut self, rec: &mut Recorder, dab: &Dab) -> Result<Painted> {
-        let texels = dab.texels(&self.setup, &self.poses)?;
-        let painted = Painted::of(&texels, self.poses.len());
+        let texels = dab.texels(&self.setup, &self.state.poses_recorded)?;
+        let painted = Painted::of(&texels, self.state.poses_recorded.len());
         if texels.is_empty() {
             return Ok(painted);
         }
