@@ -9,8 +9,8 @@
 #include "shading.glsl"
 #include "fields.glsl"
 
-layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Vertices { Vertex vertices[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;
+layout(set = 0, binding = 1) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
@@ -95,9 +95,13 @@ vec3 from_others(float apart, float a_pixel) {
     return shown * (1.0 - 0.45 * line);
 }
 
+uint object_of(uint triangle) {
+    return texelFetch(vertices, int(texelFetch(corners, int(3u * triangle)).x)).w;
+}
+
 // The colour of the object that is nearest; where none is within reach, that of the triangle's own, dark.
 vec3 nearest_object(float apart) {
-    vec3 own = 0.14 * object_colors[vertices[corners[3u * triangle]].object].rgb;
+    vec3 own = 0.14 * object_colors[object_of(triangle)].rgb;
     if (abs(apart) >= 0.999 * params.reach) return own;
     Taps taps = taps_at(texel_at(uv));
     vec4 weights = vec4((1.0 - taps.weight.x) * (1.0 - taps.weight.y), taps.weight.x * (1.0 - taps.weight.y),
@@ -112,7 +116,7 @@ vec3 nearest_object(float apart) {
             found = other;
         }
     }
-    return found == NONE ? own : 0.8 * object_colors[vertices[corners[3u * found]].object].rgb;
+    return found == NONE ? own : 0.8 * object_colors[object_of(found)].rgb;
 }
 
 void main() {

@@ -8,11 +8,12 @@
 #include "shading.glsl"
 #include "painted.glsl"
 
-layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Vertices { Vertex vertices[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;
+layout(set = 0, binding = 1) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 2) uniform usamplerBuffer strips;
-layout(set = 0, binding = 3) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 3) uniform samplerBuffer poses;
 
+#include "placed.glsl"
 #include "strip_table.glsl"
 
 layout(location = 0) centroid out vec2 texel;
@@ -21,10 +22,10 @@ void main() {
     uint corner = uint(gl_VertexIndex);
     uint triangle = corner / 3u;
     uint k = corner - 3u * triangle;
-    Vertex vertex = vertices[corners[corner]];
+    Vertex vertex = vertex_of(corner);
     AtlasMap map = atlas_map_of(triangle);
     texel = map.origin + (k == 1u ? map.du : vec2(0.0)) + (k == 2u ? map.dv : vec2(0.0));
-    gl_Position = params.clip_from_world * vec4(place_in_world(poses[vertex.object], vertex.position), 1.0);
+    gl_Position = params.clip_from_world * vec4(place_in_world(pose_of(vertex.object), vertex.position), 1.0);
     // Depths grow towards the eye.
     gl_Position.z *= 1.0005;
 }

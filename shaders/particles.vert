@@ -9,16 +9,18 @@
 #include "shading.glsl"
 
 layout(set = 0, binding = 0) uniform usamplerBuffer particles;
-layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 2) readonly buffer Vertices { Vertex vertices[]; };
-layout(set = 0, binding = 3) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer corners;
+layout(set = 0, binding = 2) uniform usamplerBuffer vertices;
+layout(set = 0, binding = 3) uniform samplerBuffer poses;
 layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 
 layout(set = 0, binding = 5) uniform usamplerBuffer motions;
 
 #include "colormap.glsl"
 #include "particles.glsl"
+#define VERTICES_IN_TEXELS
 #include "frame.glsl"
+#include "placed.glsl"
 
 layout(location = 0) flat out vec3 light;
 
@@ -36,11 +38,12 @@ float turn_of(Frame frame, vec2 heading, Pose pose) {
 void main() {
     Particle particle = particle_of(texelFetch(particles, gl_VertexIndex * int(params.stride)));
     uint first = 3u * particle.triangle;
-    Vertex a = vertices[corners[first]];
-    vec3 b = vertices[corners[first + 1u]].position;
-    vec3 c = vertices[corners[first + 2u]].position;
+    Vertex a = vertex_of(first);
+    vec3 b = vertex_of(first + 1u).position;
+    vec3 c = vertex_of(first + 2u).position;
+    Pose pose = pose_of(a.object);
     vec3 on_surface = a.position + particle.u * (b - a.position) + particle.v * (c - a.position);
-    vec3 position = place_in_world(poses[a.object], on_surface);
+    vec3 position = place_in_world(pose, on_surface);
 
     // A little towards the eye, so that the surface does not swallow half of the point.
     position += params.lift * normalize(params.eye - position);
@@ -48,7 +51,7 @@ void main() {
     float shade = 0.72 + 0.28 * float((particle.id * 2654435769u) >> 24) / 255.0;
     if (params.hued != 0u) {
         vec2 heading = uintBitsToFloat(texelFetch(motions, gl_VertexIndex * int(params.stride)).xy);
-        light = hue_light(turn_of(frame_of(particle.triangle), heading, poses[a.object])) * shade;
+        light = hue_light(turn_of(frame_of(particle.triangle), heading, pose)) * shade;
     } else {
         light = color_of(0.92 * shade) * params.strength;
     }

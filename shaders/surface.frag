@@ -9,9 +9,9 @@
 #include "shading.glsl"
 #include "surface.glsl"
 
-layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Vertices { Vertex vertices[]; };
-layout(set = 0, binding = 4) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;
+layout(set = 0, binding = 1) uniform usamplerBuffer vertices;
+layout(set = 0, binding = 4) uniform samplerBuffer poses;
 layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
@@ -36,7 +36,9 @@ layout(location = 6) in float open_share;
 layout(location = 7) flat in uint chart;
 
 #include "taps.glsl"
+#define VERTICES_IN_TEXELS
 #include "frame.glsl"
+#include "placed.glsl"
 
 layout(location = 0) out vec4 color;
 
@@ -86,7 +88,7 @@ vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
     float along_b = slope * dot(grows, atlas_axes.xy);
     float along_c = slope * dot(grows, atlas_axes.zw);
 
-    Pose pose = poses[vertices[corners[3u * triangle]].object];
+    Pose pose = pose_of(vertex_of(3u * triangle).object);
     vec3 a = corner_position(triangle, 0u);
     vec3 to_b = turn_to_world(pose, corner_position(triangle, 1u) - a);
     vec3 to_c = turn_to_world(pose, corner_position(triangle, 2u) - a);

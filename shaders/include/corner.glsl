@@ -4,13 +4,14 @@
 #ifndef MYXO_CORNER
 #define MYXO_CORNER
 
-layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Vertices { Vertex vertices[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer corners;
+layout(set = 0, binding = 1) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 2) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer strips;
-layout(set = 0, binding = 4) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 4) uniform samplerBuffer poses;
 layout(set = 0, binding = 9) readonly buffer Openness { uint openness[]; };
 
+#include "placed.glsl"
 #include "strip_table.glsl"
 
 layout(location = 0) out vec3 position;
@@ -24,8 +25,8 @@ layout(location = 6) out float open_share;
 void place_corner(uint corner) {
     triangle = corner / 3u;
     uint k = corner - 3u * triangle;
-    Vertex vertex = vertices[corners[corner]];
-    Pose pose = poses[vertex.object];
+    Vertex vertex = vertex_of(corner);
+    Pose pose = pose_of(vertex.object);
     AtlasMap map = atlas_map_of(triangle);
 
     position = place_in_world(pose, vertex.position);

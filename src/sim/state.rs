@@ -210,6 +210,8 @@ pub struct State {
     pub vertices: Buffer<Vertex>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
+    /// The same as texels, three a pose.
+    pub poses_view: Texels<f32>,
     /// What the commands recorded so far leave there.
     pub poses_recorded: Vec<Pose>,
     /// The same in the step before.
@@ -332,6 +334,7 @@ impl State {
             setup.particles.len() * walker_lists(objects),
             large,
         )?;
+        let poses = Buffer::from_slice(ctx, "poses", &setup.poses)?;
         Ok(Self {
             particles_view: Texels::new(&particles, 4)?,
             particles,
@@ -392,7 +395,8 @@ impl State {
             no_groups: Buffer::zeroed(ctx, "no_groups", 3)?,
             corners,
             vertices,
-            poses: Buffer::from_slice(ctx, "poses", &setup.poses)?,
+            poses_view: Texels::new(&poses, 4)?,
+            poses,
             poses_recorded: setup.poses.clone(),
             poses_before: Buffer::from_slice(ctx, "poses_before", &setup.poses)?,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,

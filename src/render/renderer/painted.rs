@@ -38,10 +38,10 @@ impl Renderer {
             self.shape.corner_count,
             1,
             PaintedArgs {
-                corners: &state.corners,
-                vertices: &state.vertices,
+                corners: &state.distance_views.corners,
+                vertices: &state.distance_views.vertices,
                 strips: &state.strips,
-                poses: &state.poses,
+                poses: &state.poses_view,
                 bias: &bias.views.texels,
             },
             PaintedParams {
