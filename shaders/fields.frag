@@ -95,8 +95,8 @@ vec3 from_others(float apart, float a_pixel) {
     return shown * (1.0 - 0.45 * line);
 }
 
-uint object_of(uint triangle) {
-    return texelFetch(vertices, int(texelFetch(corners, int(3u * triangle)).x)).w;
+uint object_of(uint of) {
+    return texelFetch(vertices, int(texelFetch(corners, int(3u * of)).x)).w;
 }
 
 // The colour of the object that is nearest; where none is within reach, that of the triangle's own, dark.

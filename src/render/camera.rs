@@ -162,6 +162,14 @@ impl Camera {
         0.01 * self.distance
     }
 
+    /// How far from the eye something can be and yet not be drawn, in the corners of a picture of `size` pixels.
+    #[must_use]
+    pub fn near_corner(&self, size: Vec2) -> f32 {
+        let up = (0.5 * self.vertical_fov).tan();
+        let right = up * aspect_ratio(size);
+        self.near() * (1.0 + up * up + right * right).sqrt()
+    }
+
     /// From world space to Vulkan's clip space, for a picture of `size` pixels.
     #[must_use]
     pub fn clip_from_world(&self, size: Vec2) -> Mat4 {

@@ -1,5 +1,6 @@
 //! Draws what `sim` owns, and writes pictures.
 
+mod backs;
 pub mod camera;
 mod canvas;
 pub mod charts;
@@ -13,6 +14,7 @@ pub mod offscreen;
 pub mod output;
 pub mod pick;
 mod prepared;
+mod rays;
 pub mod renderer;
 pub mod view;
 

@@ -5,16 +5,11 @@
 
 use std::collections::HashMap;
 use std::f32::consts::TAU;
-use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
-use obvhs::ray::Ray;
-use obvhs::triangle::Triangle;
-use obvhs::{BvhBuildParams, triangle};
 use rayon::prelude::*;
 
+use super::rays::Rays;
 use crate::mesh::surface::Surface;
 
 /// Rays of a place; fewer where there are many places.
@@ -71,61 +66,27 @@ fn of_object(
     places: &[(u32, Vec3)],
     rays: usize,
 ) -> Vec<u8> {
-    let corner = |vertex: u32| Vec3A::from(surface.positions[vertex as usize]);
-    let triangles: Vec<Triangle> = surface.corners[first..end]
-        .iter()
-        .map(|&[a, b, c]| triangle::Triangle {
-            v0: corner(a),
-            v1: corner(b),
-            v2: corner(c),
-        })
-        .collect();
-    let (low, high) = triangles
-        .iter()
-        .flat_map(|t| [t.v0, t.v1, t.v2])
-        .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
-    let radius = 0.5 * (high - low).length();
-    if !(radius > 0.0 && radius.is_finite()) {
+    let Some(object) = Rays::new(&surface.positions, &surface.corners[first..end]) else {
         return vec![255; places.len()];
-    }
-    let tree = build_bvh2_from_tris(
-        &triangles,
-        BvhBuildParams::fast_build(),
-        &mut Duration::default(),
-    );
+    };
+    let reach = REACH * object.radius;
     let fan = fan(rays);
     places
         .par_iter()
         .map(|&(vertex, normal)| {
             let normal = Vec3A::from(normal);
-            let from = corner(vertex) + OFF * radius * normal;
+            let corner = Vec3A::from(surface.positions[vertex as usize]);
+            let from = corner + OFF * object.radius * normal;
             let (side, other) = normal.any_orthonormal_pair();
+            // 1 by what is close, 0 by what is as far as `reach`, or by nothing.
             let hidden: f32 = fan
                 .iter()
                 .map(|ray| ray.x * side + ray.y * other + ray.z * normal)
-                .map(|direction| hidden_along(&tree, &triangles, from, direction, REACH * radius))
+                .map(|direction| 1.0 - object.free(from, direction, 0.0, reach) / reach)
                 .sum();
             (255.0 * (1.0 - hidden / rays as f32)).round() as u8
         })
         .collect()
-}
-
-/// How much a ray is hidden: 1 by what is close, 0 by what is as far as `reach`, or by nothing.
-fn hidden_along(
-    tree: &Bvh2,
-    triangles: &[Triangle],
-    from: Vec3A,
-    direction: Vec3A,
-    reach: f32,
-) -> f32 {
-    let mut nearest = reach;
-    tree.ray_traverse_anyhit(Ray::new(from, direction, 0.0, reach), |ray, place| {
-        let hit = triangles[tree.primitive_indices[place] as usize].intersect(ray);
-        nearest = nearest.min(hit);
-    });
-    1.0 - nearest / reach
 }
 
 /// Directions about +Z, each with the weight of its cosine: Malley's method on the points of a sunflower (Vogel 1979).

@@ -4,10 +4,12 @@
 use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec3, Vec4};
 
+use super::backs;
 use super::charts;
 use super::hues::object_light;
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 use super::occlusion::openness;
+use crate::mesh::surface::Surface;
 use crate::sim::Setup;
 
 /// What a [`Renderer`](super::Renderer) puts on the device.
@@ -23,7 +25,7 @@ pub struct Prepared {
     pub(super) texels: Vec<u32>,
     /// The colour and the seams of each triangle.
     pub(super) charts: Vec<u32>,
-    /// Round the objects, lowest and highest corners in object space, if all of them are closed.
+    /// Round the objects, lowest and highest corners in object space, if from outside nobody sees one from behind.
     pub(super) boxes: Option<Vec<[Vec3; 2]>>,
 }
 
@@ -46,9 +48,15 @@ impl Prepared {
                 .collect(),
             texels: charts::texel_words(surface, atlas, &chart_colors),
             charts: charts::triangle_words(surface, atlas, &chart_colors),
-            boxes: objects
-                .map(|i| surface.is_closed(i).then(|| surface.bounds(i)))
-                .collect(),
+            boxes: objects.map(|i| box_of_solid(surface, i)).collect(),
         }
     }
+}
+
+/// The box round an object, unless triangles of it are seen from behind by an eye outside.
+fn box_of_solid(surface: &Surface, object: usize) -> Option<[Vec3; 2]> {
+    let (first, end) = surface.objects[object].triangles;
+    let corners = &surface.corners[first as usize..end as usize];
+    let is_solid = surface.is_closed(object) && !backs::are_seen(&surface.positions, corners);
+    is_solid.then(|| surface.bounds(object))
 }

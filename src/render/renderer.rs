@@ -139,7 +139,7 @@ pub struct Renderer {
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
-    /// Round the objects, if all of them are closed.
+    /// Round the objects, if from outside nobody sees one from behind.
     boxes: Option<Vec<[Vec3; 2]>>,
 }
 
@@ -328,8 +328,9 @@ impl Renderer {
             state,
             view,
             size,
-            fronts_only: (self.boxes.as_ref())
-                .is_some_and(|boxes| sides::is_outside(&view.camera, boxes, &state.poses_recorded)),
+            fronts_only: (self.boxes.as_ref()).is_some_and(|boxes| {
+                sides::is_outside(&view.camera, size, boxes, &state.poses_recorded)
+            }),
         };
         rec.pass_rows("draw", &targets, rows, |pass| match view.show {
             Show::Atlas => self.draw_atlas(pass, &shot),

@@ -119,7 +119,7 @@ pub struct Roles {
     particles: bool,
 }
 
-/// Buffers of the kernels that take distances, seen through texel buffers.
+/// Buffers of the kernels that take distances, and of pictures, seen through texel buffers.
 pub struct DistanceViews {
     /// One by one.
     pub distances: Texels<f32>,

@@ -47,7 +47,7 @@ pub(super) struct Metric {
     pub normals: Vec<DVec3>,
     /// Surface area of everything.
     pub total: f64,
-    /// Whether a triangle is of a connected part of few.
+    /// Whether a triangle is of a connected part of few triangles; none is before [`super::flat_charts`] says so.
     pub is_coarse: Vec<bool>,
 }
 

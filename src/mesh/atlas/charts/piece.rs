@@ -285,8 +285,8 @@ fn roundness(perimeter: f64, area: f64) -> f64 {
 
 /// Parts of a border that its perimeter is taken of, at the most.
 const BORDER_PARTS: usize = 64;
-/// On coarse parts of the surface: so few that each has a tooth to take the mean of, and no fewer than show a shape. Pieces of fine
-/// ones are judged more strictly while they are small, and grow into fewer charts so.
+/// On coarse parts of the surface so few that each has a tooth to take the mean of, and no fewer than show a shape. Fine
+/// parts keep the stricter measure: without it, a capsule falls into 73 charts instead of 12.
 const EDGES_A_PART: f64 = 2.5;
 const FEWEST_PARTS: usize = 12;
 
