@@ -35,6 +35,7 @@ layout(location = 5) flat in uint triangle;
 layout(location = 6) in float open_share;
 
 #include "taps.glsl"
+#include "triangle_texel.glsl"
 
 layout(location = 0) out vec4 color;
 

@@ -36,9 +36,11 @@ layout(location = 6) in float open_share;
 layout(location = 7) flat in uint chart;
 
 #include "taps.glsl"
+#include "triangle_texel.glsl"
 #define VERTICES_IN_TEXELS
 #include "frame.glsl"
 #include "placed.glsl"
+#include "lit.glsl"
 
 layout(location = 0) out vec4 color;
 
@@ -99,16 +101,6 @@ vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
     return normalize(n - steepest / max(1.0, steepness / 1.6));
 }
 
-// The share of the sky that is left beside the nearest other object.
-float open_beside_others() {
-    if (params.reach == 0.0) return 1.0;
-    Taps taps = taps_at(texel_at(uv));
-    vec4 there = vec4(
-        texelFetch(distances, int(taps.texels.x)).x, texelFetch(distances, int(taps.texels.y)).x,
-        texelFetch(distances, int(taps.texels.z)).x, texelFetch(distances, int(taps.texels.w)).x);
-    return open_at(between(there, taps.weight), params.reach);
-}
-
 void main() {
     // Where a pixel covers several texels it takes four taps on a rotated grid, so that fine trails do not sparkle.
     vec2 uv_x = dFdx(uv);
@@ -135,16 +127,7 @@ void main() {
         }
         bare = mix(bare, chart_light(), params.chart_share);
     }
-    n = gl_FrontFacing ? n : -n;
-    vec3 to_eye = normalize(params.eye - position);
-    float brightness = params.trail_share * tone(value, brightest[0]);
-    vec3 trail_color = color_of(brightness);
-    vec3 matte = bare * (1.0 - brightness) + trail_color;
     float open = open_share;
-    if (OTHERS) open *= open_beside_others();
-    open = 1.0 - params.occlusion * (1.0 - open);
-    vec3 light = params.lamp * (matte * diffuse_light(n, params.key_direction, open)
-            + open * specular_light(n, to_eye, params.key_direction))
-        + params.glow * trail_color;
-    color = vec4(dithered(light, gl_FragCoord.xy), 1.0);
+    if (OTHERS) open *= open_beside_others(texel_at(uv));
+    color = lit(value, bare, n, open);
 }

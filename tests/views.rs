@@ -8,10 +8,11 @@ use image::{Rgba, RgbaImage};
 use myxo::render::exposure::Exposure;
 use myxo::render::hues::object_light;
 use myxo::render::view::Light;
-use myxo::render::{Offscreen, Renderer, View, offscreen, pick};
+use myxo::render::{Offscreen, Quality, Renderer, View, offscreen, pick};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Settings, Show};
 use myxo::sim::Simulation;
+use myxo::sim::paint::{Brush, Dab};
 
 const SIZE: [u32; 2] = [160, 120];
 
@@ -367,6 +368,68 @@ fn backs_that_are_hidden_are_not_missed_and_walls_are_there() {
             assert!(filled > all / 50, "{what}: {filled}");
             assert_eq!(filled == all, is_inside, "{what}: {filled} of {all}");
         }
+    }
+    gpu.finish();
+}
+
+/// With one sample a pixel, surfaces with neither relief nor charts are drawn from vertices that triangles share: the same
+/// picture as from corners, which a trace of charts' colours asks for, and nearly that of several samples.
+#[test]
+fn shared_vertices_show_what_corners_do() {
+    let Some(gpu) = gpu() else { return };
+    let objects = [
+        ("torus?major=48&minor=24", [0.0; 3]),
+        // Three faces meet at a corner, and each has a normal of its own.
+        ("cube?divisions=4", [0.9, 0.0, 0.0]),
+    ];
+    let scene = scene_of_several(&objects, |settings| {
+        settings.atlas.size = 256;
+        settings.particles.count = 1;
+    });
+    let mut stage = Stage::new(&gpu, scene);
+    stage.view.light = Light {
+        azimuth: 60.0,
+        elevation: 30.0,
+    };
+    let trail = stage.texels(|place| 0.5 + 0.5 * (9.0 * place.x).sin() * (9.0 * place.y).cos());
+    let state = stage.simulation.state();
+    gpu.ctx.upload(&state.trail.front, &trail).unwrap();
+    // Fills the gutters.
+    stage.step();
+    for is_painted in [false, true] {
+        if is_painted {
+            let dab = Dab {
+                brush: Brush::Attract { amount: 500.0 },
+                center: stage.hit(95, 60).unwrap().position,
+                radius: 0.8,
+                eye: None,
+                number: 0,
+            };
+            gpu.run(|rec| drop(stage.simulation.paint(rec, &dab).unwrap()));
+        }
+        let mut picture = |quality, charts| {
+            stage.canvas = Offscreen::with_quality(&gpu.ctx, SIZE, quality).unwrap();
+            stage.view.charts = charts;
+            stage.picture(Show::Surface)
+        };
+        let shared = picture(Quality::Quick, 0.0);
+        for (other, most_mean, most_far) in [
+            (picture(Quality::Quick, 1.0e-9), 0.4, 0.002),
+            (picture(Quality::Smooth, 0.0), 2.5, 0.03),
+        ] {
+            let off = (shared.pixels().zip(other.pixels()))
+                .map(|(a, b)| (rgb(a) - rgb(b)).abs().max_element());
+            let off: Vec<f32> = off.collect();
+            let mean_off = off.iter().sum::<f32>() / off.len() as f32;
+            let far = off.iter().filter(|&&off| off > 20.0).count() as f32 / off.len() as f32;
+            println!("painted {is_painted}: off by {mean_off} on average, {far} of the pixels far");
+            assert!(mean_off < most_mean && far < most_far, "{mean_off}, {far}");
+        }
+        let greenish = |pixel: &&Rgba<u8>| pixel[1] > pixel[0].saturating_add(25);
+        let green = shared.pixels().filter(greenish).count();
+        assert_eq!(green > 300, is_painted, "{green}");
+        let lit = shared.pixels().filter(|pixel| rgb(pixel).x > 100.0).count();
+        assert!(lit > 1000, "{lit}");
     }
     gpu.finish();
 }

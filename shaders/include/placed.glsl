@@ -5,15 +5,11 @@
 #define MYXO_PLACED
 
 #include "types.glsl"
+#include "pose_table.glsl"
 
 Vertex vertex_of(uint corner) {
     uvec4 words = texelFetch(vertices, int(texelFetch(corners, int(corner)).x));
     return Vertex(uintBitsToFloat(words.xyz), words.w);
-}
-
-Pose pose_of(uint object) {
-    int first = int(3u * object);
-    return Pose(texelFetch(poses, first), texelFetch(poses, first + 1), texelFetch(poses, first + 2));
 }
 
 #endif

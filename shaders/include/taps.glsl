@@ -1,5 +1,5 @@
 // taps: where in the atlas a pixel of a triangle reads, and what lies between four texels.
-// The includer has the varyings `atlas_origin` and `atlas_axes`, and `params` with `size` and `pitch`.
+// The includer has `params` with `size` and `pitch`.
 
 #ifndef MYXO_TAPS
 #define MYXO_TAPS
@@ -28,14 +28,6 @@ vec2 growth(vec4 values, vec2 weight) {
     return vec2(
         mix(values.y - values.x, values.w - values.z, weight.y),
         mix(values.z - values.x, values.w - values.y, weight.x));
-}
-
-// A texel position for uv that may lie a little outside of the triangle: taps stay inside, because beyond the gutter
-// begins another triangle.
-vec2 texel_at(vec2 inside) {
-    inside = max(inside, vec2(0.0));
-    inside /= max(inside.x + inside.y, 1.0);
-    return atlas_origin + inside.x * atlas_axes.xy + inside.y * atlas_axes.zw;
 }
 
 #endif

@@ -20,6 +20,8 @@ pub enum Access {
     Indirect,
     /// Vertex and fragment shaders.
     Vertex,
+    /// The indices of an indexed draw.
+    Index,
     /// The host reads mapped memory.
     Readback,
 }
@@ -34,6 +36,7 @@ impl Access {
             Access::Vertex => {
                 vk::PipelineStageFlags::VERTEX_SHADER | vk::PipelineStageFlags::FRAGMENT_SHADER
             }
+            Access::Index => vk::PipelineStageFlags::VERTEX_INPUT,
         }
     }
 
@@ -43,7 +46,7 @@ impl Access {
             Access::Upload => vk::AccessFlags::HOST_WRITE,
             Access::Copy => vk::AccessFlags::TRANSFER_WRITE,
             Access::Kernel | Access::Vertex => vk::AccessFlags::SHADER_WRITE,
-            Access::Indirect | Access::Readback => vk::AccessFlags::empty(),
+            Access::Indirect | Access::Index | Access::Readback => vk::AccessFlags::empty(),
         }
     }
 
@@ -56,6 +59,7 @@ impl Access {
                 vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE
             }
             Access::Indirect => vk::AccessFlags::INDIRECT_COMMAND_READ,
+            Access::Index => vk::AccessFlags::INDEX_READ,
             Access::Readback => vk::AccessFlags::HOST_READ,
         }
     }

@@ -66,6 +66,7 @@ pub use kernel::{
     Params, Pipeline, Resource, Threads,
 };
 pub use pass::{PassRecorder, Targets};
+pub(crate) use raster::check_indices;
 pub use raster::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
 pub use readback::{Readback, ReadbackImage};
 pub use recorder::{Commands, Recorder};

@@ -9,6 +9,7 @@ use std::sync::atomic::Ordering;
 use ash::vk;
 
 use super::access::Access;
+use super::buffer::{AnyBuffer, Buffer};
 use super::image::{Format, Image, ImageState};
 use super::kernel::Draw;
 use super::raster::{DepthTest, RasterPipeline, no_rendering};
@@ -290,6 +291,56 @@ impl PassRecorder<'_> {
         args: D::Args<'_>,
         params: D::Params,
     ) {
+        if vertices == 0 || instances == 0 {
+            return;
+        }
+        self.draw_by(pipeline, &args, &params, |rec| {
+            // SAFETY: `draw_by` has bound pipeline, descriptors and constants for one layout.
+            unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
+        });
+    }
+
+    /// Draws a vertex for each index, which is its `gl_VertexIndex`; devices may do the work of equal ones once.
+    ///
+    /// # Panics
+    /// As [`PassRecorder::draw`]; if the indices belong to another context.
+    pub fn draw_indexed<D: Draw>(
+        &mut self,
+        pipeline: &RasterPipeline<D>,
+        indices: &Buffer<u32>,
+        args: D::Args<'_>,
+        params: D::Params,
+    ) {
+        if indices.is_empty() {
+            return;
+        }
+        let core = indices.core();
+        assert!(
+            Arc::ptr_eq(core.ctx(), self.rec.ctx()),
+            "`{}` belongs to another context",
+            core.name()
+        );
+        if !self.skips {
+            core.touch(self.rec.ticket, D::NAME, Access::Index, true, false);
+        }
+        let count = indices.len() as u32;
+        self.draw_by(pipeline, &args, &params, |rec| {
+            let (device, raw) = (rec.device(), rec.raw());
+            // SAFETY: as in `draw`; the indices lie in the buffer, which was made for that.
+            unsafe {
+                device.cmd_bind_index_buffer(raw, core.raw(), 0, vk::IndexType::UINT32);
+                device.cmd_draw_indexed(raw, count, 1, 0, 0, 0);
+            }
+        });
+    }
+
+    fn draw_by<D: Draw>(
+        &mut self,
+        pipeline: &RasterPipeline<D>,
+        args: &D::Args<'_>,
+        params: &D::Params,
+        draw: impl FnOnce(&Recorder),
+    ) {
         let options = pipeline.options();
         assert!(
             options.color == self.format
@@ -304,20 +355,16 @@ impl PassRecorder<'_> {
             self.samples,
             self.depth
         );
-        if vertices == 0 || instances == 0 || self.skips {
+        if self.skips {
             return;
         }
         self.rec.bind::<D>(
             &pipeline.core,
             vk::PipelineBindPoint::GRAPHICS,
             Access::Vertex,
-            &args,
-            &params,
+            args,
+            params,
         );
-        let draw = |rec: &Recorder| {
-            // SAFETY: pipeline, descriptors and constants were bound for this layout above.
-            unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
-        };
         if self.times_draws {
             self.rec.work(D::NAME, SpanKind::Draw, draw);
         } else {

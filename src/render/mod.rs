@@ -16,6 +16,7 @@ pub mod pick;
 mod prepared;
 mod rays;
 pub mod renderer;
+mod shared_vertices;
 pub mod view;
 
 pub use camera::Camera;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use image::RgbaImage;
 
 use super::colormap::{linear_from_srgb, srgb_from_linear};
-use super::renderer::Canvas;
+use super::renderer::{Canvas, Quality};
 use crate::gpu::{Access, Buffer, Context, Domain, Format, GpuError, Recorder};
 
 /// The format of offscreen pictures: red first, as files have it, and sRGB.
@@ -33,12 +33,24 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// A canvas of `size` pixels, each side at least 1.
+    /// A canvas of `size` pixels, each side at least 1, for smooth pictures.
     ///
     /// # Errors
     /// When the device has no images of that size, or no memory for them.
     pub fn new(ctx: &Arc<Context>, size: [u32; 2]) -> Result<Self, GpuError> {
-        let canvas = Canvas::new(ctx, size, FORMAT)?;
+        Self::with_quality(ctx, size, Quality::Smooth)
+    }
+
+    /// The same, at the price that `quality` says.
+    ///
+    /// # Errors
+    /// As for [`Offscreen::new`].
+    pub fn with_quality(
+        ctx: &Arc<Context>,
+        size: [u32; 2],
+        quality: Quality,
+    ) -> Result<Self, GpuError> {
+        let canvas = Canvas::with_quality(ctx, size, FORMAT, quality)?;
         let pixel_count = size[0] as usize * size[1] as usize;
         let pixels = Buffer::new(ctx, "picture.pixels", pixel_count, Domain::Readback)?;
         Ok(Self { canvas, pixels })

@@ -9,12 +9,17 @@ use super::charts;
 use super::hues::object_light;
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 use super::occlusion::openness;
+use super::shared_vertices::{Corners, SharedVertex, share};
 use crate::mesh::surface::Surface;
 use crate::sim::Setup;
 
 /// What a [`Renderer`](super::Renderer) puts on the device.
 #[derive(Clone, Debug)]
 pub struct Prepared {
+    /// Corners of triangles that look alike are one of these.
+    pub(super) shared_vertices: Vec<SharedVertex>,
+    /// Which of them each corner of each triangle is.
+    pub(super) indices: Vec<u32>,
     /// Packed, one for each corner of each triangle.
     pub(super) normals: Vec<u32>,
     /// How much of the sky each corner sees, four to a word.
@@ -36,11 +41,21 @@ impl Prepared {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
         let normals = corner_normals(surface, CREASE_ANGLE);
         let mut openness = openness(surface, &normals);
+        let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
+        let (shared_vertices, indices) = share(&Corners {
+            vertex_of: &setup.corners,
+            vertices: &setup.vertices,
+            maps: &atlas.maps,
+            normals: &normals,
+            openness: &openness,
+        });
         openness.resize(openness.len().next_multiple_of(4), u8::MAX);
         let objects = 0..setup.poses.len();
         let chart_colors = charts::chart_colors(surface, atlas);
         Self {
-            normals: normals.into_iter().map(pack_normal).collect(),
+            shared_vertices,
+            indices,
+            normals,
             openness: pod_collect_to_vec::<u8, u32>(&openness),
             object_colors: objects
                 .clone()

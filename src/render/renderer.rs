@@ -7,6 +7,7 @@ mod fields;
 mod foods;
 mod painted;
 mod sides;
+mod surface;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,12 +23,13 @@ use super::view::View;
 use crate::gpu::{
     Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
     Pipeline, RasterOptions, RasterPipeline, Recorder, Targets, Texels, Threads, Topology,
+    check_indices,
 };
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
     BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesArgs,
-    ParticlesDraw, ParticlesParams, SurfaceArgs, SurfaceConstants, SurfaceDraw, SurfaceParams,
+    ParticlesDraw, ParticlesParams, PlainSurfaceConstants, SurfaceConstants, SurfaceDraw,
 };
 use crate::sim::kernels::{
     Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
@@ -36,24 +38,17 @@ use crate::sim::kernels::{
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
 use sides::Sides;
+use surface::PlainSurface;
 
-/// Light that the trail sends out itself, as a share of its colour.
-const GLOW: f32 = 0.34;
-/// The same where the trail is the only light, and what is left of the others then.
-const GLOW_ALONE: f32 = 1.25;
-const LAMP_BESIDE_GLOW: f32 = 0.10;
+/// What is left of the background's light where the trail is the only light.
 const DARK_BESIDE_GLOW: f32 = 0.25;
-/// How high the brightest trail stands as a relief, scene radii.
-const RELIEF: f32 = 0.03;
-/// What the trail sends out itself there: shadows on it must be seen.
-const GLOW_OF_RELIEF: f32 = 0.05;
 
 /// The pipelines for canvases with one number of samples.
 struct Pipelines {
     samples: u32,
     surface: Sides<SurfaceDraw>,
     /// The same with neither relief nor charts.
-    plain_surface: Sides<SurfaceDraw>,
+    plain_surface: PlainSurface,
     fields: Sides<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
     /// The same where hues that lie over each other must not become white.
@@ -94,12 +89,22 @@ impl Pipelines {
             };
             Sides::new(ctx, &constants, options)
         };
+        let plain_surface = match samples {
+            1 => {
+                let constants = PlainSurfaceConstants {
+                    texels_in_quads,
+                    others,
+                };
+                PlainSurface::OfShared(Sides::new(ctx, &constants, options)?)
+            }
+            _ => PlainSurface::OfCorners(surface(false)?),
+        };
         Ok(Self {
             painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
             foods: foods::pipeline(ctx, format, samples)?,
             samples,
             surface: surface(true)?,
-            plain_surface: surface(false)?,
+            plain_surface,
             fields: Sides::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
             headings: RasterPipeline::new(
@@ -122,6 +127,10 @@ pub struct Renderer {
     pipelines: Vec<Pipelines>,
     trail_histogram: Pipeline<TrailHistogram>,
     expose: Pipeline<Expose>,
+    /// Two texels a vertex.
+    shared_vertices: Texels<u32>,
+    /// Which of them each corner of each triangle is.
+    indices: Buffer<u32>,
     /// Packed, one for each corner of each triangle.
     normals: Buffer<u32>,
     /// How much of the sky each corner sees, four to a word.
@@ -196,6 +205,8 @@ impl Renderer {
             .into_iter()
             .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads, others));
         let Prepared {
+            shared_vertices,
+            indices,
             normals,
             openness,
             object_colors,
@@ -204,7 +215,12 @@ impl Renderer {
             boxes,
         } = prepared;
         let atlas = &setup.atlas;
+        check_indices(ctx, shared_vertices.len())?;
+        let shared_vertices =
+            Buffer::from_slice_in(ctx, "shared_vertices", shared_vertices, Domain::Texels)?;
         Ok(Self {
+            shared_vertices: Texels::new(&shared_vertices, 4)?,
+            indices: Buffer::from_slice_in(ctx, "indices", indices, Domain::Texels)?,
             pipelines: pipelines.collect::<Result<_, _>>()?,
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
             expose: Pipeline::new(ctx, &())?,
@@ -421,65 +437,6 @@ impl Renderer {
             }
         }
         self.is_first = false;
-    }
-
-    fn draw_surface(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
-        let Shot {
-            state, view, size, ..
-        } = *shot;
-        let camera = &view.camera;
-        let (trail_share, chart_share) = match view.show {
-            // Points stand out from what is bare.
-            Show::Particles | Show::Headings => (0.0, view.charts_under_trail()),
-            Show::Charts => (0.0, 1.0),
-            _ => (view.trail_over_charts(), view.charts_under_trail()),
-        };
-        let (lamp, glow) = match view.show {
-            Show::Glow => (LAMP_BESIDE_GLOW, GLOW_ALONE),
-            Show::Relief => (1.0, GLOW_OF_RELIEF),
-            _ => (1.0, GLOW),
-        };
-        let relief = match view.show {
-            Show::Relief => RELIEF * self.shape.radius,
-            _ => 0.0,
-        };
-        let surface = if relief > 0.0 || chart_share > 0.0 {
-            &shot.pipelines.surface
-        } else {
-            &shot.pipelines.plain_surface
-        };
-        pass.draw(
-            surface.of(shot.fronts_only),
-            self.shape.corner_count,
-            1,
-            SurfaceArgs {
-                corners: &state.distance_views.corners,
-                vertices: &state.distance_views.vertices,
-                normals: &self.normals,
-                openness: &self.openness,
-                strips: &state.strips,
-                poses: &state.poses_view,
-                trail: &state.trail.front_views.texels,
-                colors: &self.colors,
-                brightest: &self.brightest,
-                charts: &self.charts,
-                distances: &state.distance_views.distances,
-            },
-            SurfaceParams {
-                clip_from_world: camera.clip_from_world(size),
-                eye: camera.eye(),
-                trail_share,
-                key_direction: view.light.direction(camera),
-                glow,
-                size: self.shape.size,
-                pitch: self.shape.pitch,
-                chart_share,
-                relief,
-                lamp,
-                occlusion: view.occlusion,
-                reach: state.reach,
-            },
-        );
     }
 
     /// After the surface, because then it fills only the pixels that nothing covers.

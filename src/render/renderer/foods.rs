@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{LAMP_BESIDE_GLOW, Renderer, Shot};
+use super::surface::LAMP_BESIDE_GLOW;
+use super::{Renderer, Shot};
 use crate::gpu::{Context, Format, GpuError, PassRecorder, RasterOptions, RasterPipeline};
 use crate::scene::settings::Show;
 use crate::sim::draws::{FoodsArgs, FoodsDraw, FoodsParams};

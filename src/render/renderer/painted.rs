@@ -33,14 +33,11 @@ impl Renderer {
             return;
         };
         let state = shot.state;
-        pass.draw(
+        pass.draw_indexed(
             &shot.pipelines.painted,
-            self.shape.corner_count,
-            1,
+            &self.indices,
             PaintedArgs {
-                corners: &state.distance_views.corners,
-                vertices: &state.distance_views.vertices,
-                strips: &state.strips,
+                shared_vertices: &self.shared_vertices,
                 poses: &state.poses_view,
                 bias: &bias.views.texels,
             },

@@ -1,0 +1,19 @@
+// plain_surface: what the two stages of `plain_surface` share.
+
+#ifndef MYXO_PLAIN_SURFACE
+#define MYXO_PLAIN_SURFACE
+
+layout(push_constant) uniform Params {
+    mat4 clip_from_world;
+    vec3 eye;            // world space
+    float trail_share;   // how much of the trail is shown, 0 to 1
+    vec3 key_direction;  // unit vector towards the key light, world space
+    float glow;          // light that the trail sends out itself, as a share of its colour
+    uint size;           // side of the atlas, texels
+    uint pitch;          // texels from one row of the atlas to the next
+    float lamp;          // the share of all light from outside
+    float occlusion;     // how much darker places are that see little of the sky, 0 to 1
+    float reach;         // how far distances to other objects are told, world units; 0 where there are none
+} params;
+
+#endif

@@ -1,0 +1,21 @@
+// shared_vertex: corners of triangles that look alike, joined to one vertex. src/render/shared_vertices.rs finds them.
+// The includer declares `shared_vertices` first: a texel buffer of two texels of four words a vertex.
+
+#ifndef MYXO_SHARED_VERTEX
+#define MYXO_SHARED_VERTEX
+
+struct SharedVertex {
+    vec3 position;  // object space
+    uint object;
+    vec2 texel;     // position in the atlas
+    uint normal;    // packed, object space
+    float openness; // share of the sky that it sees
+};
+
+SharedVertex shared_vertex(uint i) {
+    uvec4 place = texelFetch(shared_vertices, int(2u * i));
+    uvec4 look = texelFetch(shared_vertices, int(2u * i + 1u));
+    return SharedVertex(uintBitsToFloat(place.xyz), place.w, uintBitsToFloat(look.xy), look.z, uintBitsToFloat(look.w));
+}
+
+#endif

@@ -1,0 +1,72 @@
+// plain_surface: lights a triangle and lays the trail on it.
+// Reads   trail (four texels by hand: a texel buffer has no sampler), clearance, colors, exposure, distances.
+// Writes  the pixel, in linear light; the image's format encodes sRGB.
+// One invocation per pixel and triangle, with one sample a pixel: with several, a pixel's place may lie beside the triangle,
+// and beside its chart. All pixels go one way: CPU drivers take both of a branch.
+// Overflow: cannot happen; texel coordinates are clamped to the atlas.
+#version 460
+#include "types.glsl"
+#include "shading.glsl"
+#include "plain_surface.glsl"
+#include "surroundings.glsl"
+
+layout(set = 0, binding = 2) uniform samplerBuffer trail;
+layout(set = 0, binding = 3) readonly buffer Colors { vec4 colors[]; };
+layout(set = 0, binding = 4) readonly buffer Exposure { float brightest[]; };
+layout(set = 0, binding = 5) uniform samplerBuffer distances;
+// Four texels a word: how many half texels far straight lines stay on the surface around.
+layout(set = 0, binding = 6) uniform usamplerBuffer clearance;
+
+// What one view of single texels does not hold is read four texels at once.
+layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
+// May there be other objects?
+layout(constant_id = 1) const bool OTHERS = true;
+
+#include "colormap.glsl"
+#include "texels.glsl"
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec2 texel;
+layout(location = 3) in float open_share;
+
+layout(location = 0) out vec4 color;
+
+#include "taps.glsl"
+#include "lit.glsl"
+
+// Where a pixel covers more, its four places would miss most of it, and another four the next time.
+const float MOST_APART = 4.0;
+
+float trail_at(vec2 at) {
+    Taps taps = taps_at(at);
+    vec4 values = vec4(
+        texel_of(trail, taps.texels.x), texel_of(trail, taps.texels.y),
+        texel_of(trail, taps.texels.z), texel_of(trail, taps.texels.w));
+    return between(values, taps.weight);
+}
+
+// How far from a place the texture shows the surface around it, texels.
+float clear_around(vec2 at) {
+    uvec2 here = uvec2(clamp(at, vec2(0.0), vec2(float(params.size) - 1.0)));
+    uint i = here.y * params.pitch + here.x;
+    return CLEARANCE_UNIT * float(texelFetch(clearance, int(i >> 2u)).x >> (8u * (i & 3u)) & CLEARANCE);
+}
+
+void main() {
+    // Four places of the pixel on a rotated grid, so that fine trails do not sparkle; nearer to the middle where beside
+    // the chart another begins.
+    vec2 across = dFdx(texel);
+    vec2 down = dFdy(texel);
+    vec2 steep = 0.125 * across + 0.375 * down;
+    vec2 flat_way = 0.375 * across - 0.125 * down;
+    float farthest = sqrt(max(dot(steep, steep), dot(flat_way, flat_way)));
+    float kept = min(1.0, min(clear_around(texel), MOST_APART) / max(farthest, 1e-9));
+    steep *= kept;
+    flat_way *= kept;
+    float value = 0.25 * (trail_at(texel + steep) + trail_at(texel - steep)
+        + trail_at(texel + flat_way) + trail_at(texel - flat_way));
+    float open = open_share;
+    if (OTHERS) open *= open_beside_others(texel);
+    color = lit(value, BARE, normalize(normal), open);
+}

@@ -1,0 +1,159 @@
+//! Vertices for pictures: corners of triangles that look alike are one, so that a device shades it once.
+//!
+//! Round a vertex of the mesh, corners differ where a crease breaks the normal and where the texture is cut.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+use crate::mesh::surface::{AtlasMap, NONE};
+use crate::sim::types::Vertex;
+
+/// Corners whose places in the atlas are nearer than this are at one place, in texels. Each triangle has rounded its own.
+const SAME_TEXEL: f32 = 1.0 / 32.0;
+/// Vertices that are looked through for one that is alike. Where so many differ round one place, one more costs nothing.
+const MOST_LOOKS: usize = 16;
+
+/// Two texels of four words: `shaders/include/shared_vertex.glsl` reads them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct SharedVertex {
+    /// Object space.
+    pub position: Vec3,
+    pub object: u32,
+    /// Position in the atlas.
+    pub texel: Vec2,
+    /// Packed, object space.
+    pub normal: u32,
+    /// The share of the sky that it sees.
+    pub openness: f32,
+}
+
+impl SharedVertex {
+    fn is_like(&self, other: &Self) -> bool {
+        self.normal == other.normal
+            && self.openness == other.openness
+            && (self.texel - other.texel).abs().max_element() < SAME_TEXEL
+    }
+}
+
+/// What corners are joined by.
+pub(super) struct Corners<'a> {
+    /// The vertex of each, three a triangle.
+    pub vertex_of: &'a [u32],
+    pub vertices: &'a [Vertex],
+    /// One a triangle.
+    pub maps: &'a [AtlasMap],
+    /// Packed, one a corner.
+    pub normals: &'a [u32],
+    /// One a corner.
+    pub openness: &'a [u8],
+}
+
+/// The vertices, in the order in which triangles come to them, and which of them each corner is.
+pub(super) fn share(corners: &Corners<'_>) -> (Vec<SharedVertex>, Vec<u32>) {
+    let mut shared: Vec<SharedVertex> = Vec::with_capacity(corners.vertices.len());
+    // Of each vertex of the mesh the last one that came from it, and of each of those the one before.
+    let mut last = vec![NONE; corners.vertices.len()];
+    let mut before: Vec<u32> = Vec::with_capacity(corners.vertices.len());
+    let join = |(corner, &vertex): (usize, &u32)| {
+        let Vertex { position, object } = corners.vertices[vertex as usize];
+        let AtlasMap { origin, du, dv } = corners.maps[corner / 3];
+        let mine = SharedVertex {
+            position,
+            object,
+            texel: origin + [Vec2::ZERO, du, dv][corner % 3],
+            normal: corners.normals[corner],
+            openness: f32::from(corners.openness[corner]) / 255.0,
+        };
+        let known = std::iter::successors(Some(last[vertex as usize]), |&i| {
+            before.get(i as usize).copied()
+        });
+        let known = known.take_while(|&i| i != NONE).take(MOST_LOOKS);
+        let alike = { known }.find(|&i| shared[i as usize].is_like(&mine));
+        alike.unwrap_or_else(|| {
+            let new = shared.len() as u32;
+            shared.push(mine);
+            before.push(std::mem::replace(&mut last[vertex as usize], new));
+            new
+        })
+    };
+    let indices = corners.vertex_of.iter().enumerate().map(join).collect();
+    (shared, indices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
+    use crate::mesh::suite::builtin;
+    use crate::render::normals::{CREASE_ANGLE, corner_normals, pack_normal};
+
+    fn shared(mesh: &str, method: AtlasMethod) -> (usize, Vec<SharedVertex>) {
+        let surface = builtin(mesh);
+        let options = AtlasOptions {
+            method,
+            ..AtlasOptions::new(512)
+        };
+        let atlas = Atlas::build(&surface, &options).unwrap();
+        let normals = corner_normals(&surface, CREASE_ANGLE);
+        let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
+        let vertices: Vec<Vertex> = (surface.positions.iter())
+            .map(|&position| Vertex {
+                position,
+                object: 3,
+            })
+            .collect();
+        let vertex_of = surface.corners.as_flattened();
+        // Those of a vertex see as much, but for one corner.
+        let mut openness: Vec<u8> = vertex_of.iter().map(|v| (v % 200) as u8).collect();
+        openness[4] = 255;
+        let (shared, indices) = share(&Corners {
+            vertex_of,
+            vertices: &vertices,
+            maps: &atlas.maps,
+            normals: &normals,
+            openness: &openness,
+        });
+        // Each corner finds what it had.
+        assert_eq!(indices.len(), vertex_of.len());
+        for (corner, &index) in indices.iter().enumerate() {
+            let found = shared[index as usize];
+            let AtlasMap { origin, du, dv } = atlas.maps[corner / 3];
+            let texel = origin + [Vec2::ZERO, du, dv][corner % 3];
+            assert_eq!(
+                found.position,
+                surface.positions[vertex_of[corner] as usize]
+            );
+            assert_eq!(found.object, 3);
+            assert_eq!(found.normal, normals[corner]);
+            assert_eq!(found.openness, f32::from(openness[corner]) / 255.0);
+            assert!(
+                found.texel.distance(texel) < 0.05,
+                "{corner}: {} {texel}",
+                found.texel
+            );
+        }
+        (surface.corners.len(), shared)
+    }
+
+    #[test]
+    fn corners_that_look_alike_are_one_vertex() {
+        // Closed and smooth: half as many vertices as triangles, and those of the cuts once more; one corner sees more.
+        let (triangles, torus) = shared("torus", AtlasMethod::Charts);
+        assert!(
+            (triangles / 2 + 1..triangles * 6 / 10).contains(&torus.len()),
+            "{triangles} {}",
+            torus.len()
+        );
+        // Three faces of another normal meet at each corner of a cube.
+        let (triangles, cube) = shared("cube", AtlasMethod::Charts);
+        assert!(
+            cube.len() > triangles / 2 && cube.len() < 3 * triangles,
+            "{triangles} {}",
+            cube.len()
+        );
+        // In the grid, triangles have nothing in common.
+        let (triangles, grid) = shared("icosphere?subdivisions=2", AtlasMethod::Grid);
+        assert!(grid.len() > 2 * triangles, "{triangles} {}", grid.len());
+    }
+}
