@@ -84,15 +84,17 @@ pub(super) fn share(corners: &Corners<'_>) -> (Vec<SharedVertex>, Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
     use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
-    use crate::mesh::suite::builtin;
+    use crate::mesh::surface::Surface;
     use crate::render::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 
     fn shared(mesh: &str, method: AtlasMethod) -> (usize, Vec<SharedVertex>) {
-        let surface = builtin(mesh);
+        let surface = Surface::build(&[(&Mesh::builtin(mesh).unwrap(), 1.0)]);
         let options = AtlasOptions {
             method,
-            ..AtlasOptions::new(512)
+            size: 512,
+            ..AtlasOptions::default()
         };
         let atlas = Atlas::build(&surface, &options).unwrap();
         let normals = corner_normals(&surface, CREASE_ANGLE);
