@@ -7,7 +7,7 @@
 #include "types.glsl"
 #include "painted.glsl"
 
-layout(set = 0, binding = 2) uniform samplerBuffer bias;
+layout(set = 0, binding = 4) uniform samplerBuffer bias;
 
 // What one view of single texels does not hold is read four texels at once.
 layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;

@@ -1,7 +1,7 @@
 // surface: draws every object's triangles, lit, with the trail on them.
 // Reads   corners, vertices, normals, strips, poses, openness, charts; its other stage trail, colors, brightest, distances.
 // Writes  the corner's place, normal, uv and openness, and the triangle, its map to the atlas and its chart's colour.
-// Three invocations per triangle; nothing is indexed, because a vertex has another normal and uv in each triangle.
+// Three invocations per triangle; nothing is indexed, because pixels need their own triangle's map to the atlas.
 // Overflow: cannot happen; the draw has three vertices for each triangle.
 #version 460
 #include "types.glsl"

@@ -8,7 +8,7 @@ use glam::Vec2;
 use image::RgbaImage;
 use myxo::gpu::{Frames, Limits};
 use myxo::mesh::atlas::Atlas;
-use myxo::render::{Offscreen, Renderer, View, offscreen};
+use myxo::render::{Offscreen, Prepared, Quality, Renderer, View, offscreen};
 use myxo::scene::Scene;
 use myxo::scene::settings::{Sensing, Settings, Show, Strategy};
 use myxo::sim::diffusion::Diffusion;
@@ -28,11 +28,20 @@ fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<Rg
     frames.wait_idle().unwrap();
     let snapshot = simulation.snapshot().unwrap();
     snapshot.validate(simulation.setup()).expect("all is well");
-    let mut renderer = Renderer::new(&gpu.ctx, simulation.setup(), offscreen::FORMAT).unwrap();
-    let pictures = [Show::Surface, Show::Particles, Show::Atlas].map(|show| {
+    let prepared = Prepared::for_quick(simulation.setup());
+    let mut renderer =
+        Renderer::from_prepared(&gpu.ctx, simulation.setup(), &prepared, offscreen::FORMAT)
+            .unwrap();
+    let pictures = [
+        (Show::Surface, Quality::Smooth),
+        (Show::Particles, Quality::Smooth),
+        (Show::Atlas, Quality::Smooth),
+        (Show::Surface, Quality::Quick),
+    ];
+    let pictures = pictures.map(|(show, quality)| {
         let mut view = View::of(scene, Vec2::new(96.0, 64.0));
         view.show = show;
-        let canvas = Offscreen::new(&gpu.ctx, [96, 64]).unwrap();
+        let canvas = Offscreen::with_quality(&gpu.ctx, [96, 64], quality).unwrap();
         gpu.run(|rec| {
             renderer.draw(rec, simulation.state(), &view, canvas.canvas());
             canvas.record_readback(rec);

@@ -8,11 +8,10 @@ use image::{Rgba, RgbaImage};
 use myxo::render::exposure::Exposure;
 use myxo::render::hues::object_light;
 use myxo::render::view::Light;
-use myxo::render::{Offscreen, Quality, Renderer, View, offscreen, pick};
+use myxo::render::{Offscreen, Prepared, Quality, Renderer, View, offscreen, pick};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Settings, Show};
 use myxo::sim::Simulation;
-use myxo::sim::paint::{Brush, Dab};
 
 const SIZE: [u32; 2] = [160, 120];
 
@@ -373,7 +372,8 @@ fn backs_that_are_hidden_are_not_missed_and_walls_are_there() {
 }
 
 /// With one sample a pixel, surfaces with neither relief nor charts are drawn from vertices that triangles share: the same
-/// picture as from corners, which a trace of charts' colours asks for, and nearly that of several samples.
+/// picture as from corners, which a trace of charts' colours asks for, and nearly that of several samples. Also from afar, where
+/// a pixel covers more texels than a chart is wide: there is nothing on the torus, and light on the cube beside it in the atlas.
 #[test]
 fn shared_vertices_show_what_corners_do() {
     let Some(gpu) = gpu() else { return };
@@ -387,49 +387,54 @@ fn shared_vertices_show_what_corners_do() {
         settings.particles.count = 1;
     });
     let mut stage = Stage::new(&gpu, scene);
+    let prepared = Prepared::for_quick(stage.simulation.setup());
+    let setup = stage.simulation.setup();
+    stage.renderer =
+        Renderer::from_prepared(&gpu.ctx, setup, &prepared, offscreen::FORMAT).unwrap();
     stage.view.light = Light {
         azimuth: 60.0,
         elevation: 30.0,
     };
-    let trail = stage.texels(|place| 0.5 + 0.5 * (9.0 * place.x).sin() * (9.0 * place.y).cos());
-    let state = stage.simulation.state();
-    gpu.ctx.upload(&state.trail.front, &trail).unwrap();
-    // Fills the gutters.
-    stage.step();
-    for is_painted in [false, true] {
-        if is_painted {
-            let dab = Dab {
-                brush: Brush::Attract { amount: 500.0 },
-                center: stage.hit(95, 60).unwrap().position,
-                radius: 0.8,
-                eye: None,
-                number: 0,
-            };
-            gpu.run(|rec| drop(stage.simulation.paint(rec, &dab).unwrap()));
-        }
+    let waves = stage.texels(|place| 0.5 + 0.5 * (9.0 * place.x).sin() * (9.0 * place.y).cos());
+    let (first, end) = setup.surface.objects[1].triangles;
+    let owners = setup.atlas.owner.iter();
+    let on_cube = owners
+        .map(|owner| f32::from((first..end).contains(owner)))
+        .collect();
+    let near = stage.view.camera.distance;
+    for (trail, distance, bounds) in [
+        (waves, near, [(0.4, 0.002), (2.5, 0.03)]),
+        (on_cube, 12.0 * near, [(0.1, 0.0), (0.5, 0.005)]),
+    ] {
+        stage.view.camera.distance = distance;
+        let state = stage.simulation.state();
+        gpu.ctx.upload(&state.trail.front, &trail).unwrap();
+        // Fills the gutters.
+        stage.step();
         let mut picture = |quality, charts| {
             stage.canvas = Offscreen::with_quality(&gpu.ctx, SIZE, quality).unwrap();
             stage.view.charts = charts;
             stage.picture(Show::Surface)
         };
         let shared = picture(Quality::Quick, 0.0);
-        for (other, most_mean, most_far) in [
-            (picture(Quality::Quick, 1.0e-9), 0.4, 0.002),
-            (picture(Quality::Smooth, 0.0), 2.5, 0.03),
-        ] {
-            let off = (shared.pixels().zip(other.pixels()))
-                .map(|(a, b)| (rgb(a) - rgb(b)).abs().max_element());
-            let off: Vec<f32> = off.collect();
+        let others = [
+            picture(Quality::Quick, 1.0e-9),
+            picture(Quality::Smooth, 0.0),
+        ];
+        for (other, (most_mean, most_far)) in others.iter().zip(bounds) {
+            let off: Vec<f32> = (shared.pixels().zip(other.pixels()))
+                .map(|(a, b)| (rgb(a) - rgb(b)).abs().max_element())
+                .collect();
             let mean_off = off.iter().sum::<f32>() / off.len() as f32;
             let far = off.iter().filter(|&&off| off > 20.0).count() as f32 / off.len() as f32;
-            println!("painted {is_painted}: off by {mean_off} on average, {far} of the pixels far");
-            assert!(mean_off < most_mean && far < most_far, "{mean_off}, {far}");
+            println!("from {distance}: off by {mean_off} on average, {far} of the pixels far");
+            assert!(
+                mean_off <= most_mean && far <= most_far,
+                "from {distance}: {mean_off}, {far}"
+            );
         }
-        let greenish = |pixel: &&Rgba<u8>| pixel[1] > pixel[0].saturating_add(25);
-        let green = shared.pixels().filter(greenish).count();
-        assert_eq!(green > 300, is_painted, "{green}");
         let lit = shared.pixels().filter(|pixel| rgb(pixel).x > 100.0).count();
-        assert!(lit > 1000, "{lit}");
+        assert!(lit > 10, "{lit}");
     }
     gpu.finish();
 }

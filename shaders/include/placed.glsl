@@ -1,5 +1,6 @@
-// placed: vertices, and how their objects stand, out of texel buffers: CPU drivers gather from storage buffers scalar by scalar.
-// The includer declares `corners`, `vertices` and `poses` first: vertex indices one by one, a texel a vertex, three a pose.
+// placed: vertices, and how their objects stand, out of texel buffers.
+// The includer declares `corners` and `vertices` first, vertex indices one by one and a texel a vertex, and what pose_table.glsl
+// asks for.
 
 #ifndef MYXO_PLACED
 #define MYXO_PLACED

@@ -14,7 +14,7 @@ use super::error::GpuResult;
 pub enum Domain {
     /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it. Fits one binding.
     Device,
-    /// The same, and kernels reach it by [`Texels`](super::Texels): it may be larger than a binding.
+    /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
     Texels,
     /// Written by the host, read by the device.
     Upload,

@@ -65,8 +65,8 @@ pub use kernel::{
     Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface, Kernel,
     Params, Pipeline, Resource, Threads,
 };
+pub(crate) use pass::reaches_by_index;
 pub use pass::{PassRecorder, Targets};
-pub(crate) use raster::check_indices;
 pub use raster::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
 pub use readback::{Readback, ReadbackImage};
 pub use recorder::{Commands, Recorder};

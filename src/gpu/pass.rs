@@ -1,7 +1,7 @@
 //! Passes: draws into images.
 //!
 //! A pass brings its images into the right layout by itself. Buffers that its shaders read need their barrier, to
-//! [`Access::Vertex`], before the pass begins.
+//! [`Access::Vertex`], before the pass begins; indices need one to [`Access::Index`].
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -10,11 +10,20 @@ use ash::vk;
 
 use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
+use super::context::Context;
 use super::image::{Format, Image, ImageState};
 use super::kernel::Draw;
 use super::raster::{DepthTest, RasterPipeline, no_rendering};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
+
+/// Vertices that indices of every device tell apart.
+const INDEXED_EVERYWHERE: usize = 1 << 24;
+
+/// Can [`PassRecorder::draw_indexed`] tell so many vertices apart?
+pub(crate) fn reaches_by_index(ctx: &Context, vertices: usize) -> bool {
+    vertices <= INDEXED_EVERYWHERE || ctx.device.features.full_draw_index_uint32 == vk::TRUE
+}
 
 /// The images of a pass.
 #[derive(Clone, Copy, Debug)]
@@ -291,10 +300,8 @@ impl PassRecorder<'_> {
         args: D::Args<'_>,
         params: D::Params,
     ) {
-        if vertices == 0 || instances == 0 {
-            return;
-        }
-        self.draw_by(pipeline, &args, &params, |rec| {
+        let is_empty = vertices == 0 || instances == 0;
+        self.draw_by(pipeline, is_empty, &args, &params, |rec| {
             // SAFETY: `draw_by` has bound pipeline, descriptors and constants for one layout.
             unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
         });
@@ -303,7 +310,7 @@ impl PassRecorder<'_> {
     /// Draws a vertex for each index, which is its `gl_VertexIndex`; devices may do the work of equal ones once.
     ///
     /// # Panics
-    /// As [`PassRecorder::draw`]; if the indices belong to another context.
+    /// As [`PassRecorder::draw`], also for a barrier to [`Access::Index`]; if the indices belong to another context.
     pub fn draw_indexed<D: Draw>(
         &mut self,
         pipeline: &RasterPipeline<D>,
@@ -311,20 +318,18 @@ impl PassRecorder<'_> {
         args: D::Args<'_>,
         params: D::Params,
     ) {
-        if indices.is_empty() {
-            return;
-        }
         let core = indices.core();
         assert!(
             Arc::ptr_eq(core.ctx(), self.rec.ctx()),
             "`{}` belongs to another context",
             core.name()
         );
-        if !self.skips {
+        let is_empty = indices.is_empty();
+        if !(is_empty || self.skips) {
             core.touch(self.rec.ticket, D::NAME, Access::Index, true, false);
         }
         let count = indices.len() as u32;
-        self.draw_by(pipeline, &args, &params, |rec| {
+        self.draw_by(pipeline, is_empty, &args, &params, |rec| {
             let (device, raw) = (rec.device(), rec.raw());
             // SAFETY: as in `draw`; the indices lie in the buffer, which was made for that.
             unsafe {
@@ -337,6 +342,7 @@ impl PassRecorder<'_> {
     fn draw_by<D: Draw>(
         &mut self,
         pipeline: &RasterPipeline<D>,
+        is_empty: bool,
         args: &D::Args<'_>,
         params: &D::Params,
         draw: impl FnOnce(&Recorder),
@@ -355,7 +361,7 @@ impl PassRecorder<'_> {
             self.samples,
             self.depth
         );
-        if self.skips {
+        if is_empty || self.skips {
             return;
         }
         self.rec.bind::<D>(

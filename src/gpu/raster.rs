@@ -213,24 +213,6 @@ impl<D: Draw> RasterPipeline<D> {
     }
 }
 
-/// Vertices that indices of every device reach.
-const INDEXED_EVERYWHERE: usize = 1 << 24;
-
-/// Can indices tell so many vertices apart?
-///
-/// # Errors
-/// This device's cannot.
-pub(crate) fn check_indices(ctx: &Context, vertices: usize) -> GpuResult<()> {
-    if vertices <= INDEXED_EVERYWHERE || ctx.device.features.full_draw_index_uint32 == vk::TRUE {
-        return Ok(());
-    }
-    Err(GpuError::Unsupported {
-        what: format!("drawing {vertices} vertices, which are more than {INDEXED_EVERYWHERE}"),
-        missing: "fullDrawIndexUint32".to_owned(),
-        device: ctx.info().name.clone(),
-    })
-}
-
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     let operation = match blend {
         Blend::Max => vk::BlendOp::MAX,

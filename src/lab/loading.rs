@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 use std::path::PathBuf;
 
 use myxo::Result;
-use myxo::gpu::DeviceInfo;
+use myxo::gpu::{DeviceInfo, DeviceKind};
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::render::Prepared;
 use myxo::scene::Scene;
@@ -64,7 +64,10 @@ impl Loading {
                 return Err(AtlasError::Cancelled.into());
             }
             *tell.lock().unwrap_or_else(PoisonError::into_inner) = ("light", 1.0);
-            let prepared = Prepared::new(&setup);
+            let prepared = match info.kind {
+                DeviceKind::Cpu => Prepared::for_quick(&setup),
+                _ => Prepared::new(&setup),
+            };
             Ok(Loaded {
                 scene,
                 setup,

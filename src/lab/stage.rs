@@ -233,7 +233,7 @@ mod tests {
         let scene = Scene::load(Path::new("trio"), &overrides).unwrap();
         let view = View::of(&scene, Vec2::new(64.0, 48.0));
         let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
-        let prepared = Prepared::new(&setup);
+        let prepared = Prepared::for_quick(&setup);
         let loaded = Loaded {
             scene,
             setup,

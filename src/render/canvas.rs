@@ -60,7 +60,8 @@ impl Canvas {
     }
 }
 
-/// What edges cost. On a device that is a CPU, smooth ones take three times as long.
+/// What a picture may cost. On a device that is a CPU, smooth edges take some four times as long; quick pictures may be drawn
+/// from vertices that triangles share there, and show trails a little softer from near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// One sample a pixel.

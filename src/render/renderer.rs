@@ -1,7 +1,8 @@
 //! Draws a simulation: the lit surface with its trail, particles, what else a view asks for, the unwrapped atlas.
 //!
 //! Shaders write linear light; the images of a [`Canvas`] are of an sRGB format, which encodes it, once. Geometry is
-//! pulled from the simulation's own buffers; the renderer adds only what pictures need, such as smooth normals.
+//! pulled from the simulation's own buffers; the renderer adds only what pictures need, such as smooth normals, and for quick
+//! pictures vertices that triangles share.
 
 mod fields;
 mod foods;
@@ -19,17 +20,18 @@ pub use super::canvas::{Canvas, Quality};
 use super::colormap;
 use super::exposure::{self, Exposure};
 use super::prepared::Prepared;
+use super::shared_vertices::SharedVertices;
 use super::view::View;
 use crate::gpu::{
     Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
     Pipeline, RasterOptions, RasterPipeline, Recorder, Targets, Texels, Threads, Topology,
-    check_indices,
 };
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
     BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesArgs,
-    ParticlesDraw, ParticlesParams, PlainSurfaceConstants, SurfaceConstants, SurfaceDraw,
+    ParticlesDraw, ParticlesParams, QuickSurfaceConstants, QuickSurfaceDraw, SurfaceConstants,
+    SurfaceDraw,
 };
 use crate::sim::kernels::{
     Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
@@ -38,7 +40,6 @@ use crate::sim::kernels::{
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
 use sides::Sides;
-use surface::PlainSurface;
 
 /// What is left of the background's light where the trail is the only light.
 const DARK_BESIDE_GLOW: f32 = 0.25;
@@ -48,7 +49,10 @@ struct Pipelines {
     samples: u32,
     surface: Sides<SurfaceDraw>,
     /// The same with neither relief nor charts.
-    plain_surface: PlainSurface,
+    plain_surface: Sides<SurfaceDraw>,
+    /// The same from shared vertices. Where a pixel has several samples its place may lie beside the triangle, and it takes the
+    /// triangle's own corners to bring it back.
+    quick_surface: Option<Sides<QuickSurfaceDraw>>,
     fields: Sides<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
     /// The same where hues that lie over each other must not become white.
@@ -89,22 +93,18 @@ impl Pipelines {
             };
             Sides::new(ctx, &constants, options)
         };
-        let plain_surface = match samples {
-            1 => {
-                let constants = PlainSurfaceConstants {
-                    texels_in_quads,
-                    others,
-                };
-                PlainSurface::OfShared(Sides::new(ctx, &constants, options)?)
-            }
-            _ => PlainSurface::OfCorners(surface(false)?),
+        let quick_surface = QuickSurfaceConstants {
+            texels_in_quads,
+            others,
         };
+        let quick_surface = || Sides::new(ctx, &quick_surface, options);
         Ok(Self {
             painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
             foods: foods::pipeline(ctx, format, samples)?,
             samples,
             surface: surface(true)?,
-            plain_surface,
+            plain_surface: surface(false)?,
+            quick_surface: (samples == 1).then(quick_surface).transpose()?,
             fields: Sides::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
             headings: RasterPipeline::new(
@@ -127,10 +127,7 @@ pub struct Renderer {
     pipelines: Vec<Pipelines>,
     trail_histogram: Pipeline<TrailHistogram>,
     expose: Pipeline<Expose>,
-    /// Two texels a vertex.
-    shared_vertices: Texels<u32>,
-    /// Which of them each corner of each triangle is.
-    indices: Buffer<u32>,
+    shared: Option<SharedVertices>,
     /// Packed, one for each corner of each triangle.
     normals: Buffer<u32>,
     /// How much of the sky each corner sees, four to a word.
@@ -205,8 +202,7 @@ impl Renderer {
             .into_iter()
             .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads, others));
         let Prepared {
-            shared_vertices,
-            indices,
+            shared,
             normals,
             openness,
             object_colors,
@@ -215,12 +211,9 @@ impl Renderer {
             boxes,
         } = prepared;
         let atlas = &setup.atlas;
-        check_indices(ctx, shared_vertices.len())?;
-        let shared_vertices =
-            Buffer::from_slice_in(ctx, "shared_vertices", shared_vertices, Domain::Texels)?;
+        let shared = { shared.as_ref() }.map(|shared| SharedVertices::new(ctx, shared));
         Ok(Self {
-            shared_vertices: Texels::new(&shared_vertices, 4)?,
-            indices: Buffer::from_slice_in(ctx, "indices", indices, Domain::Texels)?,
+            shared: shared.transpose()?.flatten(),
             pipelines: pipelines.collect::<Result<_, _>>()?,
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
             expose: Pipeline::new(ctx, &())?,

@@ -231,6 +231,77 @@ fn a_draw_needs_its_barrier_before_the_pass() {
 }
 
 #[test]
+fn indices_say_which_vertices_are_drawn() {
+    let Some(ctx) = context() else { return };
+    let color = Image::new(&ctx, "color", [8, 8], Format::Rgba8Srgb, 1).unwrap();
+    let options = RasterOptions {
+        depth: false,
+        ..RasterOptions::default()
+    };
+    let pipeline = RasterPipeline::<DiscDraw>::new(&ctx, &(), options).unwrap();
+    let centres = Buffer::from_slice(&ctx, "centres", &[glam::Vec2::ZERO]).unwrap();
+    let pixels = Buffer::<[u8; 4]>::new(&ctx, "pixels", 64, Domain::Readback).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let targets = Targets {
+        color: &color,
+        resolve: None,
+        depth: None,
+        depth_test: DepthTest::Greatest,
+        clear: Some([0.0; 4]),
+    };
+    let draw = |rec: &mut Recorder, indices: &Buffer<u32>| {
+        rec.pass("picture", &targets, |pass| {
+            let args = DiscArgs { centres: &centres };
+            let params = DiscParams {
+                color: glam::Vec4::ONE,
+                size: 1.0,
+            };
+            pass.draw_indexed(&pipeline, indices, args, params);
+        });
+    };
+    // Four vertices are the corners of a square, 0 in the picture, 3 to the right of it and below: half a square each without
+    // the one or the other.
+    let mut covered = |indices: &[u32]| {
+        let indices = Buffer::from_slice(&ctx, "indices", indices).unwrap();
+        let mut rec = frames.begin().unwrap();
+        rec.barrier(Access::Readback, Access::Copy, &[&pixels]);
+        draw(&mut rec, &indices);
+        rec.copy_image(&color, &pixels);
+        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let pixels = pixels.as_slice();
+        [(3, 3), (7, 7)].map(|(x, y)| pixels[8 * y + x][0] > 0)
+    };
+    assert_eq!(covered(&[0, 1, 2]), [true, false]);
+    assert_eq!(covered(&[3, 2, 1]), [false, true]);
+    assert_eq!(covered(&[3, 2, 1, 2, 0, 1]), [true, true]);
+    assert_eq!(covered(&[0, 1, 1]), [false, false]);
+    assert_eq!(covered(&[]), [false, false]);
+    assert_silent(&ctx);
+
+    let mut rec = frames.begin().unwrap();
+    let indices = Buffer::<u32>::zeroed(&ctx, "indices", 3).unwrap();
+    rec.update(&indices, 0, &[0, 1, 2]);
+    let text = panic_text(|| draw(&mut rec, &indices));
+    assert!(
+        text.contains("`disc` reads the buffer `indices`, which `update` wrote"),
+        "{text}"
+    );
+    assert!(
+        text.contains("barrier(Access::Copy, Access::Index, ..)"),
+        "{text}"
+    );
+    let another = context().unwrap();
+    let indices = Buffer::<u32>::zeroed(&another, "indices", 3).unwrap();
+    let text = panic_text(|| draw(&mut rec, &indices));
+    assert!(
+        text.contains("`indices` belongs to another context"),
+        "{text}"
+    );
+}
+
+#[test]
 fn images_that_the_device_cannot_have_are_errors() {
     let Some(ctx) = context() else { return };
     let side = ctx.info().max_image_side + 1;

@@ -33,11 +33,14 @@ impl Renderer {
             return;
         };
         let state = shot.state;
-        pass.draw_indexed(
+        pass.draw(
             &shot.pipelines.painted,
-            &self.indices,
+            self.shape.corner_count,
+            1,
             PaintedArgs {
-                shared_vertices: &self.shared_vertices,
+                corners: &state.distance_views.corners,
+                vertices: &state.distance_views.vertices,
+                strips: &state.strips,
                 poses: &state.poses_view,
                 bias: &bias.views.texels,
             },

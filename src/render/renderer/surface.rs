@@ -1,12 +1,9 @@
 //! The lit surface with the trail on it.
 
-use super::sides::Sides;
 use super::{Renderer, Shot};
 use crate::gpu::PassRecorder;
 use crate::scene::settings::Show;
-use crate::sim::draws::{
-    PlainSurfaceArgs, PlainSurfaceDraw, PlainSurfaceParams, SurfaceArgs, SurfaceDraw, SurfaceParams,
-};
+use crate::sim::draws::{QuickSurfaceArgs, QuickSurfaceParams, SurfaceArgs, SurfaceParams};
 
 /// Light that the trail sends out itself, as a share of its colour.
 const GLOW: f32 = 0.34;
@@ -17,15 +14,6 @@ pub(super) const LAMP_BESIDE_GLOW: f32 = 0.10;
 const RELIEF: f32 = 0.03;
 /// What the trail sends out itself there: shadows on it must be seen.
 const GLOW_OF_RELIEF: f32 = 0.05;
-
-/// Pipelines for a surface with neither relief nor charts.
-pub(super) enum PlainSurface {
-    /// For one sample a pixel. Devices that are CPUs shade half as many vertices as triangles then, instead of three each.
-    OfShared(Sides<PlainSurfaceDraw>),
-    /// Where a pixel has several samples, its place may lie beside the triangle, and it takes the triangle's own corners to
-    /// bring it back.
-    OfCorners(Sides<SurfaceDraw>),
-}
 
 impl Renderer {
     /// Every object, lit, with the trail on it.
@@ -51,38 +39,42 @@ impl Renderer {
         };
         let (clip_from_world, eye) = (camera.clip_from_world(size), camera.eye());
         let key_direction = view.light.direction(camera);
-        let needs_extras = relief > 0.0 || chart_share > 0.0;
-        let surface = match &shot.pipelines.plain_surface {
-            _ if needs_extras => &shot.pipelines.surface,
-            PlainSurface::OfCorners(surface) => surface,
-            PlainSurface::OfShared(surface) => {
-                pass.draw_indexed(
-                    surface.of(shot.fronts_only),
-                    &self.indices,
-                    PlainSurfaceArgs {
-                        shared_vertices: &self.shared_vertices,
-                        poses: &state.poses_view,
-                        trail: &state.trail.front_views.texels,
-                        colors: &self.colors,
-                        brightest: &self.brightest,
-                        distances: &state.distance_views.distances,
-                        clearance: &state.clearance,
-                    },
-                    PlainSurfaceParams {
-                        clip_from_world,
-                        eye,
-                        trail_share,
-                        key_direction,
-                        glow,
-                        size: self.shape.size,
-                        pitch: self.shape.pitch,
-                        lamp,
-                        occlusion: view.occlusion,
-                        reach: state.reach,
-                    },
-                );
-                return;
-            }
+        let pipelines = shot.pipelines;
+        let is_plain = relief == 0.0 && chart_share == 0.0;
+        if let (true, Some(surface), Some(shared)) =
+            (is_plain, &pipelines.quick_surface, &self.shared)
+        {
+            pass.draw_indexed(
+                surface.of(shot.fronts_only),
+                &shared.indices,
+                QuickSurfaceArgs {
+                    shared_vertices: &shared.vertices,
+                    poses: &state.poses_view,
+                    trail: &state.trail.front_views.texels,
+                    colors: &self.colors,
+                    brightest: &self.brightest,
+                    distances: &state.distance_views.distances,
+                    clearance: &state.clearance,
+                },
+                QuickSurfaceParams {
+                    clip_from_world,
+                    eye,
+                    trail_share,
+                    key_direction,
+                    glow,
+                    size: self.shape.size,
+                    pitch: self.shape.pitch,
+                    lamp,
+                    occlusion: view.occlusion,
+                    reach: state.reach,
+                },
+            );
+            return;
+        }
+        let surface = if is_plain {
+            &pipelines.plain_surface
+        } else {
+            &pipelines.surface
         };
         pass.draw(
             surface.of(shot.fronts_only),

@@ -1,4 +1,4 @@
-// plain_surface: lights a triangle and lays the trail on it.
+// quick_surface: lights a triangle and lays the trail on it.
 // Reads   trail (four texels by hand: a texel buffer has no sampler), clearance, colors, exposure, distances.
 // Writes  the pixel, in linear light; the image's format encodes sRGB.
 // One invocation per pixel and triangle, with one sample a pixel: with several, a pixel's place may lie beside the triangle,
@@ -7,7 +7,7 @@
 #version 460
 #include "types.glsl"
 #include "shading.glsl"
-#include "plain_surface.glsl"
+#include "quick_surface.glsl"
 #include "surroundings.glsl"
 
 layout(set = 0, binding = 2) uniform samplerBuffer trail;
@@ -35,9 +35,6 @@ layout(location = 0) out vec4 color;
 #include "taps.glsl"
 #include "lit.glsl"
 
-// Where a pixel covers more, its four places would miss most of it, and another four the next time.
-const float MOST_APART = 4.0;
-
 float trail_at(vec2 at) {
     Taps taps = taps_at(at);
     vec4 values = vec4(
@@ -61,7 +58,7 @@ void main() {
     vec2 steep = 0.125 * across + 0.375 * down;
     vec2 flat_way = 0.375 * across - 0.125 * down;
     float farthest = sqrt(max(dot(steep, steep), dot(flat_way, flat_way)));
-    float kept = min(1.0, min(clear_around(texel), MOST_APART) / max(farthest, 1e-9));
+    float kept = min(1.0, clear_around(texel) / max(farthest, 1e-9));
     steep *= kept;
     flat_way *= kept;
     float value = 0.25 * (trail_at(texel + steep) + trail_at(texel - steep)

@@ -1,7 +1,7 @@
-// plain_surface: what the two stages of `plain_surface` share.
+// quick_surface: what the two stages of `quick_surface` share.
 
-#ifndef MYXO_PLAIN_SURFACE
-#define MYXO_PLAIN_SURFACE
+#ifndef MYXO_QUICK_SURFACE
+#define MYXO_QUICK_SURFACE
 
 layout(push_constant) uniform Params {
     mat4 clip_from_world;

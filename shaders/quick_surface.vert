@@ -1,4 +1,4 @@
-// plain_surface: draws every object's triangles, lit, with the trail on them, but neither relief nor charts.
+// quick_surface: draws every object's triangles, lit, with the trail on them, but neither relief nor charts.
 // Reads   shared_vertices, poses; its other stage trail, clearance, colors, brightest, distances.
 // Writes  the vertex's place, normal, openness and position in the atlas.
 // One invocation per vertex, or more where the device does not keep what it has shaded.
@@ -6,7 +6,7 @@
 #version 460
 #include "types.glsl"
 #include "shading.glsl"
-#include "plain_surface.glsl"
+#include "quick_surface.glsl"
 
 layout(set = 0, binding = 0) uniform usamplerBuffer shared_vertices;
 layout(set = 0, binding = 1) uniform samplerBuffer poses;
