@@ -405,13 +405,12 @@ void main() {
             && is_clear(right_way, here, on_right);
         here |= params.always;
         uint meets = (on_left | ahead | on_right) & COVERED;
-        if (motion.pending > 0.0 || !all_clear) {
-            // Where a walk ends is not known yet.
-            enlist(ACROSS && ((here & IN_SIGHT) | meets) != 0u ? WALKING_NEARBY : WALKING, i);
-            return;
-        }
-        if (ACROSS && ((here & NEAR) | meets) != 0u) {
-            enlist(NEARBY, i);
+        // Where a walk ends is not known yet.
+        bool walks = motion.pending > 0.0 || !all_clear;
+        bool is_near = ACROSS && ((here & (walks ? IN_SIGHT : NEAR)) | meets) != 0u;
+        uint list = walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
+        if (list != NONE) {
+            enlist(list, i);
             return;
         }
     }
