@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer.
-// Reads   strips, trail and bias (gutters filled), last step's deposits, clearance; for gravity corners, vertices, poses; distances, surroundings, across, across_triangles, physarums; scent (gutters filled), plates and meals.
+// Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses; distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
 // In four forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
@@ -85,6 +85,7 @@ layout(push_constant) uniform Params {
     uint fed_steps;           // how long a meal lasts
     uint fed_deposit;         // particles that a fed one counts as where it deposits
     float fed_attraction;     // the share of an attraction that a fed one feels
+    float outlook_unit;       // texels
     uint always;              // marks that hold for every texel, because nothing is known as far as they would say
 } params;
 
@@ -109,8 +110,6 @@ layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physa
 // For each covered texel the place across.
 layout(set = 0, binding = 16) uniform usamplerBuffer across;
 layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
-// Four texels a word: how many half texels far straight lines stay on the surface around.
-layout(set = 0, binding = 18) uniform usamplerBuffer clearance;
 // The slots of particles whose sensors must walk, of those that are near other objects, and of those that are both; how many
 // there are of each.
 layout(r32ui, set = 0, binding = 19) uniform uimageBuffer walkers;
@@ -125,7 +124,8 @@ layout(set = 0, binding = 27) uniform samplerBuffer scent;
 // The food that is eaten at a texel, counted from 1; 0 for none.
 layout(set = 0, binding = 28) uniform usamplerBuffer plates;
 layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };
-layout(set = 0, binding = 30) uniform usamplerBuffer surroundings;
+// Four texels in two words.
+layout(set = 0, binding = 18) uniform usamplerBuffer surroundings;
 
 #include "strip.glsl"
 #include "trail.glsl"
@@ -266,23 +266,16 @@ mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
     return mat2(p, h);
 }
 
-// The clearance, and where sensors see other objects whether any is near.
 uint around(vec2 position) {
     uint texel = texel_at(position, params.pitch);
-    if (ACROSS) return surroundings_in(texelFetch(surroundings, int(texel >> 1u)).x, texel);
-    return (texelFetch(clearance, int(texel >> 2u)).x >> (8u * (texel & 3u))) & CLEARANCE;
+    uvec2 words = texelFetch(surroundings, int(texel >> 2u)).xy;
+    return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
 }
 
 // The same of the end of a way that begins in the atlas.
 uint around_end(vec2 from, vec2 way) {
     precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
     return around(to);
-}
-
-// Do the discs round both ends of a way, in which nothing but the surface around lies, cover the way?
-bool is_clear(vec2 way, uint at_start, uint at_end) {
-    float both = CLEARANCE_UNIT * float((at_start & CLEARANCE) + (at_end & CLEARANCE));
-    return dot(way, way) <= both * both;
 }
 
 void deposit_at(uint texel, uint count) {
@@ -401,8 +394,9 @@ void main() {
         uint on_left = around_end(straight, left_way);
         uint ahead = around_end(straight, middle_way);
         uint on_right = around_end(straight, right_way);
-        bool all_clear = is_clear(left_way, here, on_left) && is_clear(middle_way, here, ahead)
-            && is_clear(right_way, here, on_right);
+        bool all_clear = is_clear(left_way, params.outlook_unit, here, on_left)
+            && is_clear(middle_way, params.outlook_unit, here, ahead)
+            && is_clear(right_way, params.outlook_unit, here, on_right);
         here |= params.always;
         uint meets = (on_left | ahead | on_right) & COVERED;
         // Where a walk ends is not known yet.

@@ -8,12 +8,14 @@
 #include "types.glsl"
 #include "shading.glsl"
 #include "quick_surface.glsl"
-#include "surroundings.glsl"
 
 layout(set = 0, binding = 2) uniform samplerBuffer trail;
 layout(set = 0, binding = 3) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 4) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 5) uniform samplerBuffer distances;
+const uint CLEARANCE = 255u;
+// What it counts in, texels.
+const float CLEARANCE_UNIT = 0.5;
 // Four texels a word: how many half texels far straight lines stay on the surface around.
 layout(set = 0, binding = 6) uniform usamplerBuffer clearance;
 

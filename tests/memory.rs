@@ -42,6 +42,7 @@ fn the_sum_is_that_of_the_buffers() {
         + size_of_val(&setup.atlas.blocks[..])
         + size_of_val(&setup.atlas.seams[..])
         + size_of_val(&setup.clearance[..])
+        + size_of_val(&setup.surroundings[..])
         + setup.atlas.exchange.rows.len() * size_of::<PackedRow>()
         + setup.atlas.exchange.packed_entries() * size_of::<PackedEntries>();
     assert_eq!(

@@ -5,20 +5,30 @@ mod common;
 use std::f32::consts::TAU;
 
 use common::{gpu, scene};
+use glam::Vec3;
 use myxo::gpu::Kernel as _;
 use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Sensing, Settings};
 use myxo::sim::kernels::Advance;
-use myxo::sim::twin::trail::atlas_position;
+use myxo::sim::twin::trail::{texel_at, weights_at};
 use myxo::sim::twin::walk::walk;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
 use myxo::sim::types::{Physarum, Walker};
 use myxo::sim::{Setup, Simulation, StepParams};
 
+/// A place on the surface, as its object has it.
+fn world(setup: &Setup, triangle: u32, u: f32, v: f32) -> Vec3 {
+    let [a, b, c] = [0, 1, 2].map(|k| {
+        let vertex = setup.corners[3 * triangle as usize + k];
+        setup.vertices[vertex as usize].position
+    });
+    a + u * (b - a) + v * (c - a)
+}
+
 /// How far a sensor that reads straight ahead is from where it would have walked to, in parts of the way, in ascending
-/// order, where both ends lie in one chart; and which share of particles has all sensors straight ahead.
+/// order; and which share of particles has all sensors straight ahead.
 fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
     let mut settings = Settings::default();
     settings.particles.count = 4000;
@@ -43,8 +53,6 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
             continue;
         };
         straight += 1;
-        let map = &setup.atlas.maps[particle.triangle as usize];
-        let from = atlas_position(map, particle.u, particle.v);
         for (heading, place) in towards.into_iter().zip(places) {
             let [u, v] = [particle.u, particle.v];
             let mut w = Walker::at(particle.triangle, u, v, heading, params.sensor_offset);
@@ -56,13 +64,17 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
                 64,
                 true,
             );
+            // A walk that ends beside a seam may have crossed it, where the line ends before: it is places on the surface
+            // that are compared, not in the texture.
             let [u, v] = w.uv();
+            let walked = world(&setup, w.triangle, u, v);
+            let texel = texel_at(place, setup.atlas.pitch) as usize;
+            let triangle = setup.atlas.owner[texel];
             let chart = |triangle: u32| setup.atlas.chart[triangle as usize];
-            // Clear lines end in the chart that they begin in, and so do the walks that they stand for.
-            assert_eq!(chart(w.triangle), chart(particle.triangle), "{mesh}");
-            let walked = atlas_position(&setup.atlas.maps[w.triangle as usize], u, v);
-            let distance = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-            errors.push(distance(place, walked) / distance(from, walked));
+            assert_eq!(chart(triangle), chart(particle.triangle), "{mesh}");
+            let [u, v] = weights_at(&setup.atlas.maps[triangle as usize], place);
+            let read = world(&setup, triangle, u, v);
+            errors.push(read.distance(walked) / params.sensor_offset);
         }
     }
     errors.sort_by(f32::total_cmp);
@@ -73,11 +85,12 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
 /// within a few per cent of the way. On a cube nothing is bent.
 #[test]
 fn sensors_that_read_straight_ahead_are_where_they_would_have_walked() {
-    for (mesh, size, median, most, least_share) in [
-        ("cube", 512, 1e-4, 1e-3, 0.5),
-        ("torus", 1024, 0.02, 0.05, 0.5),
-        ("icosphere", 1024, 0.02, 0.05, 0.5),
-        ("suzanne", 1024, 0.05, 0.15, 0.3),
+    for (mesh, size, median, most, farthest, least_share) in [
+        // Beside its corners a line may cut one, by a texel.
+        ("cube", 512, 1e-4, 1e-3, 0.15, 0.5),
+        ("torus", 1024, 0.02, 0.05, 0.1, 0.5),
+        ("icosphere", 1024, 0.02, 0.05, 0.1, 0.5),
+        ("suzanne", 1024, 0.05, 0.15, 0.5, 0.3),
     ] {
         let (errors, share) = errors(mesh, size);
         let at = |part: f64| errors[((errors.len() - 1) as f64 * part) as usize];
@@ -92,7 +105,7 @@ fn sensors_that_read_straight_ahead_are_where_they_would_have_walked() {
         );
         println!("{told}");
         assert!(
-            at(0.5) < median && at(0.95) < most && share > least_share,
+            at(0.5) < median && at(0.95) < most && at(1.0) < farthest && share > least_share,
             "{told}"
         );
     }

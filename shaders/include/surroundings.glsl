@@ -1,20 +1,25 @@
-// surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its clearance, how
-// many half texels far straight lines stay on the surface around; then whether it is near other objects, covered by them, and where
-// they are in sight.
+// surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its outlook, up to
+// where places of the same hue can be reached straight; whether it is near other objects, covered by them, and where they
+// are in sight; in 5 bits the hue, by which charts are told apart that lie near each other.
 // Twin of src/sim/surroundings.rs.
 
 #ifndef MYXO_SURROUNDINGS
 #define MYXO_SURROUNDINGS
 
-const uint CLEARANCE = 255u;
-// What it counts in, texels.
-const float CLEARANCE_UNIT = 0.5;
+const uint OUTLOOK = 255u;
+const uint HUE = 0xf800u;
 // A step from here may lead to where particles change objects.
 const uint NEAR = 256u;
 // Walks that get here go on on another object.
 const uint COVERED = 512u;
 // Sensors that walk from here may get to where another object covers the surface.
 const uint IN_SIGHT = 1024u;
+
+// Is the way between two such places, so long in texels, one on the surface?
+bool is_clear(vec2 way, float unit, uint start, uint end) {
+    float farthest = unit * float(max(start & OUTLOOK, end & OUTLOOK));
+    return (start & HUE) != 0u && ((start ^ end) & HUE) == 0u && dot(way, way) <= farthest * farthest;
+}
 
 // That of a texel, out of the word that it shares.
 uint surroundings_in(uint word, uint texel) {

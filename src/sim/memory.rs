@@ -396,8 +396,8 @@ const WALKER: u64 = size_of::<u32>() as u64;
 /// Limits' names in Vulkan.
 const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
-/// Bytes a texel that distances between objects take: they, nearest triangles, places and triangles across, surroundings.
-const FIELDS: u64 = 4 * TEXEL + size_of::<u16>() as u64;
+/// Bytes a texel that distances between objects take: they, nearest triangles, places and triangles across.
+const FIELDS: u64 = 4 * TEXEL;
 /// Bytes a texel that food takes: what it smells of, and where it is eaten.
 const FOOD_FIELDS: u64 = 2 * TEXEL;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
@@ -416,9 +416,9 @@ fn particle_bytes(count: u64, objects: usize) -> u64 {
     count * (2 * (PARTICLE + size_of::<Motion>() as u64) + walker_lists(objects) as u64 * WALKER)
 }
 
-/// Trail and deposits twice, the density, and a byte of clearance.
+/// Trail and deposits twice, the density, surroundings, and a byte of clearance.
 fn texel_bytes(count: u64) -> u64 {
-    count * (5 * TEXEL + 1)
+    count * (5 * TEXEL + size_of::<u16>() as u64 + 1)
 }
 
 fn triangle_bytes(count: u64) -> u64 {

@@ -43,5 +43,5 @@ pub use setup::{Setup, atlas_options};
 pub use simulation::{FoodOrder, PreparedFood, Simulation, SnapshotCopy};
 pub use snapshot::{Census, Distances, Snapshot};
 pub use state::{PingPong, State};
-pub use surroundings::{CLEARANCE, COVERED, NEAR};
+pub use surroundings::{COVERED, NEAR};
 pub use turns::Turn;

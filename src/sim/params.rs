@@ -260,6 +260,7 @@ impl StepParams {
             decrowding_weight: everywhere.decrowding_weight,
             distance_weight: everywhere.distance_weight,
             last_texel: (atlas.size - 1) as f32,
+            outlook_unit: atlas.outlook_unit(),
             walker_rows: (setup.particles.len() as u32)
                 .div_ceil(Advance::GROUP_SIZE)
                 .div_ceil(GROUPS_A_ROW)

@@ -28,7 +28,8 @@ pub struct Setup {
     pub motions: Vec<Motion>,
     /// Per texel: how many texels far straight lines stay on the surface around.
     pub clearance: Vec<u8>,
-    /// Per texel, of several objects: the same, and marks for those near other objects.
+    /// Per texel: how far straight lines to places of its chart are walks on the surface, its chart's hue, and marks for those
+    /// near other objects.
     pub surroundings: Vec<u16>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
@@ -76,11 +77,8 @@ impl Setup {
             seed_word(settings.seed),
         );
         let clearance = atlas.clearances(&scene.surface);
-        let surroundings = if scene.surface.objects.len() > 1 {
-            surroundings(&atlas, &clearance)
-        } else {
-            Vec::new()
-        };
+        let outlooks = atlas.outlooks(&scene.surface, &clearance);
+        let surroundings = surroundings(&atlas, &outlooks);
         let distance = DistanceSetup::new(&scene.surface, &atlas, others(settings));
         Ok(Self {
             clearance,

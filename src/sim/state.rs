@@ -259,7 +259,7 @@ pub struct State {
     pub across: Buffer<u32>,
     /// One a texel: on which triangle that is.
     pub across_triangles: Buffer<u32>,
-    /// One a texel, two of them a word: the clearance, and marks for places near other objects and covered by them.
+    /// One a texel, two of them a word: outlook and hue, and marks for places near other objects and covered by them.
     pub surroundings: Buffer<u32>,
     /// All three, as sensors read them.
     pub across_views: AcrossViews,
@@ -320,9 +320,8 @@ impl State {
         let distance_pairs: Buffer<ObjectPair> =
             Buffer::zeroed(ctx, "distance_pairs", objects * (objects - 1))?;
         let across = Buffer::from_slice(ctx, "across", &vec![NONE; field])?;
-        let mut surroundings = pod_collect_to_vec::<u16, u32>(&setup.surroundings);
-        surroundings.resize(surroundings.len().max(1), 0);
-        let surroundings = Buffer::from_slice(ctx, "surroundings", &surroundings)?;
+        let surroundings = pod_collect_to_vec::<u16, u32>(&setup.surroundings);
+        let surroundings = Buffer::from_slice_in(ctx, "surroundings", &surroundings, large)?;
         let across_triangles = Buffer::from_slice(ctx, "across_triangles", &vec![NONE; field])?;
         let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
         let clearance = Buffer::from_slice_in(ctx, "clearance", &clearance, large)?;
@@ -433,7 +432,7 @@ impl State {
             across_views: AcrossViews {
                 places: Texels::new(&across, 1)?,
                 triangles: Texels::new(&across_triangles, 1)?,
-                surroundings: Texels::new(&surroundings, 1)?,
+                surroundings: Texels::new(&surroundings, 2)?,
             },
             across,
             surroundings,

@@ -155,7 +155,6 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         windows: &s.transfers.windows,
         flow: &s.transfers.flow,
         particle_indices: &s.transfers.particle_indices,
-        clearance: &s.clearance,
         particles_before: &s.particles_view,
         motions_before: &s.motions_view,
         walkers: &s.walkers_view,

@@ -1,25 +1,41 @@
 //! What there is round each texel, so that one look tells all. Twin of `shaders/include/surroundings.glsl`.
 
 use super::kernels::UnfoldParams;
-use crate::mesh::atlas::Atlas;
+use crate::mesh::atlas::{Atlas, Outlooks};
 use crate::mesh::surface::NONE;
 
-/// The bits that tell how many half texels far straight lines stay on the surface around.
-pub const CLEARANCE: u16 = 255;
+/// The bits that tell up to where places of the same hue can be reached straight, in the atlas's
+/// [`outlook_unit`](Atlas::outlook_unit).
+pub const OUTLOOK: u16 = 255;
 /// A step from here may lead to where particles change objects.
 pub const NEAR: u16 = 256;
 /// Walks that get here go on on another object.
 pub const COVERED: u16 = 512;
 /// Sensors that walk from here may get to where another object covers the surface.
 pub const IN_SIGHT: u16 = 1024;
+/// What becomes other when objects move.
+pub const MARKS: u16 = NEAR | COVERED | IN_SIGHT;
+/// The bits that tell which charts are others, where they lie near each other.
+pub const HUE: u16 = 31 << 11;
 
 /// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and count as near.
 #[must_use]
-pub fn surroundings(atlas: &Atlas, clearance: &[u8]) -> Vec<u16> {
-    let texels = atlas.owner.iter().zip(clearance);
-    texels
-        .map(|(&owner, &clear)| u16::from(clear) | if owner == NONE { NEAR | IN_SIGHT } else { 0 })
-        .collect()
+pub fn surroundings(atlas: &Atlas, outlooks: &Outlooks) -> Vec<u16> {
+    let marks = atlas.owner.iter().map(|&owner| match owner {
+        NONE => NEAR | IN_SIGHT,
+        _ => 0,
+    });
+    let looks = outlooks.hues.iter().zip(&outlooks.distances);
+    let looks = looks.map(|(&hue, &distance)| u16::from(hue) << 11 | u16::from(distance));
+    marks.zip(looks).map(|(marks, look)| marks | look).collect()
+}
+
+/// Is the way between two such places, so long in texels, one on the surface? That takes the same hue, and that one end can be
+/// reached straight from the other.
+#[must_use]
+pub fn is_clear(length_squared: f32, unit: f32, start: u16, end: u16) -> bool {
+    let farthest = unit * f32::from((start & OUTLOOK).max(end & OUTLOOK));
+    start & HUE != 0 && (start ^ end) & HUE == 0 && length_squared <= farthest * farthest
 }
 
 /// What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold,

@@ -28,6 +28,7 @@ mod grid;
 mod gutter;
 mod nearness;
 mod outline;
+mod outlook;
 mod overlap;
 mod own_uvs;
 mod packed;
@@ -56,6 +57,7 @@ pub use exchange::{
     BLOCK_QUADS, BLOCK_ROWS, Exchange, ExchangeEntry, ExchangeRow, GREATEST_DENSITY,
     GREATEST_DIFFUSION,
 };
+pub use outlook::Outlooks;
 pub use packed::{PackedEntries, PackedExchange, PackedRow};
 pub use statistics::AtlasStatistics;
 

@@ -118,7 +118,7 @@ choice! {
 choice! {
     /// How a sensor gets to where it reads.
     Sensing {
-        /// Straight in the atlas where nothing but the surface around lies there; else it walks.
+        /// Straight in the atlas where its way stays in one chart; else it walks.
         #[default]
         Auto = "auto",
         /// It walks on the surface.

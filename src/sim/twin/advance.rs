@@ -3,7 +3,6 @@
 use super::strip::StripWalk;
 use super::trail::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
 use super::walk::WALK_DONE;
-use crate::mesh::atlas::CLEARANCE_UNIT;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::rng::{Purpose, random, unit};
@@ -11,7 +10,7 @@ use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
 use crate::sim::setup::Setup;
-use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
+use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR, is_clear};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
 
 /// What rounding may make of a distance.
@@ -25,8 +24,6 @@ pub struct AdvanceInputs<'a> {
     pub trail: &'a [f32],
     /// Last step's deposits.
     pub previous_deposits: &'a [u32],
-    /// Per texel: how many texels far straight lines stay on the surface around.
-    pub clearance: &'a [u8],
     /// Three vertex indices a triangle.
     pub corners: &'a [u32],
     /// Object-space vertices.
@@ -37,7 +34,7 @@ pub struct AdvanceInputs<'a> {
     pub physarums: &'a [Physarum],
     /// Signed distance to other objects, with filled gutters.
     pub distances: &'a [f32],
-    /// Per texel, of several objects: clearance, and marks for places near other objects and covered by them.
+    /// Per texel: outlook and hue, and marks for places near other objects and covered by them.
     pub surroundings: &'a [u16],
     /// Where covered texels go on on other objects.
     pub across: &'a [u32],
@@ -59,13 +56,12 @@ impl<'a> AdvanceInputs<'a> {
             strips: &setup.strips,
             trail: &[],
             previous_deposits: &[],
-            clearance: &setup.clearance,
             corners: &setup.corners,
             vertices: &setup.vertices,
             poses: &setup.poses,
             physarums,
             distances: &[],
-            surroundings: &[],
+            surroundings: &setup.surroundings,
             across: &[],
             across_triangles: &[],
             bias: &[],
@@ -350,17 +346,14 @@ fn straight_ahead(
     let p = map.du / ab;
     let h = (map.dv - cp * p) / ch;
     let ways = towards.map(|[x, y]| own.sensor_offset * (x * p + y * h));
-    let clearance_at = |place| {
-        CLEARANCE_UNIT * f32::from(inputs.clearance[texel_at(place, params.pitch) as usize])
-    };
-    let clear = clearance_at(from);
+    let around = |place| inputs.surroundings[texel_at(place, params.pitch) as usize];
+    let here = around(from);
     let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);
-    // Do the discs round both ends of each way, in which nothing but the surface around lies, cover the way?
-    let is_clear = ways.iter().zip(places).all(|(way, to)| {
-        let both = clear + clearance_at(to.map(|x| x.clamp(0.0, params.last_texel)));
-        way.dot(*way) <= both * both
+    let all_clear = ways.iter().zip(places).all(|(way, to)| {
+        let there = around(to.map(|x| x.clamp(0.0, params.last_texel)));
+        is_clear(way.dot(*way), params.outlook_unit, here, there)
     });
-    (places, is_clear)
+    (places, all_clear)
 }
 
 /// What a sensor reads at the end of its walk.

@@ -81,7 +81,6 @@ impl Simulation {
                 strips: &self.setup.strips,
                 trail: &self.trail,
                 previous_deposits: &self.previous_deposits,
-                clearance: &self.setup.clearance,
                 corners: &self.setup.corners,
                 vertices: &self.setup.vertices,
                 poses: &self.poses,

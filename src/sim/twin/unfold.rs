@@ -9,7 +9,7 @@ use super::walk::walk;
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
 use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
-use crate::sim::surroundings::{CLEARANCE, COVERED, marks_at};
+use crate::sim::surroundings::{COVERED, MARKS, marks_at};
 use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
@@ -75,7 +75,7 @@ pub fn unfold(
         // In the kernels it is `distance` that marks texels where those are listed.
         let marked = marks_at(inputs.distances[texel as usize], params);
         let around = &mut surroundings[texel as usize];
-        *around = *around & CLEARANCE | marked;
+        *around = *around & !MARKS | marked;
         if marked & COVERED == 0 {
             continue;
         }

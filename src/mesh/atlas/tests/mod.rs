@@ -6,6 +6,7 @@ mod control;
 mod exchange;
 mod layout;
 mod measure;
+mod outlook;
 mod own_uvs;
 mod reads;
 
