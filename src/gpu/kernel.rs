@@ -12,6 +12,7 @@ use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
 use super::sampled::Sampled;
+use super::slices::divides;
 use super::texels::TexelsCore;
 
 /// How a shader declares a block.
@@ -241,7 +242,13 @@ impl PipelineCore {
             .module(module.raw)
             .name(c"main")
             .specialization_info(&specialization);
+        let flags = if divides(ctx) {
+            vk::PipelineCreateFlags::DISPATCH_BASE
+        } else {
+            vk::PipelineCreateFlags::empty()
+        };
         let info = [vk::ComputePipelineCreateInfo::default()
+            .flags(flags)
             .stage(stage)
             .layout(core.layout)];
         // SAFETY: module, layout and constants are alive.

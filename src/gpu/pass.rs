@@ -372,7 +372,7 @@ impl PassRecorder<'_> {
             params,
         );
         if self.times_draws {
-            self.rec.work(D::NAME, SpanKind::Draw, draw);
+            self.rec.work(D::NAME, SpanKind::Draw, |rec| draw(rec));
         } else {
             draw(self.rec);
         }

@@ -129,8 +129,18 @@ impl Recorder {
             &params,
         );
         self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
-            // SAFETY: pipeline, descriptors and constants were bound for this layout above.
-            unsafe { rec.device().cmd_dispatch(rec.raw(), x, y, 1) };
+            for (i, part) in rec.parts_of(pipeline.core().name, [x, y]).enumerate() {
+                if i > 0 {
+                    rec.end_slice();
+                    rec.put::<K>(
+                        pipeline.core(),
+                        vk::PipelineBindPoint::COMPUTE,
+                        &args,
+                        &params,
+                    );
+                }
+                rec.dispatch_part(part);
+            }
         });
     }
 
@@ -245,6 +255,18 @@ impl Recorder {
         if I::DEBUG_BINDING.is_some() && point == vk::PipelineBindPoint::COMPUTE {
             self.announce_debug(pipeline.name);
         }
+        self.put::<I>(pipeline, point, args, params);
+    }
+
+    /// Binds what was checked, in whichever command buffer is being recorded.
+    fn put<I: Interface>(
+        &self,
+        pipeline: &PipelineCore,
+        point: vk::PipelineBindPoint,
+        args: &I::Args<'_>,
+        params: &I::Params,
+    ) {
+        let resources = I::resources(args);
         let buffers: Vec<_> = resources
             .iter()
             .map(|r| {
@@ -391,7 +413,7 @@ impl Recorder {
     }
 
     /// Records one piece of work with its label and its times.
-    pub(crate) fn work(&mut self, name: &str, kind: SpanKind, record: impl FnOnce(&Self)) {
+    pub(crate) fn work(&mut self, name: &str, kind: SpanKind, record: impl FnOnce(&mut Self)) {
         match kind {
             SpanKind::Kernel => self.commands.kernels += 1,
             SpanKind::Draw => self.commands.draws += 1,

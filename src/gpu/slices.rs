@@ -1,24 +1,34 @@
 //! A recording in slices: what takes the device long is handed to it kernel by kernel, and other frames come in between.
+//! Kernels that take long themselves are divided.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
+use std::time::Duration;
 
 use ash::vk;
 
+use super::context::Context;
 use super::crumbs::blame;
 use super::error::{Check, GpuError, GpuResult};
 use super::frame::{FrameResources, Frames};
+use super::info::DeviceKind;
 use super::recorder::Recorder;
+use super::timer::{SpanKind, Timings};
 use super::transfer::wait_for;
 
 const WHO: &str = "a slice of a frame";
+
+/// So many frames tell how long kernels take.
+const LATELY: usize = 8;
 
 /// What a recording has in slices.
 #[derive(Default)]
 pub(crate) struct Slices {
     /// Every kernel ends one.
     is_on: bool,
+    /// Of kernels that take long, how many slices each is.
+    parts: HashMap<String, u32>,
     /// How many have ended.
     count: usize,
     /// Those that the device has not been given yet.
@@ -35,8 +45,52 @@ impl Recorder {
     /// From now on every kernel ends a slice. [`Frames::run_slice`] hands slices to the device one by one, and
     /// [`Frames::submit`] takes whatever is left. What is submitted in between must not touch what this recording uses, and
     /// has to come from another ring.
-    pub fn slice(&mut self) {
+    ///
+    /// A dispatch of a kernel that has lately taken longer than `longest` is as many slices as that asks for, on devices
+    /// that are processors. Those whose groups only the device knows stay whole.
+    pub fn slice(&mut self, longest: Duration, lately: &Timings) {
         self.slices.is_on = true;
+        if !divides(self.ctx()) {
+            return;
+        }
+        let longest_ms = longest.as_secs_f64().max(1e-4) * 1e3;
+        for spans in lately.frames().rev().take(LATELY) {
+            for span in spans.iter().filter(|s| s.kind == SpanKind::Kernel) {
+                let parts = (span.ms() / longest_ms).ceil() as u32;
+                if parts > 1 {
+                    let most = self.slices.parts.entry(span.name.clone()).or_default();
+                    *most = parts.max(*most);
+                }
+            }
+        }
+    }
+
+    /// The parts of a dispatch with these groups: the first group of each, and how many.
+    pub(crate) fn parts_of(
+        &self,
+        kernel: &str,
+        groups: [u32; 2],
+    ) -> impl Iterator<Item = [[u32; 2]; 2]> + use<> {
+        let parts = match self.slices.parts.get(kernel) {
+            Some(&parts) if self.slices.is_on => parts,
+            _ => 1,
+        };
+        parts_of(groups, parts)
+    }
+
+    /// Dispatches a part of the groups of what is bound.
+    pub(crate) fn dispatch_part(&self, [first, count]: [[u32; 2]; 2]) {
+        // SAFETY: pipeline, descriptors and constants were bound for this layout, and where there is more than one part,
+        // the pipeline was made for it.
+        unsafe {
+            match first {
+                [0, 0] => (self.device()).cmd_dispatch(self.raw(), count[0], count[1], 1),
+                [x, y] => {
+                    let [width, height] = count;
+                    (self.device()).cmd_dispatch_base(self.raw(), x, y, 0, width, height, 1);
+                }
+            }
+        }
     }
 
     /// Can the device be given the rest? Where a slice was not finished in time, this waits for it once more.
@@ -87,6 +141,26 @@ impl Recorder {
             self.slices.gaps.push(query);
         }
     }
+}
+
+/// Are pipelines of this device made for parts of a dispatch? Where slices are short anyway, they need not be.
+pub(crate) fn divides(ctx: &Context) -> bool {
+    ctx.info().kind == DeviceKind::Cpu
+}
+
+/// Parts of about the same size, whole rows where there are several: kernels count their invocations by the width.
+fn parts_of([width, rows]: [u32; 2], parts: u32) -> impl Iterator<Item = [[u32; 2]; 2]> {
+    let whole = if rows > 1 { rows } else { width };
+    let parts = parts.clamp(1, whole.max(1));
+    let cut = move |part: u32| (u64::from(whole) * u64::from(part) / u64::from(parts)) as u32;
+    (0..parts).map(move |part| {
+        let (first, count) = (cut(part), cut(part + 1) - cut(part));
+        if rows > 1 {
+            [[0, first], [width, count]]
+        } else {
+            [[first, 0], [count, rows]]
+        }
+    })
 }
 
 /// Takes what came in the gaps out of times: of each gap its two queries. A time is as much earlier as gaps have ended before.
@@ -182,7 +256,32 @@ fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::without_gaps;
+    use super::{parts_of, without_gaps};
+
+    #[test]
+    fn parts_are_all_of_a_dispatch_once() {
+        for (groups, wanted) in [
+            ([1, 1], 3),
+            ([5, 1], 1),
+            ([5, 1], 3),
+            ([65_535, 1], 7),
+            ([40_000, 3], 2),
+            ([40_000, 3], 9),
+        ] {
+            let parts: Vec<_> = parts_of(groups, wanted).collect();
+            let most = if groups[1] > 1 { groups[1] } else { groups[0] };
+            assert_eq!(parts.len() as u32, wanted.min(most));
+            let mut next = 0;
+            for [[x, y], [width, height]] in &parts {
+                assert!(*width > 0 && *height > 0);
+                // As kernels count groups, in whole rows of a dispatch whose width they know.
+                assert!(*y == 0 || *width == groups[0]);
+                assert_eq!(y * width + x, next);
+                next += width * height;
+            }
+            assert_eq!(next, groups[0] * groups[1]);
+        }
+    }
 
     #[test]
     fn what_came_between_slices_is_nobodys_time() {

@@ -81,7 +81,7 @@ impl Timings {
     }
 
     /// The spans of each frame, oldest first; the first span of a frame is the frame itself.
-    pub fn frames(&self) -> impl ExactSizeIterator<Item = &[Span]> {
+    pub fn frames(&self) -> impl DoubleEndedIterator<Item = &[Span]> + ExactSizeIterator {
         self.frames.iter().map(Vec::as_slice)
     }
 

@@ -11,8 +11,10 @@ use super::show::{Seen, Shot};
 use super::stage::Stage;
 use super::window::Lab;
 
-/// The system's events are taken in as often, if no single kernel takes longer.
+/// The system's events are taken in as often, or a slice later.
 const LONGEST_SLICES: Duration = Duration::from_millis(25);
+/// Kernels that take longer are divided.
+pub(super) const LONGEST_SLICE: Duration = Duration::from_millis(12);
 /// From one answer to the next at the least, or a pointer that moves would keep the steps from coming.
 const BETWEEN_ANSWERS: Duration = Duration::from_millis(50);
 

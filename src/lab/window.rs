@@ -33,7 +33,7 @@ use super::saving::save_scene;
 use super::show::Shot;
 use super::stage::Stage;
 use super::theme;
-use super::under_way::{Left, UnderWay};
+use super::under_way::{LONGEST_SLICE, Left, UnderWay};
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);
@@ -267,7 +267,7 @@ impl Lab {
         // What is taken out may wait for what this frame copies.
         let in_slices = task.only_steps && self.pacer.are_long(task.steps) && !self.out.is_busy();
         if in_slices {
-            rec.slice();
+            rec.slice(LONGEST_SLICE, self.frames.timings());
         }
         if let Some(stage) = &mut self.stage {
             for _ in 0..task.steps {

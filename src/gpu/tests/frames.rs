@@ -5,6 +5,10 @@ use std::time::{Duration, Instant};
 use super::selftest::*;
 use super::*;
 use crate::gpu::frame::FIRST_QUERIES;
+use crate::gpu::{Span, SpanKind, Timings};
+
+/// Nothing here takes as long.
+const LONG: Duration = Duration::from_secs(100);
 
 #[test]
 fn times_form_a_tree_and_add_up() {
@@ -338,7 +342,7 @@ fn other_frames_come_between_slices_and_their_time_is_not_counted() {
     };
     for round in 1..=2 {
         let mut rec = frames.begin().unwrap();
-        rec.slice();
+        rec.slice(LONG, &Timings::default());
         rec.scope("step", |rec| {
             for amount in [1, 10, 100] {
                 bumped(rec, amount);
@@ -372,7 +376,7 @@ fn other_frames_come_between_slices_and_their_time_is_not_counted() {
             let ms = |frames: &Frames, name| {
                 let spans = frames.timings().frames().last().unwrap();
                 let of_name = spans.iter().filter(|span| span.name == name);
-                of_name.map(crate::gpu::Span::ms).sum::<f64>()
+                of_name.map(Span::ms).sum::<f64>()
             };
             let (step, answer) = (ms(&frames, "step"), ms(&between, "spin"));
             assert!(ms(&frames, "bump") <= step + 1e-6, "the kernels lie in it");
@@ -399,7 +403,7 @@ fn what_is_left_of_slices_is_submitted_with_the_frame() {
     let mut frames = Frames::new(&ctx, 2).unwrap();
     for run in [0, 1, 4] {
         let mut rec = frames.begin().unwrap();
-        rec.slice();
+        rec.slice(LONG, &Timings::default());
         for _ in 0..4 {
             let params = BumpParams {
                 count: 65,
@@ -438,7 +442,7 @@ fn the_rest_of_slices_can_be_left() {
         }
     };
     let mut rec = frames.begin().unwrap();
-    rec.slice();
+    rec.slice(LONG, &Timings::default());
     record(&mut rec);
     assert!(frames.run_slice(&mut rec).unwrap());
     drop(rec);
@@ -448,5 +452,59 @@ fn the_rest_of_slices_can_be_left() {
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
     assert_eq!(ctx.download(&values).unwrap(), [4; 65]);
+    assert_eq!(ctx.messages(), [""; 0]);
+}
+
+/// Also where a dispatch has several rows of groups, and once more after the first time.
+#[test]
+fn kernels_that_take_long_are_several_slices() {
+    let Some(ctx) = context_with(ContextOptions::default()) else {
+        return;
+    };
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let mut lately = Timings::default();
+    let span = |name: &str, ms: f64| Span {
+        name: name.to_owned(),
+        kind: SpanKind::Kernel,
+        parent: None,
+        begin_ns: 0.0,
+        end_ns: ms * 1e6,
+    };
+    lately.push(vec![
+        span("bump", 1.0),
+        span("bump", 2.5),
+        span("other", 40.0),
+    ]);
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    // Many groups, one group, and three rows of them.
+    let rows = 3 * 64 * ctx.info().max_group_count.min(65_535) - 1000;
+    for (count, slices) in [(1000, 3), (65, 2), (64, 1), (rows, 3)] {
+        let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
+        for round in 1..=2 {
+            let mut rec = frames.begin().unwrap();
+            rec.slice(Duration::from_millis(1), &lately);
+            let params = BumpParams { count, amount: 1 };
+            let args = BumpArgs { values: &values };
+            rec.scope("step", |rec| {
+                rec.dispatch(&bump, Threads(count), args, params)
+            });
+            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+            let mut seen = 0;
+            while frames.run_slice(&mut rec).unwrap() {
+                seen += 1;
+            }
+            frames.submit(rec).unwrap();
+            frames.wait_idle().unwrap();
+            let is_divided = ctx.info().kind == DeviceKind::Cpu;
+            assert_eq!(seen, if is_divided { slices } else { 1 }, "{count}");
+            let now = ctx.download(&values).unwrap();
+            assert!(now.iter().all(|&value| value == round), "{count}");
+            // One kernel, in however many parts.
+            let spans = frames.timings().frames().last();
+            let names = spans.map(|spans| spans.iter().map(|s| s.name.as_str()).collect());
+            let whole = ["frame", "step", "bump"];
+            assert!(names.is_none_or(|names: Vec<&str>| names == whole));
+        }
+    }
     assert_eq!(ctx.messages(), [""; 0]);
 }
