@@ -25,6 +25,7 @@ mod copy;
 mod crumbs;
 mod debug;
 mod device;
+mod dispatch;
 mod error;
 mod frame;
 mod graveyard;

@@ -6,14 +6,13 @@ use ash::vk;
 
 use super::access::Access;
 use super::alone::Part;
-use super::buffer::{AnyBuffer, Buffer};
+use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::frame::FrameResources;
 use super::info::DeviceKind;
 use super::kernel::{
-    Binding, BindingAccess, BindingKind, DispatchGroups, Interface, Kernel, Params, Pipeline,
-    PipelineCore, Resource, Threads, descriptor_type,
+    Binding, BindingAccess, BindingKind, Interface, Params, PipelineCore, Resource, descriptor_type,
 };
 use super::slices::Slices;
 use super::timer::SpanKind;
@@ -104,92 +103,6 @@ impl Recorder {
         self.cmd
     }
 
-    /// Runs a kernel with at least `threads` invocations; none records nothing.
-    ///
-    /// # Panics
-    /// If a barrier is missing, or one buffer is bound twice and written.
-    pub fn dispatch<K: Kernel>(
-        &mut self,
-        pipeline: &Pipeline<K>,
-        threads: Threads,
-        args: K::Args<'_>,
-        params: K::Params,
-    ) {
-        let Some([x, y]) = threads.groups(K::GROUP_SIZE, self.ctx().info().max_group_count) else {
-            return;
-        };
-        if !self.admits::<K>(pipeline.core().name, &args) {
-            return;
-        }
-        self.bind::<K>(
-            pipeline.core(),
-            vk::PipelineBindPoint::COMPUTE,
-            Access::Kernel,
-            &args,
-            &params,
-        );
-        self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
-            for (i, part) in rec.parts_of(pipeline.core().name, [x, y]).enumerate() {
-                if i > 0 {
-                    rec.end_slice();
-                    rec.put::<K>(
-                        pipeline.core(),
-                        vk::PipelineBindPoint::COMPUTE,
-                        &args,
-                        &params,
-                    );
-                }
-                rec.dispatch_part(part);
-            }
-        });
-    }
-
-    /// As [`Recorder::dispatch`], with the groups that `groups` holds at `index`; they stay on the device.
-    ///
-    /// # Panics
-    /// If `groups` has no such index, a barrier is missing, or one buffer is bound twice and written.
-    pub fn dispatch_indirect<K: Kernel>(
-        &mut self,
-        pipeline: &Pipeline<K>,
-        groups: &Buffer<DispatchGroups>,
-        index: usize,
-        args: K::Args<'_>,
-        params: K::Params,
-    ) {
-        assert!(
-            index < groups.len(),
-            "`{}` has {} elements, not {index}",
-            groups.name(),
-            groups.len()
-        );
-        if !self.admits::<K>(pipeline.core().name, &args) {
-            return;
-        }
-        let core = groups.core();
-        core.touch(
-            self.ticket,
-            pipeline.core().name,
-            Access::Indirect,
-            true,
-            false,
-        );
-        self.bind::<K>(
-            pipeline.core(),
-            vk::PipelineBindPoint::COMPUTE,
-            Access::Kernel,
-            &args,
-            &params,
-        );
-        self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
-            let offset = (index * size_of::<DispatchGroups>()) as u64;
-            // SAFETY: as in `dispatch`; the groups lie in the buffer, which was made for indirect use.
-            unsafe {
-                rec.device()
-                    .cmd_dispatch_indirect(rec.raw(), core.raw(), offset)
-            };
-        });
-    }
-
     /// What was done by `from` to the buffers happens before, and is seen by, what `to` does next.
     pub fn barrier(&mut self, from: Access, to: Access, buffers: &[&dyn AnyBuffer]) {
         if matches!(self.part, Part::Names(_)) {
@@ -259,7 +172,7 @@ impl Recorder {
     }
 
     /// Binds what was checked, in whichever command buffer is being recorded.
-    fn put<I: Interface>(
+    pub(crate) fn put<I: Interface>(
         &self,
         pipeline: &PipelineCore,
         point: vk::PipelineBindPoint,

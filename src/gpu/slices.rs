@@ -47,7 +47,7 @@ impl Recorder {
     /// has to come from another ring.
     ///
     /// A dispatch of a kernel that has lately taken longer than `longest` is as many slices as that asks for, on devices
-    /// that are processors. Those whose groups only the device knows stay whole.
+    /// that are processors. [`Recorder::dispatch_indirect`] stays whole.
     pub fn slice(&mut self, longest: Duration, lately: &Timings) {
         self.slices.is_on = true;
         if !divides(self.ctx()) {
@@ -63,6 +63,11 @@ impl Recorder {
                 }
             }
         }
+    }
+
+    /// Is a dispatch of a kernel divided?
+    pub(crate) fn takes_long(&self, kernel: &str) -> bool {
+        self.slices.is_on && self.slices.parts.contains_key(kernel)
     }
 
     /// The parts of a dispatch with these groups: the first group of each, and how many.

@@ -455,6 +455,16 @@ fn the_rest_of_slices_can_be_left() {
     assert_eq!(ctx.messages(), [""; 0]);
 }
 
+fn kernel_span(name: &str, ms: f64) -> Span {
+    Span {
+        name: name.to_owned(),
+        kind: SpanKind::Kernel,
+        parent: None,
+        begin_ns: 0.0,
+        end_ns: ms * 1e6,
+    }
+}
+
 /// Also where a dispatch has several rows of groups, and once more after the first time.
 #[test]
 fn kernels_that_take_long_are_several_slices() {
@@ -463,17 +473,10 @@ fn kernels_that_take_long_are_several_slices() {
     };
     let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
     let mut lately = Timings::default();
-    let span = |name: &str, ms: f64| Span {
-        name: name.to_owned(),
-        kind: SpanKind::Kernel,
-        parent: None,
-        begin_ns: 0.0,
-        end_ns: ms * 1e6,
-    };
     lately.push(vec![
-        span("bump", 1.0),
-        span("bump", 2.5),
-        span("other", 40.0),
+        kernel_span("bump", 1.0),
+        kernel_span("bump", 2.5),
+        kernel_span("other", 40.0),
     ]);
     let mut frames = Frames::new(&ctx, 1).unwrap();
     // Many groups, one group, and three rows of them.
@@ -505,6 +508,54 @@ fn kernels_that_take_long_are_several_slices() {
             let whole = ["frame", "step", "bump"];
             assert!(names.is_none_or(|names: Vec<&str>| names == whole));
         }
+    }
+    assert_eq!(ctx.messages(), [""; 0]);
+}
+
+/// Divided, they come with as many invocations as there may be, and pass over the rest themselves.
+#[test]
+fn what_only_the_device_counts_is_divided_too() {
+    let Some(ctx) = context_with(ContextOptions::default()) else {
+        return;
+    };
+    let size_up = Pipeline::<SizeUp>::new(&ctx, &()).unwrap();
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    const MOST: u32 = 10_000;
+    for count in [0, 1, 700, MOST] {
+        let groups = Buffer::<DispatchGroups>::zeroed(&ctx, "groups", 1).unwrap();
+        let values = Buffer::<u32>::zeroed(&ctx, "values", MOST as usize).unwrap();
+        // Once whole, for nothing is known of it yet, then in three parts.
+        for slices in [1, 3] {
+            let mut rec = frames.begin().unwrap();
+            let params = SizeUpParams {
+                count,
+                group_size: 64,
+            };
+            let args = SizeUpArgs { groups: &groups };
+            rec.dispatch(&size_up, Threads(1), args, params);
+            rec.barrier(Access::Kernel, Access::Indirect, &[&groups]);
+            let mut lately = Timings::default();
+            if slices > 1 {
+                lately.push(vec![kernel_span("bump", 29.0)]);
+            }
+            rec.slice(Duration::from_millis(10), &lately);
+            let params = BumpParams { count, amount: 1 };
+            let args = BumpArgs { values: &values };
+            rec.dispatch_at_most(&bump, Threads(MOST), (&groups, 0), args, params);
+            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
+            rec.barrier(Access::Indirect, Access::Kernel, &[&groups]);
+            let mut seen = 0;
+            while frames.run_slice(&mut rec).unwrap() {
+                seen += 1;
+            }
+            frames.submit(rec).unwrap();
+            frames.wait_idle().unwrap();
+            let is_divided = ctx.info().kind == DeviceKind::Cpu;
+            assert_eq!(seen, if is_divided { slices } else { 1 }, "{count}");
+        }
+        let (counted, rest) = (vec![2; count as usize], vec![0; (MOST - count) as usize]);
+        assert_eq!(ctx.download(&values).unwrap(), [counted, rest].concat());
     }
     assert_eq!(ctx.messages(), [""; 0]);
 }

@@ -7,6 +7,7 @@ use super::super::kernels::{
 };
 use super::super::params::StepParams;
 use super::super::pipelines::Kernels;
+use super::super::samples::TILE_SAMPLES;
 use super::super::state::State;
 use crate::gpu::{
     Access::{Copy, Indirect, Kernel},
@@ -78,10 +79,10 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                 ],
             );
             rec.barrier(Kernel, Indirect, &[&s.tile_groups]);
-            rec.dispatch_indirect(
+            rec.dispatch_at_most(
                 &k.distance,
-                &s.tile_groups,
-                LISTED,
+                Threads(params.distance.tile_count * TILE_SAMPLES),
+                (&s.tile_groups, LISTED),
                 DistanceArgs {
                     pairs: &s.distance_views.pairs,
                     samples: &s.distance_views.samples,

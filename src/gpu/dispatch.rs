@@ -1,0 +1,117 @@
+//! Recording dispatches: with a number of invocations that the host knows, or that only the device does.
+
+use ash::vk;
+
+use super::access::Access;
+use super::buffer::{AnyBuffer, Buffer};
+use super::kernel::{DispatchGroups, Kernel, Pipeline, Threads};
+use super::recorder::Recorder;
+use super::timer::SpanKind;
+
+impl Recorder {
+    /// Runs a kernel with at least `threads` invocations; none records nothing.
+    ///
+    /// # Panics
+    /// If a barrier is missing, or one buffer is bound twice and written.
+    pub fn dispatch<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        threads: Threads,
+        args: K::Args<'_>,
+        params: K::Params,
+    ) {
+        let Some([x, y]) = threads.groups(K::GROUP_SIZE, self.ctx().info().max_group_count) else {
+            return;
+        };
+        if !self.admits::<K>(pipeline.core().name, &args) {
+            return;
+        }
+        self.bind::<K>(
+            pipeline.core(),
+            vk::PipelineBindPoint::COMPUTE,
+            Access::Kernel,
+            &args,
+            &params,
+        );
+        self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
+            for (i, part) in rec.parts_of(pipeline.core().name, [x, y]).enumerate() {
+                if i > 0 {
+                    rec.end_slice();
+                    rec.put::<K>(
+                        pipeline.core(),
+                        vk::PipelineBindPoint::COMPUTE,
+                        &args,
+                        &params,
+                    );
+                }
+                rec.dispatch_part(part);
+            }
+        });
+    }
+
+    /// As [`Recorder::dispatch`], with the groups that `groups` holds at `index`; they stay on the device.
+    ///
+    /// # Panics
+    /// If `groups` has no such index, a barrier is missing, or one buffer is bound twice and written.
+    pub fn dispatch_indirect<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        groups: &Buffer<DispatchGroups>,
+        index: usize,
+        args: K::Args<'_>,
+        params: K::Params,
+    ) {
+        assert!(
+            index < groups.len(),
+            "`{}` has {} elements, not {index}",
+            groups.name(),
+            groups.len()
+        );
+        if !self.admits::<K>(pipeline.core().name, &args) {
+            return;
+        }
+        let core = groups.core();
+        core.touch(
+            self.ticket,
+            pipeline.core().name,
+            Access::Indirect,
+            true,
+            false,
+        );
+        self.bind::<K>(
+            pipeline.core(),
+            vk::PipelineBindPoint::COMPUTE,
+            Access::Kernel,
+            &args,
+            &params,
+        );
+        self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
+            let offset = (index * size_of::<DispatchGroups>()) as u64;
+            // SAFETY: as in `dispatch`; the groups lie in the buffer, which was made for indirect use.
+            unsafe {
+                rec.device()
+                    .cmd_dispatch_indirect(rec.raw(), core.raw(), offset)
+            };
+        });
+    }
+
+    /// As [`Recorder::dispatch_indirect`], where there are no more than `most` invocations and the kernel itself passes over
+    /// those that `groups` leave out: in slices it can be divided, although only the device knows how many there are.
+    ///
+    /// # Panics
+    /// As [`Recorder::dispatch_indirect`].
+    pub fn dispatch_at_most<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        most: Threads,
+        (groups, index): (&Buffer<DispatchGroups>, usize),
+        args: K::Args<'_>,
+        params: K::Params,
+    ) {
+        if self.takes_long(pipeline.core().name) {
+            self.dispatch(pipeline, most, args, params);
+        } else {
+            self.dispatch_indirect(pipeline, groups, index, args, params);
+        }
+    }
+}
