@@ -2,8 +2,8 @@
 // Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses; distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
-// In four forms: first, sensors read straight ahead in the atlas where only the surface around lies there, and particles with
-// others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Where sensors see other objects, those
+// In four forms: first, sensors read straight ahead in the atlas where nothing of their chart is hidden on the way, and particles
+// with others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Where sensors see other objects, those
 // that may have to do with one are listed apart, and come as advance_near and, if their sensors walk, as walk_near; the first two
 // then know of none. Devices that run both sides of every branch would pay for all that of each particle otherwise. Or there is
 // one form in which all sensors walk.
@@ -363,13 +363,12 @@ void main() {
     Particle particle = particle_of(texelFetch(particles_before, int(i)));
     Motion motion = motion_of(texelFetch(motions_before, int(i)));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
-    uint flags = motion.flags & ~FED;
+    uint flags = stamp_of(params.time_step);
     if (TURNS) {
-        uint stamp = stamp_of(params.time_step);
+        uint before = motion.flags & ~FED;
         bool of_another = shape_words(particle.triangle).w != params.object;
         if (WINDOWS) of_another = false;
-        if (of_another || flags == stamp || (flags & IN_FLIGHT) != 0u) return;
-        flags = stamp;
+        if (of_another || before == flags || (before & IN_FLIGHT) != 0u) return;
     }
     take_physarum(particle.triangle);
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;

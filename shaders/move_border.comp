@@ -3,7 +3,7 @@
 // Writes  flow, windows, the groups of the dispatches that follow.
 // One invocation; sizes made on the device stay there.
 // Without windows only the lists are closed.
-// Overflow: entries beyond the capacity were never written. They are counted as refused, and the most that a turn wanted is kept.
+// Overflow: entries beyond the capacity were never written. They are counted as refused, and the capacity that would have done is kept.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -37,7 +37,8 @@ void main() {
     now.carried = now.passing;
     now.selected += now.wanted - now.passing;
     now.refused += now.wanted - leaving;
-    now.most_wanted = max(now.most_wanted, now.wanted);
+    now.asking = now.wanted - now.passing + (params.object == 0u ? 0u : now.asking);
+    now.most_wanted = max(now.most_wanted, max(now.wanted, now.refused > 0u ? now.asking : 0u));
     // Those of the turn before, which no kernel needs any more.
     now.mismatches += uint(now.stayers != now.outside);
     now.wanted = 0u;

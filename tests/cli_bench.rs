@@ -285,6 +285,11 @@ fn meshes_need_no_device() {
         .collect();
     assert_eq!(triangles, [320, 1280]);
     assert!(results["device"].is_null());
+    let message = failed(&["bench", "mesh", "--device", "0"]);
+    assert!(
+        message.contains("`--device` would change nothing"),
+        "{message}"
+    );
     let names: Vec<&Value> = points[0]["parts"]
         .as_array()
         .expect("they are listed")

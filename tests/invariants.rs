@@ -6,6 +6,7 @@ mod program;
 
 use common::gpu;
 use myxo::gpu::Frames;
+use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 
@@ -197,6 +198,27 @@ fn whatever_is_wrong_with_a_state_is_named() {
         damage(&mut damaged);
         let problem = damaged.validate(&setup).expect_err(expected);
         assert!(problem.contains(expected), "{expected} in {problem}");
+    }
+}
+
+/// Who has advanced twice while another one has not is found out, whether objects have turns or not.
+#[test]
+fn one_advance_a_step_is_checked_by_every_strategy() {
+    let folder = Folder::new();
+    for strategy in Strategy::ALL {
+        let text = SCENE.replace("parallel", strategy.word());
+        let scene = Scene::load(&folder.with("two.toml", &text), &Overrides::default()).unwrap();
+        let Some((setup, state)) = state(&scene) else {
+            return;
+        };
+        state.validate(&setup).unwrap();
+        let mut left_out = state.clone();
+        left_out.motions[5].flags -= 2;
+        let problem = left_out.validate(&setup).expect_err(strategy.word());
+        assert!(
+            problem.contains("advanced last in step 14, and others in step 15"),
+            "{strategy:?}: {problem}"
+        );
     }
 }
 

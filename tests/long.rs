@@ -192,7 +192,7 @@ fn section(name: &str, length: Length, rows: &[Row]) -> String {
         )
         .unwrap();
     }
-    let shown = [Strategy::Parallel, Strategy::Direct, Strategy::Respawn];
+    let shown = [Strategy::Parallel, Strategy::Direct];
     for row in rows.iter().filter(|row| shown.contains(&row.strategy)) {
         let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
         writeln!(
@@ -219,7 +219,7 @@ const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16
 fn populations(ctx: &Arc<Context>, length: Length) -> String {
     let mut text = format!(
         "\n## `gears`, {} steps: who is there\n\n\
-         | strategy | `transfer.threshold` | `transfer.buffer_size` | lost | doubled | selected | refused | most in a turn |\n\
+         | strategy | `transfer.threshold` | `transfer.buffer_size` | lost | doubled | selected | refused | size that would have done |\n\
          | --- | --: | --: | --: | --: | --: | --: | --: |\n",
         length.steps
     );
@@ -277,29 +277,35 @@ fn a_full_buffer_says_which_size_would_have_done() {
     if no_device() {
         return;
     }
-    let run = |buffer_size: &str| {
-        let set = format!("transfer.buffer_size={buffer_size}");
-        let crowded = ["--set", CROWDED[0], "--set", &set];
-        let scene = [
-            "profile", "gears", "--steps", "10", "--warmup", "0", "--json",
-        ];
-        let small = ["--set", "particles.count=20000", "--set", "atlas.size=256"];
-        done(&[&scene[..], &small, &crowded].concat())
-    };
-    let messages = run("16");
-    let (_, advice) = messages
-        .split_once("raise transfer.buffer_size from 16 to ")
-        .expect(&messages);
-    assert!(messages.contains("warning: transfers overflowed: "));
-    let size: u32 = advice
-        .split_whitespace()
-        .next()
-        .unwrap()
-        .replace(',', "")
-        .parse()
-        .expect(advice);
-    assert!(size > 16);
-    assert!(!run("20000").contains("overflowed"));
+    let strategy = |word: &str| format!("transfer.strategy={word}");
+    for (scene, strategy, steps) in [
+        ("gears", strategy("parallel"), "10"),
+        ("gears", strategy("scattered"), "20"),
+        ("gears", strategy("direct"), "10"),
+        ("trio", strategy("parallel"), "20"),
+    ] {
+        let run = |buffer_size: &str| {
+            let set = format!("transfer.buffer_size={buffer_size}");
+            let crowded = ["--set", CROWDED[0], "--set", &set, "--set", &strategy];
+            let scene = [
+                "profile", scene, "--steps", steps, "--warmup", "0", "--json",
+            ];
+            let small = ["--set", "particles.count=20000", "--set", "atlas.size=256"];
+            done(&[&scene[..], &small, &crowded].concat())
+        };
+        let messages = run("16");
+        let (_, advice) = messages
+            .split_once("raise transfer.buffer_size from 16 to ")
+            .expect(&messages);
+        assert!(messages.contains("warning: transfers overflowed: "));
+        let size = advice.split_whitespace().next().unwrap().replace(',', "");
+        assert!(size.parse::<u32>().expect(advice) > 16);
+        let messages = run(&size);
+        assert!(
+            !messages.contains("overflowed"),
+            "{scene}, {size}: {messages}"
+        );
+    }
 }
 
 /// Writes what it finds to the file that `MYXO_TABLE` names, after each part. `MYXO_PARTS=trio,gears,population` takes

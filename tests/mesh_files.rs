@@ -232,6 +232,16 @@ fn nodes_place_their_meshes() {
     assert!((b - a).cross(c - a).z > 0.0);
     assert_eq!(mirrored.report.mended_triangles, 0);
 
+    // A turn by 90 degrees below an uneven scale: that is no length along the mesh's own axes any more.
+    let uneven = place(
+        r#","nodes":[{"mesh":0,"rotation":[0,0,0.7071067811865476,0.7071067811865476]},
+        {"children":[0],"scale":[1,3,0.5]}],"scenes":[{"nodes":[1]}]"#,
+    );
+    let (low, high) = uneven.bounds();
+    assert!(low.distance(Vec3::new(-1.0, 0.0, 0.0)) < 1e-5, "{low}");
+    assert!(high.distance(Vec3::new(0.0, 3.0, 0.0)) < 1e-5, "{high}");
+    assert_eq!(uneven.report.mended_triangles, 0);
+
     // Two nodes with one mesh; a circle; a node that is named twice.
     let twice = place(
         r#","scenes":[{"nodes":[0,1,0]}],"nodes":[{"mesh":0,"children":[2]},

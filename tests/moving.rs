@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Gpu, gpu};
+use common::{Gpu, by_id, gpu};
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};
@@ -98,8 +98,9 @@ fn steps_in_flight_keep_their_poses() {
 
 /// Particles of the two that are on the same triangle, as a share.
 fn agreement(a: &Snapshot, b: &Snapshot) -> f64 {
-    let same = a.particles.iter().zip(&b.particles);
-    let same = same.filter(|(a, b)| a.triangle == b.triangle).count();
+    let same = by_id(a).into_iter().zip(by_id(b));
+    let same = same.filter(|((a, _), (b, _))| a.triangle == b.triangle);
+    let same = same.count();
     same as f64 / a.particles.len() as f64
 }
 
@@ -141,7 +142,7 @@ fn an_objects_own_values_hold_on_it_alone() {
     advance(&gpu, &mut simulation, 3);
     let count_moved = |before: &Snapshot, after: &Snapshot| {
         let mut moved = [0, 0];
-        for (a, b) in before.particles.iter().zip(&after.particles) {
+        for ((a, _), (b, _)) in by_id(before).into_iter().zip(by_id(after)) {
             let object = scene.surface.triangles[a.triangle as usize].object;
             moved[object as usize] += u32::from((a.triangle, a.u, a.v) != (b.triangle, b.u, b.v));
         }

@@ -41,7 +41,7 @@ impl Case {
     fn new(count: u32, size: u32, windows: bool) -> Self {
         let scene = trio(count, size, Strategy::Parallel);
         let setup = Setup::new(&scene).unwrap();
-        let params = SortParams::at_end_of(&scene.settings, &setup, SORT_INTERVAL - 1).unwrap();
+        let params = SortParams::at_end_of(&scene.settings, &setup, SORT_INTERVAL).unwrap();
         let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
         let mut in_order = setup.particles.clone();
         in_order.sort_by_key(object);
@@ -240,7 +240,7 @@ fn steps_sort_every_so_often() {
             let setup = simulation.setup();
             let tiles = Tiles::of(&setup.atlas, 3);
             let windows = strategy.has_windows();
-            let params = SortParams::at_end_of(&scene.settings, setup, SORT_INTERVAL - 1);
+            let params = SortParams::at_end_of(&scene.settings, setup, SORT_INTERVAL);
             let Some(params) = params else { continue };
             assert_eq!(params.count.tile_count, tiles.count);
             let start = state
@@ -263,8 +263,10 @@ fn steps_sort_every_so_often() {
             assert!(runs.is_empty());
             continue;
         }
-        assert_eq!(share(SORT_INTERVAL - 1), 1.0, "{strategy:?}: {runs:?}");
-        assert!(share(SORT_INTERVAL - 2) < 0.9, "{strategy:?}: {runs:?}");
+        for sorted in [0, SORT_INTERVAL] {
+            assert_eq!(share(sorted), 1.0, "{strategy:?}: {runs:?}");
+        }
+        assert!(share(SORT_INTERVAL - 1) < 0.9, "{strategy:?}: {runs:?}");
     }
     gpu.finish();
 }

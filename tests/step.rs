@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Gpu, gpu, scene, scene_of};
+use common::{Gpu, by_id, gpu, scene, scene_of};
 use glam::{DVec2, DVec3};
 use myxo::gpu::Frames;
 use myxo::mesh::suite;
@@ -222,7 +222,7 @@ fn straight_walks_stay_straight_and_what_is_pending_is_walked() {
             s.physarum.edge_crossing_attempts = attempts;
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        let before = simulation.snapshot().unwrap();
+        let before = by_id(&simulation.snapshot().unwrap());
         let steps = 12;
         let mut most_pending = 0.0f32;
         for _ in 0..steps {
@@ -234,22 +234,22 @@ fn straight_walks_stay_straight_and_what_is_pending_is_walked() {
                 .fold(most_pending, |most, m| most.max(m.pending));
         }
         assert_eq!(most_pending > 0.0, some_pending, "{attempts} attempts");
-        let after = simulation.snapshot().unwrap();
+        let after = by_id(&simulation.snapshot().unwrap());
         let surface = &simulation.setup().surface;
         let speed = f64::from(scene.settings.physarum.speed * simulation.setup().radius);
         let mut misses: Vec<f64> = (0..400)
-            .filter(|&i| f64::from(after.motions[i].pending) < 0.999 * speed)
+            .filter(|&i: &usize| f64::from(after[i].1.pending) < 0.999 * speed)
             .map(|i| {
-                let (p, m) = (before.particles[i], before.motions[i]);
+                let (p, m) = before[i];
                 let start = SurfacePoint {
                     triangle: p.triangle,
                     u: f64::from(p.u),
                     v: f64::from(p.v),
                 };
                 let heading = DVec2::new(f64::from(m.heading_p), f64::from(m.heading_h));
-                let length = f64::from(steps) * speed - f64::from(after.motions[i].pending);
+                let length = f64::from(steps) * speed - f64::from(after[i].1.pending);
                 let end = walk(surface, start, heading, length, None, BorderRule::Reflect);
-                let p = after.particles[i];
+                let (p, _) = after[i];
                 let here = SurfacePoint {
                     triangle: p.triangle,
                     u: f64::from(p.u),

@@ -4,13 +4,13 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Gpu, TRIO, gpu, scene_of_several};
+use common::{Gpu, TRIO, by_id, gpu, scene_of_several};
 use glam::Vec3;
 use myxo::gpu::Frames;
 use myxo::scene::Scene;
 use myxo::scene::settings::{Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::types::{Motion, Particle, Transfer};
+use myxo::sim::types::{Particle, Transfer};
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
 /// Objects that stand in one another.
@@ -130,18 +130,6 @@ fn every_strategy_gives_the_same_bits_twice() {
     gpu.finish();
 }
 
-/// The same in the same order, whatever the slots.
-fn by_id(state: &Snapshot) -> Vec<(Particle, Motion)> {
-    let mut all: Vec<_> = state
-        .particles
-        .iter()
-        .copied()
-        .zip(state.motions.iter().copied())
-        .collect();
-    all.sort_by_key(|(particle, _)| particle.id);
-    all
-}
-
 /// Who has left its object in a step, has arrived on another one, or begun anew; with the object that it is on or goes
 /// to.
 fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, u32> {
@@ -172,16 +160,45 @@ fn in_flight(state: &Snapshot) -> BTreeMap<u32, Transfer> {
         .collect()
 }
 
-/// From one state, a step by the kernels and one by the twins.
+/// Where all sensors walk.
 #[test]
 fn a_step_agrees_with_its_twin_by_every_strategy() {
-    let Some(gpu) = gpu() else { return };
+    agrees_with_its_twin(|settings| {
+        settings.physarum.gravity_weight = 3.0;
+        settings.particles.count = 1500;
+    });
+}
+
+/// Where sensors read straight ahead if they can, and those that are near other objects come apart, with all that sensors weigh
+/// but for heights.
+#[test]
+fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
+    let forms = agrees_with_its_twin(|settings| {
+        settings.particles.count = 1500;
+        settings.physarum.sensor_noise = 0.05;
+        settings.physarum.decrowding_weight = 0.3;
+        settings.physarum.distance_weight = -2.0;
+        settings.physarum.favourite_density = 4.0;
+    });
+    for (strategy, forms) in forms {
+        let [here, walk, near, walk_near] = forms;
+        assert!(here > 20 && walk > 20, "{strategy:?}: {forms:?}");
+        // Sensors see other objects where particles go there.
+        let sees_others = ![Strategy::None, Strategy::Respawn].contains(&strategy);
+        assert_eq!(near > 20, sees_others, "{strategy:?}: {forms:?}");
+        assert_eq!(walk_near > 20, sees_others, "{strategy:?}: {forms:?}");
+    }
+}
+
+/// From one state, a step by the kernels and one by the twins; returns how many particles came in which form of it.
+fn agrees_with_its_twin(change: impl Fn(&mut Settings)) -> Vec<(Strategy, [usize; 4])> {
+    let mut forms = Vec::new();
+    let Some(gpu) = gpu() else { return forms };
     for &strategy in Strategy::ALL {
         let scene = trio(|s| {
             s.transfer.strategy = strategy;
             s.transfer.threshold = 0.01;
-            s.physarum.gravity_weight = 3.0;
-            s.particles.count = 1500;
+            change(s);
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         let setup = simulation.setup().clone();
@@ -235,7 +252,12 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
         assert_eq!(by_kernel, by_twins, "{strategy:?}");
         assert_eq!(same_of_changed, by_twins.len(), "{strategy:?}");
         assert_eq!((here.len(), same_flights), (there.len(), there.len()));
-        assert_eq!(by_twins.len() > 20, strategy != Strategy::None);
+        assert_eq!(
+            by_twins.len() > 20,
+            strategy != Strategy::None,
+            "{strategy:?}: {}",
+            by_twins.len()
+        );
         assert_eq!(there.len() > 5, strategy.has_turns());
         // Of the rest, whose sensors see the same to a last bit may turn either way.
         assert!(same * 100 >= rest * 99, "{strategy:?}: {same} of {rest}");
@@ -246,8 +268,10 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
             "{strategy:?}"
         );
         assert_eq!(selected(&kernel), selected(&twin), "{strategy:?}");
+        forms.push((strategy, by_twin.forms()));
     }
     gpu.finish();
+    forms
 }
 
 #[test]

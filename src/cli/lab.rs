@@ -12,17 +12,19 @@ use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
 use crate::lab::{self, LabOptions, Preferences};
 
+/// Of what opens where no scene is named: trails as they are by themselves draw together to a few lines within a minute.
+const FIRST_LOOK: &str = "cells";
+
 /// Open a window: look, play, turn parameters
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(after_help = "\
 Examples:
-  myxo lab                              the scene torus
+  myxo lab                              the scene torus with the look cells
   myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000")]
 pub struct Lab {
-    /// A built-in name, a .toml file or a model
-    #[arg(default_value = DEFAULT_SCENE)]
-    scene: PathBuf,
+    /// A built-in name, a .toml file or a model; without one the torus, with a look that lasts
+    scene: Option<PathBuf>,
     /// Size of the window, in pixels; else that of last time
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
@@ -44,25 +46,17 @@ pub struct Lab {
     device: DeviceOptions,
 }
 
-impl Default for Lab {
-    fn default() -> Self {
-        Self {
-            scene: DEFAULT_SCENE.into(),
-            size: None,
-            places: None,
-            frames: None,
-            lose_device: None,
-            no_preferences: false,
-            changes: SceneOptions::default(),
-            device: DeviceOptions::default(),
-        }
-    }
-}
-
 impl Lab {
     /// Loads the scene and opens the window with it.
     pub fn run(&self) -> Result<Outcome> {
-        let scene = Scene::load(&self.scene, &self.changes.overrides())?;
+        let mut overrides = self.changes.overrides();
+        let scene = self.scene.clone().unwrap_or_else(|| {
+            overrides
+                .preset
+                .get_or_insert_with(|| FIRST_LOOK.to_owned());
+            DEFAULT_SCENE.into()
+        });
+        let scene = Scene::load(&scene, &overrides)?;
         let size = self.size.map(|size| [size.width, size.height]);
         let preferences = Preferences::file().filter(|_| !self.no_preferences);
         lab::run(

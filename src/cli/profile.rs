@@ -1,5 +1,7 @@
 //! `myxo profile`: the GPU time of every kernel.
 
+mod turns;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -31,7 +33,10 @@ Examples:
   myxo profile trio --kernel transfer_out       any that a step of the scene has
   myxo profile cube --trace cube.trace.json     for ui.perfetto.dev
   myxo profile torus --repeat 3 --report a.json
-  myxo profile --compare a.json b.json          was there a change, and is it one?")]
+  myxo profile --compare a.json b.json          was there a change, and is it one?
+  myxo profile trio --set transfer.strategy=none --against transfer.strategy=parallel
+                                                what a setting costs, steps in turn
+  myxo profile torus --against cube             the same for another scene")]
 pub struct Profile {
     /// A built-in name, a .toml file or a model
     #[arg(required_unless_present = "compare")]
@@ -60,6 +65,15 @@ pub struct Profile {
     /// take distances among them. The state hash and --checkpoint are those of the warm-up's end
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
+    /// Measures this against the scene: another scene, or the same with a key that is set otherwise; may be repeated, once
+    /// with a scene. The two take their steps in turn, so that whatever slows the machine slows both, and the ratio of
+    /// each pair of steps counts. What else is given holds for both
+    #[arg(
+        long,
+        value_name = "SCENE|KEY=VALUE",
+        conflicts_with_all = ["kernel", "trace", "checkpoint", "resume", "hash_every"]
+    )]
+    against: Vec<String>,
     /// Prints the report as JSON instead of the table
     #[arg(long)]
     json: bool,
@@ -87,9 +101,15 @@ impl Profile {
         let scene = self
             .common
             .load(self.scene.as_deref().unwrap_or("".as_ref()))?;
+        let other = (!self.against.is_empty())
+            .then(|| turns::other(self, self.scene.as_deref().unwrap_or("".as_ref())))
+            .transpose()?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let trace_sink = self.trace.as_deref().map(Sink::create).transpose()?;
         interrupt::install()?;
+        if let Some(other) = other {
+            return turns::run(self, &[scene, other], report_sink);
+        }
         let mut measured = Measured::new();
         let mut done = 0;
         let (session, ending, completed) = loop {
@@ -288,6 +308,11 @@ fn comparison(a: &Report, b: &Report) -> Result<String> {
     if has_other_work {
         text.push_str(
             "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
+        );
+    }
+    if a.steps.min(b.steps) < 6 {
+        text.push_str(
+            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
         );
     }
     if a.repetitions.is_empty() || b.repetitions.is_empty() {

@@ -23,6 +23,8 @@ pub struct Progress {
     unit: &'static str,
     begun: Instant,
     last_line: Instant,
+    /// Neither bar nor lines.
+    is_silent: bool,
 }
 
 impl Progress {
@@ -50,7 +52,14 @@ impl Progress {
             unit,
             begun: now,
             last_line: now,
+            is_silent: false,
         }
+    }
+
+    /// Shows nothing any more, for work that is told of in other ways; what is said is still said.
+    pub fn silence(&mut self) {
+        self.is_silent = true;
+        self.bar.finish_and_clear();
     }
 
     /// Says what comes next.
@@ -60,6 +69,9 @@ impl Progress {
 
     /// One more step is done.
     pub fn step(&mut self) {
+        if self.is_silent {
+            return;
+        }
         self.bar.inc(1);
         if self.bar.is_hidden() && self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();

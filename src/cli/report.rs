@@ -409,6 +409,15 @@ impl Report {
                 source,
             })?;
         serde_json::from_slice(&text).map_err(|error| {
+            let is_of_two = serde_json::from_slice::<serde_json::Value>(&text)
+                .is_ok_and(|json| json["first"].is_object() && json["second"].is_object());
+            if is_of_two {
+                return Error::Invalid(format!(
+                    "{}: a report of `myxo profile --against`, which has both measurements and their ratio already; give \
+                     reports of one each",
+                    path.display()
+                ));
+            }
             Error::Invalid(format!(
                 "{}: not a report of `myxo render` or `myxo profile`: {error}",
                 path.display()

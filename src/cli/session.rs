@@ -14,7 +14,7 @@ use myxo::sim::{Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
-use super::options::CommonOptions;
+use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, Counters, FoodLeft, KernelTime, Report, StateHash, Times, hash_text,
@@ -72,28 +72,35 @@ impl Session {
     /// Opens the device, sets the scene up, and goes on from `--resume` if there is one. It is told how far `steps`
     /// steps have come.
     pub fn open(scene: Scene, options: &CommonOptions, steps: u64) -> Result<Self> {
+        let ctx = device(&options.device, std::slice::from_ref(&scene))?;
+        Self::on(&ctx, scene, options, steps)
+    }
+
+    /// The same on a device that is open.
+    pub fn on(
+        ctx: &Arc<Context>,
+        scene: Scene,
+        options: &CommonOptions,
+        steps: u64,
+    ) -> Result<Self> {
         let oddities: BTreeSet<String> = scene
             .meshes
             .iter()
             .filter(|mesh| !mesh.report.oddities().is_empty())
             .map(|mesh| format!("{}: {}", mesh.name, mesh.report))
             .collect();
-        let ctx = Context::new(&ContextOptions {
-            device: options.device.device.clone(),
-            validation: options.device.validate,
-            cache_folder: default_cache_folder(),
-            timeout: patience(&scene),
-            ..ContextOptions::default()
-        })?;
         oddities.iter().for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
         memory::check(ctx.info(), &scene)?;
         let painted = checkpoint.as_ref().map(|c| &c.snapshot.bias);
-        let is_painted = painted.is_some_and(|bias| !bias.is_empty());
-        tell_memory(&ctx, &scene, is_painted);
+        let painted = match painted {
+            Some(bias) if !bias.is_empty() => memory::needed_for_painted(&scene),
+            _ => 0,
+        };
+        tell_memory(ctx, &scene.name, memory::needed(&scene) + painted);
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
-            .run(|control| Simulation::with_control(&ctx, &scene, control))?;
+            .run(|control| Simulation::with_control(ctx, &scene, control))?;
         if let Some(warning) = simulation.setup().atlas.warning() {
             console::message(&format!("{}: {warning}", scene.name));
         }
@@ -113,7 +120,7 @@ impl Session {
                     .collect::<String>()
             ));
         }
-        let mut frames = Frames::new(&ctx, FRAMES_IN_FLIGHT)?;
+        let mut frames = Frames::new(ctx, FRAMES_IN_FLIGHT)?;
         let kernels = counted(simulation.kernels(&mut frames.begin()?));
         Ok(Self {
             frames,
@@ -122,7 +129,7 @@ impl Session {
             bandwidth: None,
             progress: Progress::new(steps, &scene.name),
             first_step: simulation.step(),
-            ctx,
+            ctx: ctx.clone(),
             scene,
             simulation,
             hashes: Vec::new(),
@@ -445,21 +452,28 @@ fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R)
     }
 }
 
-/// How long the device may take for what it is waited for: a step of a large scene takes long.
-fn patience(scene: &Scene) -> Duration {
-    let gib = (memory::needed(scene) >> 30) as u32;
-    ContextOptions::default().timeout + gib * SECONDS_A_GIB
+/// Opens the device for scenes that are on it at the same time, and makes sure that it has room for each.
+pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>> {
+    let needed: u64 = scenes.iter().map(memory::needed).sum();
+    let ctx = Context::new(&ContextOptions {
+        device: options.device.clone(),
+        validation: options.validate,
+        cache_folder: default_cache_folder(),
+        // A step of a large scene takes long.
+        timeout: ContextOptions::default().timeout + (needed >> 30) as u32 * SECONDS_A_GIB,
+        ..ContextOptions::default()
+    })?;
+    for scene in scenes {
+        memory::check(ctx.info(), scene)?;
+    }
+    if scenes.len() > 1 {
+        tell_memory(&ctx, "all together", needed);
+    }
+    Ok(ctx)
 }
 
 /// Says what a large scene takes on the device, before it is taken; and if that is more than the device says that it has.
-/// A checkpoint may bring what was painted.
-fn tell_memory(ctx: &Context, scene: &Scene, is_painted: bool) {
-    let painted = if is_painted {
-        memory::needed_for_painted(scene)
-    } else {
-        0
-    };
-    let needed = memory::needed(scene) + painted;
+fn tell_memory(ctx: &Context, what: &str, needed: u64) {
     if needed <= LARGE {
         return;
     }
@@ -478,8 +492,7 @@ fn tell_memory(ctx: &Context, scene: &Scene, is_painted: bool) {
         String::new()
     };
     console::message(&format!(
-        "{} needs {} on the device{more}",
-        scene.name,
+        "{what} needs {} on the device{more}",
         memory::human(needed)
     ));
 }

@@ -83,9 +83,18 @@ impl Interface {
             .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
             .show(ctx, |ui| {
                 // A small window has not room for all of it at once.
+                let room = (picture.height() - 84.0).max(80.0);
                 egui::ScrollArea::vertical()
-                    .max_height((picture.height() - 84.0).max(80.0))
-                    .show(ui, controls);
+                    .max_height(room)
+                    .min_scrolled_height(room)
+                    .show(ui, |ui| {
+                        // Room for the bar, which floats over the content.
+                        let margin = egui::Margin {
+                            right: 12,
+                            ..egui::Margin::ZERO
+                        };
+                        egui::Frame::NONE.inner_margin(margin).show(ui, controls);
+                    });
             });
         mark_cross(shown, "help.close");
         self.help &= open;

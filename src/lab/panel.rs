@@ -18,6 +18,20 @@ use super::rows::{RowContext, grouped, row};
 use super::theme;
 use super::widgets::{color_map_picker, kernel_table, wide_slider};
 
+/// What the sections hold that are no rows of parameters, for those who look for it.
+const PICTURE_WORDS: &str = "picture view trail relief glow particles headings density wireframe charts seams distance nearest \
+    atlas beside fit colours color map brightest exposure point size food markers";
+const CAMERA_WORDS: &str =
+    "camera home front back left right top bottom fly flight field of view fov orbit";
+const LIGHT_WORDS: &str = "light azimuth elevation ambient occlusion shadow";
+
+/// Is what somebody looks for among the words, or does nobody look for anything?
+fn is_among(words: &str, filter: &str) -> bool {
+    let filter = filter.trim().to_lowercase();
+    // A beginning of words that follow each other: who looks for a light wants no flight.
+    filter.is_empty() || words.starts_with(&filter) || words.contains(&format!(" {filter}"))
+}
+
 impl Interface {
     /// Fills the panel.
     pub(super) fn panel(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
@@ -78,16 +92,28 @@ impl Interface {
             .show(ui, |ui| {
                 // Room for the bar, which floats over the content.
                 ui.set_max_width(ui.available_width() - 6.0);
+                let above = ui.cursor().top();
+                let has = |words: &str| is_among(words, &self.filter);
+                let [picture, camera, light] = [PICTURE_WORDS, CAMERA_WORDS, LIGHT_WORDS].map(has);
+                if picture {
+                    section(ui, "Picture", true, looks_for, |ui| {
+                        self.picture_section(ui, facts)
+                    });
+                }
+                if camera {
+                    section(ui, "Camera", false, looks_for, |ui| self.camera_section(ui));
+                }
+                if light {
+                    section(ui, "Light", false, looks_for, |ui| self.light_section(ui));
+                }
+                self.parameter_sections(ui, commands);
                 if looks_for {
-                    self.parameter_sections(ui, commands);
+                    if ui.cursor().top() == above {
+                        let text = format!("Nothing is called “{}”.", self.filter.trim());
+                        ui.label(RichText::new(text).color(theme::weak(ui)));
+                    }
                     return;
                 }
-                section(ui, "Picture", true, false, |ui| {
-                    self.picture_section(ui, facts)
-                });
-                section(ui, "Camera", false, false, |ui| self.camera_section(ui));
-                section(ui, "Light", false, false, |ui| self.light_section(ui));
-                self.parameter_sections(ui, commands);
                 section(ui, "Kernel times", true, false, |ui| {
                     kernel_plot(ui, facts);
                     kernel_table(ui, facts)
@@ -509,4 +535,16 @@ fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnO
         })
         .header_response
         .marked(&format!("section={title}"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_are_found_by_the_beginnings_of_their_words() {
+        assert!(is_among(LIGHT_WORDS, " Light ") && is_among(LIGHT_WORDS, "occl"));
+        assert!(is_among(CAMERA_WORDS, "field of v") && !is_among(CAMERA_WORDS, "light"));
+        assert!(is_among(PICTURE_WORDS, "") && !is_among(PICTURE_WORDS, "decay"));
+    }
 }

@@ -11,7 +11,7 @@ use myxo::render::gui::Gui;
 use myxo::scene::Scene;
 use myxo::{Error, Result};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
-use winit::dpi::PhysicalSize;
+use winit::dpi::{LogicalSize, PhysicalSize, Size};
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
@@ -105,11 +105,10 @@ impl Lab {
     pub fn open(events: &ActiveEventLoop, scene: Scene, options: &LabOptions) -> Result<Self> {
         let preferences = options.preferences.as_deref();
         let preferences = preferences.map(Preferences::read).unwrap_or_default();
-        let [width, height] = options.size.unwrap_or(preferences.size);
         let attributes = Window::default_attributes()
             .with_title(title(&scene.name))
-            .with_inner_size(PhysicalSize::new(width, height))
-            .with_min_inner_size(PhysicalSize::new(480, 320));
+            .with_inner_size(first_size(events, options.size, preferences.size))
+            .with_min_inner_size(LogicalSize::new(480, 320));
         let window = events
             .create_window(attributes)
             .map_err(|source| no_window(&source))?;
@@ -491,6 +490,29 @@ pub fn no_window(source: &dyn std::fmt::Display) -> Error {
     Error::Invalid(format!(
         "no window can be opened ({reason}): where there is no display, `myxo render` draws without one"
     ))
+}
+
+/// How large the window is at first: as asked for, in pixels; else as it was last time, and the first time as large on screens
+/// of every density; but no larger than the screen.
+fn first_size(events: &ActiveEventLoop, asked: Option<[u32; 2]>, kept: [u32; 2]) -> Size {
+    if let Some([width, height]) = asked {
+        return PhysicalSize::new(width, height).into();
+    }
+    let monitor = events.primary_monitor();
+    let monitor = monitor.or_else(|| events.available_monitors().next());
+    let scale = monitor
+        .as_ref()
+        .map_or(1.0, |monitor| monitor.scale_factor());
+    let [width, height] = match kept {
+        usual if usual == Preferences::default().size => {
+            usual.map(|side| (f64::from(side) * scale).round() as u32)
+        }
+        kept => kept,
+    };
+    let screen = monitor.map(|monitor| monitor.size());
+    let screen = screen.filter(|size| size.width > 0 && size.height > 0);
+    let screen = screen.unwrap_or(PhysicalSize::new(u32::MAX, u32::MAX));
+    PhysicalSize::new(width.min(screen.width), height.min(screen.height)).into()
 }
 
 #[cfg(test)]

@@ -43,7 +43,12 @@ pub fn carried(
     let first = |setup: &Setup, object: usize| setup.surface.objects[object].triangles.0;
     let carry = |(particle, motion): (&Particle, &Motion)| {
         let start = particle.id as usize;
-        let begins = (new.particles[start], new.motions[start]);
+        // As if it had been there in the last step.
+        let advanced = Motion {
+            flags: motion.flags & Motion::STAMP,
+            ..new.motions[start]
+        };
+        let begins = (new.particles[start], advanced);
         let was = object_of(old, particle.triangle);
         let is_new = from[object_of(new, begins.0.triangle)].is_none();
         let Some(object) = to[was].filter(|_| !is_new) else {
@@ -55,7 +60,7 @@ pub fn carried(
         let pending = motion.pending * grown;
         let motion = Motion {
             pending: if pending.is_finite() { pending } else { 0.0 },
-            flags: motion.flags & Motion::FED,
+            flags: motion.flags & !Motion::IN_FLIGHT,
             ..*motion
         };
         (

@@ -16,7 +16,6 @@ use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
-use super::types::Motion;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::file::Reader;
@@ -25,7 +24,7 @@ use crate::scene::settings::Settings;
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -37,15 +36,9 @@ struct Header {
     flux: u64,
     last_poses: u64,
     distance_poses: u64,
-    /// Older files have none.
-    #[serde(default)]
     bias: u64,
-    /// Likewise.
-    #[serde(default)]
     foods: u64,
-    /// Those know of no food, and have more bits of when a particle advanced last in the place of how long it is fed.
-    #[serde(default)]
-    fed_deposit: Option<u32>,
+    fed_deposit: u32,
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
@@ -170,7 +163,7 @@ impl Checkpoint {
             distance_poses: distance_poses.len() as u64,
             bias: bias.len() as u64,
             foods: food.remaining.len() as u64,
-            fed_deposit: Some(food.fed_deposit),
+            fed_deposit: food.fed_deposit,
             scene: self.scene.clone(),
             layout: self.layout,
             movement: movement.clone(),
@@ -247,7 +240,7 @@ impl Checkpoint {
         }
         let header: Header =
             serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
-        let mut checkpoint = Self {
+        let checkpoint = Self {
             scene: header.scene,
             layout: header.layout,
             snapshot: Snapshot {
@@ -268,14 +261,10 @@ impl Checkpoint {
                 bias: array(&mut rest, header.bias).ok_or_else(cut_short)?,
                 food: FoodState {
                     remaining: array(&mut rest, header.foods).ok_or_else(cut_short)?,
-                    fed_deposit: header.fed_deposit.unwrap_or(1).max(1),
+                    fed_deposit: header.fed_deposit.max(1),
                 },
             },
         };
-        if header.fed_deposit.is_none() {
-            let motions = checkpoint.snapshot.motions.iter_mut();
-            motions.for_each(|motion| motion.flags &= !Motion::FED);
-        }
         if rest.len() != crc.len() {
             return Err(format!("it has {} bytes too many", rest.len() - crc.len()));
         }
@@ -320,7 +309,7 @@ mod tests {
     use super::*;
     use glam::Affine3A;
 
-    use crate::sim::types::{Flow, Particle, Transfer, Window};
+    use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
     fn checkpoint() -> Checkpoint {
         Checkpoint {

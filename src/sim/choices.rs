@@ -33,7 +33,7 @@ use super::twin::{AdvanceInputs, straight_places};
 use super::types::{Motion, Particle, Physarum};
 
 /// Where the sensors of each particle read, atlas positions: left and middle, then right and nothing. As in a step, they
-/// look straight ahead in the atlas where only the surface around lies there, and walk elsewhere. Values that objects
+/// look straight ahead in the atlas where nothing of their chart is hidden on the way, and walk elsewhere. Values that objects
 /// have of their own are left out.
 #[must_use]
 pub fn sensor_places(

@@ -66,10 +66,10 @@ pub struct SortParams {
 }
 
 impl SortParams {
-    /// Those at the end of a step, if it is due there.
+    /// Those at the end of a step, if it is due there. Starts have no order, so it is after the first one.
     #[must_use]
     pub fn at_end_of(settings: &Settings, setup: &Setup, step: u64) -> Option<Self> {
-        let is_due = (step + 1).is_multiple_of(SORT_INTERVAL);
+        let is_due = step.is_multiple_of(SORT_INTERVAL);
         is_due.then(|| Self::new(settings, setup)).flatten()
     }
 

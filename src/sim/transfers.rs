@@ -204,8 +204,6 @@ pub fn arranged(
     }
     if !strategy.has_turns() {
         land_all(&mut state, setup, poses);
-        let motions = state.motions.iter_mut();
-        motions.for_each(|motion| motion.flags &= Motion::FED);
     }
     if !strategy.has_windows() {
         state.transfers.windows.clear();

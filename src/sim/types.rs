@@ -183,7 +183,11 @@ pub struct Flow {
     pub outside: u32,
     /// Turns in which these two were not equally many; always 0.
     pub mismatches: u32,
-    /// The most entries that a turn wanted: the capacity that would have done.
+    /// Particles that were selected in the present step so far, the refused ones among them.
+    pub asking: u32,
+    /// The capacity that would have done: the most entries that a turn wanted. Full lists carry on fewer transfers than would
+    /// be under way, so once some were refused it is all that were selected in a step, if that is more: every transfer
+    /// arrives before its object has its next turn.
     pub most_wanted: u32,
     /// Particles that stayed because the lists were full, in all turns so far.
     pub refused: u32,

@@ -8,6 +8,8 @@ use myxo::gpu::{Context, ContextOptions, Frames, Limits, Recorder};
 use myxo::mesh::Mesh;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::sim::Snapshot;
+use myxo::sim::types::{Motion, Particle};
 
 /// A device with the validation layers on. Call [`Gpu::finish`] at the end of the test.
 pub struct Gpu {
@@ -112,4 +114,12 @@ pub const TRIO: [(&str, [f32; 3]); 3] = [
 /// Sizes at which kernels break: nothing, one, about a group, about several.
 pub fn awkward_sizes(group: u32) -> Vec<u32> {
     vec![0, 1, group - 1, group, group + 1, 3 * group + 7, 1021]
+}
+
+/// Particles and motions in the order of ids: steps may put them in another one.
+pub fn by_id(state: &Snapshot) -> Vec<(Particle, Motion)> {
+    let both = state.particles.iter().copied();
+    let mut both: Vec<_> = both.zip(state.motions.iter().copied()).collect();
+    both.sort_by_key(|(particle, _)| particle.id);
+    both
 }

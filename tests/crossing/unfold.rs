@@ -8,7 +8,7 @@ use myxo::sim::twin::trail::unpacked_position;
 use myxo::sim::twin::transfer::Ground;
 use myxo::sim::{COVERED, Setup, Simulation, twin};
 
-use crate::common::{Gpu, gpu};
+use crate::common::{Gpu, by_id, gpu};
 use crate::scene;
 
 #[test]
@@ -224,14 +224,12 @@ fn gravity_pulls_up_a_wall_that_is_near() {
         let first = setup.surface.objects[1].triangles.0;
         let scale = setup.surface.positions[0].abs().max_element();
         let (mut turned, mut towards) = (0, 0);
-        for slot in 0..before.particles.len() {
-            let (a, b) = (&before.particles[slot], &after.particles[slot]);
-            assert_eq!(a.id, b.id, "neither strategy moves particles in the buffer");
+        for ((a, a_motion), (b, b_motion)) in by_id(&before).iter().zip(&by_id(&after)) {
             if a.triangle >= first || b.triangle >= first {
                 continue;
             }
-            let a = ground.flight(a, &before.motions[slot]);
-            let b = ground.flight(b, &after.motions[slot]);
+            let a = ground.flight(a, a_motion);
+            let b = ground.flight(b, b_motion);
             // At the floor's border headings turn back.
             let is_inside = a.position.abs().max_element() < 0.95 * scale;
             if is_inside && a.heading.dot(b.heading) < 0.999 {

@@ -140,6 +140,13 @@ impl Bench {
                     suite.name, extent.set[0]
                 )));
             }
+            Work::Meshes if self.device.device.is_some() && self.suites.len() == 1 => {
+                return Err(Error::Invalid(format!(
+                    "the suite `{}` measures the host, so `--device` would change nothing: leave it away, or name another \
+                     suite",
+                    suite.name
+                )));
+            }
             Work::Choices => choices::places(extent)?,
             Work::Meshes => meshes::sizes(extent).map(meshes::triangles).collect(),
         };

@@ -100,7 +100,7 @@ pub static SUITES: [Suite; 8] = [
     },
 ];
 
-/// Steps until particles have been sorted twice, which changes what later ones take.
+/// Steps until particles have been sorted three times, and networks begin to form, which changes what later ones take.
 pub const SORTED: u32 = 34;
 
 /// What moves particles, from object to object, too.

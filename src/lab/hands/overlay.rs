@@ -22,27 +22,38 @@ impl Interface {
     /// Draws it over the picture.
     pub(in super::super) fn show_hands(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
         let screen = Screen::of(ui, picture);
+        if self.performing {
+            self.brush_alone(ui, screen, facts);
+            return;
+        }
         self.outline_picked(ui, screen, facts);
         if let Some((at, size)) = self.hands.food.and_then(|food| facts.hand.foods.get(food)) {
             let to_eye = (self.view.camera.eye() - *at).normalize_or(Vec3::Z);
             self.ring(ui, screen, *at, to_eye, 1.3 * size);
         }
+        self.brush_alone(ui, screen, facts);
         if self.hands.pointer.is_none() {
             return;
         }
         let Some(under) = &facts.hand.under else {
             return;
         };
-        if self.hands.tool.is_brush() {
-            let radius = self.hands.radius * facts.hand.radius;
-            self.ring(ui, screen, under.position, under.normal, radius);
-        }
         if self.hands.tool == Tool::Food {
             let size = self.hands.next_food.size.max(0.01) * facts.hand.radius;
             self.ring(ui, screen, under.position, under.normal, size);
         }
         if self.hands.probe {
             self.probe(ui, picture, facts, under);
+        }
+    }
+
+    /// Where a brush would paint: all that is shown while somebody performs.
+    fn brush_alone(&self, ui: &Ui, screen: Screen, facts: &Facts) {
+        let under = facts.hand.under.as_ref();
+        let under = under.filter(|_| self.hands.pointer.is_some() && self.hands.tool.is_brush());
+        if let Some(under) = under {
+            let radius = self.hands.radius * facts.hand.radius;
+            self.ring(ui, screen, under.position, under.normal, radius);
         }
     }
 

@@ -177,7 +177,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "physarum.sensing",
         name: "Sensing",
         unit: "",
-        help: "Sensors read straight ahead in the atlas wherever only the surface around lies there (auto), or always walk.",
+        help: "Sensors read straight ahead in the atlas where their way stays in one chart (auto), or always walk.",
         effect: Effect::Live,
         kind: word!(physarum.sensing: Sensing),
     },

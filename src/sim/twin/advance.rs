@@ -91,6 +91,8 @@ pub struct Turn<'a> {
     pub particle_indices: &'a mut [u32],
     /// What there is to eat, and what was eaten of it.
     pub meals: &'a mut [Meal],
+    /// Particles that come in each of [`FORMS_OF_ADVANCE`](crate::sim::FORMS_OF_ADVANCE), where there are several.
+    pub forms: &'a mut [usize; 4],
 }
 
 /// Advances every particle of a turn by one step. Returns for each the smallest gap between two sensors that decided its turn:
@@ -118,15 +120,14 @@ pub fn advance(
         let particle = particles[i];
         let motion = motions[i];
         let mut fed = if constants.food { motion.fed() } else { 0 };
-        let mut flags = motion.flags & !Motion::FED;
+        let mut flags = Motion::stamp_of(params.time_step);
         if constants.turns {
-            let stamp = Motion::stamp_of(params.time_step);
+            let before = motion.flags & !Motion::FED;
             let object = inputs.strips[particle.triangle as usize].shape.object;
             let of_another = !constants.windows && object != params.object;
-            if of_another || flags == stamp || motion.in_flight() {
+            if of_another || before == flags || motion.in_flight() {
                 continue;
             }
-            flags = stamp;
         }
         let own = physarum_on(constants, params, inputs, particle.triangle);
         let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
@@ -170,6 +171,10 @@ pub fn advance(
             let mark = if straight.is_some() { NEAR } else { IN_SIGHT };
             is_near(constants, params, inputs, start, places, mark)
         });
+        if ahead.is_some() {
+            let is_near = constants.across && concerned;
+            turn.forms[usize::from(straight.is_none()) + 2 * usize::from(is_near)] += 1;
+        }
         let mut value = match straight {
             Some(places) => places.map(|place| {
                 sensed_at(
@@ -319,7 +324,7 @@ fn fed_at(
     fed
 }
 
-/// Where sensors get to straight ahead in the atlas, in texels, if only the surface around lies there.
+/// Where sensors get to straight ahead in the atlas, in texels, if nothing of their chart is hidden on the way.
 #[must_use]
 pub fn straight_places(
     params: &AdvanceParams,
@@ -332,7 +337,7 @@ pub fn straight_places(
     is_clear.then_some(places)
 }
 
-/// Where they get to, and whether only the surface around lies there.
+/// Where they get to, and whether nothing of their chart is hidden on the way of any.
 fn straight_ahead(
     params: &AdvanceParams,
     inputs: &AdvanceInputs,

@@ -105,6 +105,7 @@ pub struct Simulation {
     tile_states: Vec<u32>,
     margins: Vec<f32>,
     transfers: TwinTransfers,
+    forms: [usize; 4],
     step: u64,
 }
 
@@ -147,6 +148,7 @@ impl Simulation {
             planner: DistancePlanner::default(),
             tile_states,
             margins,
+            forms: [0; 4],
             step: 0,
         };
         simulation.serve(None);
@@ -172,6 +174,7 @@ impl Simulation {
             &self.poses,
         );
         self.distance(&constants, &params);
+        self.forms = [0; 4];
         let gaps = self.walk_and_change_objects(&constants, &params.turn);
         self.feed(&constants);
         if let Some(first_half) = params.first_half() {
@@ -342,6 +345,12 @@ impl Simulation {
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// How many particles have come in each of [`super::FORMS_OF_ADVANCE`] in the last step; zeros where all sensors walk.
+    #[must_use]
+    pub fn forms(&self) -> [usize; 4] {
+        self.forms
     }
 
     /// One a texel, as the last step read them: signed distance, and the nearest triangle or

@@ -27,7 +27,10 @@ pub fn move_border(
     now.carried = now.passing;
     now.selected = now.selected.wrapping_add(now.wanted - now.passing);
     now.refused = now.refused.wrapping_add(now.wanted - leaving);
-    now.most_wanted = now.most_wanted.max(now.wanted);
+    let asked_before = if params.object == 0 { 0 } else { now.asking };
+    now.asking = now.wanted - now.passing + asked_before;
+    let all = if now.refused > 0 { now.asking } else { 0 };
+    now.most_wanted = now.most_wanted.max(now.wanted).max(all);
     now.mismatches += u32::from(now.stayers != now.outside);
     now.wanted = 0;
     now.passing = 0;

@@ -98,6 +98,7 @@ impl Simulation {
                 flow: &mut self.transfers.flow,
                 particle_indices: &mut self.transfers.particle_indices,
                 meals: &mut self.meals,
+                forms: &mut self.forms,
             },
             &mut self.particles,
             &mut self.motions,

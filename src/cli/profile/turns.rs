@@ -1,0 +1,439 @@
+//! `myxo profile --against`: two scenes, or two settings of one, take their steps in turn, so that whatever slows the machine
+//! slows both.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use myxo::gpu::{Context, Span, Statistics, Timings};
+use myxo::scene::{Overrides, Scene};
+use myxo::{Error, Result};
+use serde::Serialize;
+
+use super::{Profile, repeat};
+use crate::cli::files::Sink;
+use crate::cli::host::Watch;
+use crate::cli::report::{KernelTime, Report, Times};
+use crate::cli::session::{self, Session};
+use crate::cli::table::aligned;
+use crate::cli::{Outcome, console};
+
+/// So many pairs, at least, tell where the median of very many lies.
+const FEWEST_PAIRS: usize = 6;
+
+/// Two measurements that took turns, as JSON.
+#[derive(Clone, Debug, Serialize)]
+struct Turns {
+    first: Report,
+    second: Report,
+    /// What was set otherwise, or the other scene.
+    against: Vec<String>,
+    /// Whole steps; `null` where the device has no timestamps, or nothing was measured.
+    ratio: Option<PairRatio>,
+    /// The median of each repetition, which begins anew.
+    repetitions: Vec<f64>,
+    /// Each kernel that both have.
+    kernels: Vec<KernelRatio>,
+}
+
+/// How many times as long a kernel takes in the second.
+#[derive(Clone, Debug, Serialize)]
+struct KernelRatio {
+    name: String,
+    #[serde(flatten)]
+    ratio: PairRatio,
+}
+
+/// How many times as long as a step of the first a step of the second takes, one right after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct PairRatio {
+    /// Pairs of steps that were measured.
+    pairs: usize,
+    /// Half of the pairs have less.
+    median: f64,
+    /// With `high`: where the median of very many pairs lies with 95 % confidence, and at least from the lowest median of a
+    /// repetition to the highest; `null` of fewer than six pairs.
+    low: Option<f64>,
+    high: Option<f64>,
+    /// A quarter of the pairs has less, and a quarter more than `upper_quartile`.
+    lower_quartile: f64,
+    upper_quartile: f64,
+    /// Of the time of all steps together.
+    of_sums: f64,
+}
+
+impl PairRatio {
+    /// Of the steps of both, the first with the first, but for those that one of them does not have.
+    fn of(first_ms: &[f64], second_ms: &[f64]) -> Option<Self> {
+        let pairs = first_ms.iter().zip(second_ms);
+        let pairs = pairs.filter(|(a, b)| **a > 0.0 && **b > 0.0);
+        let sums = pairs
+            .clone()
+            .fold([0.0, 0.0], |sums, (a, b)| [sums[0] + a, sums[1] + b]);
+        let mut ratios: Vec<f64> = pairs.map(|(a, b)| b / a).collect();
+        if ratios.is_empty() {
+            return None;
+        }
+        ratios.sort_by(f64::total_cmp);
+        let at = |part: f64| {
+            let place = part * (ratios.len() - 1) as f64;
+            let below = ratios[place as usize];
+            below + place.fract() * (ratios[place.ceil() as usize] - below)
+        };
+        // Whatever is counted: statistics are called after milliseconds, which they mostly are of.
+        let spread = Statistics::of(ratios.clone());
+        let known = (ratios.len() >= FEWEST_PAIRS).then_some(spread);
+        Some(Self {
+            pairs: ratios.len(),
+            median: spread.median_ms,
+            low: known.map(|spread| spread.median_low_ms),
+            high: known.map(|spread| spread.median_high_ms),
+            lower_quartile: at(0.25),
+            upper_quartile: at(0.75),
+            of_sums: sums[1] / sums[0],
+        })
+    }
+
+    /// Widened by what changes from one repetition to the next.
+    fn with(mut self, medians: &[f64]) -> Self {
+        for &median in medians {
+            self.low = self.low.map(|low| low.min(median));
+            self.high = self.high.map(|high| high.max(median));
+        }
+        self
+    }
+
+    fn interval(&self) -> String {
+        match (self.low, self.high) {
+            (Some(low), Some(high)) => format!("{low:.3} - {high:.3}"),
+            _ => String::new(),
+        }
+    }
+}
+
+/// The scene that is measured against the first: another one, or the same with keys that are set otherwise.
+pub fn other(profile: &Profile, scene: &Path) -> Result<Scene> {
+    // Options of a mesh have signs of equality, and so may files.
+    let is_scene = |text: &&String| {
+        !text.contains('=') || text.starts_with("builtin:") || Path::new(text).is_file()
+    };
+    let (scenes, keys): (Vec<&String>, Vec<&String>) = profile.against.iter().partition(is_scene);
+    let scene = match scenes[..] {
+        [] => scene.to_owned(),
+        [other] => PathBuf::from(other),
+        [one, two, ..] => {
+            return Err(Error::Invalid(format!(
+                "--against names two scenes, `{one}` and `{two}`: one is measured against one"
+            )));
+        }
+    };
+    let mut overrides: Overrides = profile.common.scene.overrides();
+    let is_seed = |text: &&String| {
+        text.split('=')
+            .next()
+            .is_some_and(|key| key.trim() == "seed")
+    };
+    if keys.iter().any(is_seed) {
+        overrides.seed = None;
+    }
+    overrides.set.extend(keys.into_iter().cloned());
+    Ok(Scene::load(&scene, &overrides)?)
+}
+
+/// Measures both, and tells.
+pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result<Outcome> {
+    let mut watch = Watch::new();
+    let device = &profile.common.device;
+    if device.validate {
+        console::message("the validation layers are on: these times are not worth comparing");
+    }
+    if scenes[0].settings == scenes[1].settings {
+        console::message(
+            "both are the same: the ratio tells how far chance alone may go, such as where buffers come to lie",
+        );
+    }
+    let ctx = session::device(device, scenes)?;
+    let mut earlier = [Timings::default(), Timings::default()];
+    let mut medians = Vec::new();
+    let mut rounds = 0;
+    let (both, completed) = loop {
+        let mut both = Both::open(&ctx, scenes, profile)?;
+        let completed = both.measure(profile, &mut watch)?;
+        let [first, second] = both.timings();
+        let ratio = PairRatio::of(&times_ms(first, "step"), &times_ms(second, "step"));
+        medians.extend(ratio.map(|ratio| ratio.median));
+        // Devices without timestamps give no medians, and end all the same.
+        rounds += 1;
+        if !completed || rounds == profile.repeat {
+            break (both, completed);
+        }
+        both.end(&mut earlier)?;
+    };
+    let turns = both.turns(profile, &watch, &earlier, medians, !completed)?;
+    if let Some(warning) = watch.load().warning() {
+        console::message(&warning);
+    }
+    if profile.json {
+        console::print(turns.to_json())?;
+    } else {
+        console::print(turns.text())?;
+    }
+    if let Some(sink) = sink {
+        sink.write(turns.to_json())?;
+    }
+    Ok(if completed {
+        Outcome::Done
+    } else {
+        Outcome::Interrupted
+    })
+}
+
+/// Two scenes under way.
+struct Both {
+    sessions: [Session; 2],
+    /// What the host waited for each.
+    wall: [Duration; 2],
+    /// Steps that each has done.
+    pairs: u32,
+}
+
+impl Both {
+    fn open(ctx: &Arc<Context>, [first, second]: &[Scene; 2], profile: &Profile) -> Result<Self> {
+        let steps = u64::from(profile.warmup) + u64::from(profile.steps);
+        let mut first = Session::on(ctx, first.clone(), &profile.common, steps)?;
+        // One bar is enough.
+        first.progress.silence();
+        let second = Session::on(ctx, second.clone(), &profile.common, steps)?;
+        Ok(Self {
+            sessions: [first, second],
+            wall: [Duration::ZERO; 2],
+            pairs: 0,
+        })
+    }
+
+    /// Says whether it was not cut short.
+    fn measure(&mut self, profile: &Profile, watch: &mut Watch) -> Result<bool> {
+        let warm = repeat(profile.warmup, || self.step())?;
+        for session in &mut self.sessions {
+            session.begin_measuring(profile.steps as usize, false)?;
+        }
+        self.wall = [Duration::ZERO; 2];
+        watch.begin();
+        let completed = warm && repeat(profile.steps, || self.step())?;
+        watch.end();
+        Ok(completed)
+    }
+
+    /// A step of each, one after the other; each is the first in every second pair, so that neither is always the one that
+    /// finds caches as the other has left them.
+    fn step(&mut self) -> Result<()> {
+        let first = (self.pairs % 2) as usize;
+        self.pairs += 1;
+        for which in [first, 1 - first] {
+            let begun = Instant::now();
+            self.sessions[which].step()?;
+            self.sessions[which].frames.wait_idle()?;
+            self.wall[which] += begun.elapsed();
+        }
+        Ok(())
+    }
+
+    fn timings(&self) -> [&Timings; 2] {
+        self.sessions
+            .each_ref()
+            .map(|session| session.frames.timings())
+    }
+
+    /// Ends a repetition that is not the last one; its times come behind the earlier ones.
+    fn end(self, earlier: &mut [Timings; 2]) -> Result<()> {
+        for (mut session, earlier) in self.sessions.into_iter().zip(earlier) {
+            session.finish()?;
+            session.progress.finish();
+            let mut timings = session.frames.timings().clone();
+            timings.prepend(earlier);
+            *earlier = timings;
+        }
+        Ok(())
+    }
+
+    fn turns(
+        mut self,
+        profile: &Profile,
+        watch: &Watch,
+        earlier: &[Timings; 2],
+        medians: Vec<f64>,
+        interrupted: bool,
+    ) -> Result<Turns> {
+        let mut report = |which: usize| {
+            let session = &mut self.sessions[which];
+            let ending = session.finish()?;
+            session.progress.finish();
+            session.frames.timings_mut().prepend(&earlier[which]);
+            let mut report = session.report(&ending, interrupted);
+            report.host_load = Some(watch.load());
+            let steps = ending.steps.max(1) as f64;
+            report.wall_ms_per_step = self.wall[which].as_secs_f64() * 1e3 / steps;
+            Ok::<Report, Error>(report)
+        };
+        let (first, second) = (report(0)?, report(1)?);
+        let [a, b] = self.timings();
+        let ratio = |name: &str| PairRatio::of(&times_ms(a, name), &times_ms(b, name));
+        let kernel = |kernel: &KernelTime| {
+            let name = kernel.name.clone();
+            ratio(&name).map(|ratio| KernelRatio { name, ratio })
+        };
+        Ok(Turns {
+            against: profile.against.clone(),
+            ratio: ratio("step").map(|ratio| ratio.with(&medians)),
+            repetitions: medians,
+            kernels: first.kernels.iter().filter_map(kernel).collect(),
+            first,
+            second,
+        })
+    }
+}
+
+impl Turns {
+    fn to_json(&self) -> String {
+        let json = serde_json::to_string_pretty(self);
+        json.expect("reports are plain numbers and texts") + "\n"
+    }
+
+    fn text(&self) -> String {
+        let head = format!(
+            "{} ({})\nfirst   {}\nsecond  {} with {}\n\n",
+            self.first.device,
+            self.first.driver,
+            self.first.scene,
+            self.second.scene,
+            self.against.join(" ")
+        );
+        head + &self.table() + &self.conclusion()
+    }
+
+    fn table(&self) -> String {
+        let header = [
+            "median ms",
+            "first",
+            "second",
+            "ratio of pairs",
+            "95 % interval",
+        ];
+        let mut rows = vec![header.map(str::to_owned)];
+        let shown = |time: Option<&Times>| {
+            let median = time.and_then(|time| time.median_ms);
+            median.map_or("-".to_owned(), |ms| format!("{ms:.3}"))
+        };
+        let mut row =
+            |name: &str, a: Option<&Times>, b: Option<&Times>, ratio: Option<&PairRatio>| {
+                let [value, interval] = match ratio {
+                    Some(ratio) => [format!("{:.3}", ratio.median), ratio.interval()],
+                    None => ["-".to_owned(), String::new()],
+                };
+                rows.push([name.to_owned(), shown(a), shown(b), value, interval]);
+            };
+        let [first, second] = [&self.first, &self.second];
+        let steps = [first, second].map(|report| Some(&report.gpu_step));
+        row("whole step", steps[0], steps[1], self.ratio.as_ref());
+        let time = |report: &'_ Report, name: &str| {
+            let kernel = report.kernels.iter().find(|kernel| kernel.name == name);
+            kernel.map(|kernel| kernel.time)
+        };
+        let only_second = second.kernels.iter();
+        let only_second = only_second.filter(|kernel| time(first, &kernel.name).is_none());
+        for KernelTime { name, .. } in first.kernels.iter().chain(only_second) {
+            let ratio = self.kernels.iter().find(|kernel| kernel.name == *name);
+            let [a, b] = [first, second].map(|report| time(report, name));
+            row(
+                name,
+                a.as_ref(),
+                b.as_ref(),
+                ratio.map(|kernel| &kernel.ratio),
+            );
+        }
+        aligned(&rows, None)
+    }
+
+    fn conclusion(&self) -> String {
+        let Some(ratio) = &self.ratio else {
+            let why = match self.first.steps {
+                0 => "no step was measured",
+                _ => "the device has no timestamps",
+            };
+            return format!("\nThere is no ratio: {why}.\n");
+        };
+        let pairs = match ratio.pairs {
+            1 => "the only pair".to_owned(),
+            pairs => format!("the median of {pairs} pairs"),
+        };
+        let interval = match ratio.interval() {
+            none if none.is_empty() => String::new(),
+            interval => format!(", {interval} with 95 %"),
+        };
+        let mut text = format!(
+            "\nA step of the second takes {:.3} times as long as the first's before or after it: {pairs}{interval}.\n\
+             Half of the pairs have {:.3} - {:.3}; all steps together {:.3}.\n",
+            ratio.median, ratio.lower_quartile, ratio.upper_quartile, ratio.of_sums
+        );
+        text += &match &self.repetitions[..] {
+            [] | [_] => "One run: the interval leaves out what changes from run to run, such as where buffers come to lie; \
+                         --repeat takes it in.\n"
+                .to_owned(),
+            medians => {
+                let medians: Vec<String> = medians.iter().map(|m| format!("{m:.3}")).collect();
+                format!("{} repetitions, each from the beginning: medians {}.\n", medians.len(), medians.join(", "))
+            }
+        };
+        text
+    }
+}
+
+/// What the device took in each frame, the first one first: for a scope, or for all runs of a kernel.
+fn times_ms(timings: &Timings, name: &str) -> Vec<f64> {
+    let of_frame = |spans: &[Span]| {
+        spans
+            .iter()
+            .filter(|span| span.name == name)
+            .map(Span::ms)
+            .sum()
+    };
+    timings.frames().map(of_frame).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_tell_ratios_that_a_slow_minute_leaves_alone() {
+        // The machine becomes ten times slower; the second always takes 1.5 times as long, but once.
+        let slow = |step: usize| if step < 10 { 1.0 } else { 10.0 };
+        let first: Vec<f64> = (0..20).map(slow).collect();
+        let mut second: Vec<f64> = first.iter().map(|ms| 1.5 * ms).collect();
+        second[0] = 8.0;
+        let ratio = PairRatio::of(&first, &second).expect("there are pairs");
+        assert_eq!((ratio.pairs, ratio.median), (20, 1.5));
+        assert_eq!((ratio.low, ratio.high), (Some(1.5), Some(1.5)));
+        assert_eq!((ratio.lower_quartile, ratio.upper_quartile), (1.5, 1.5));
+        assert!((ratio.of_sums - (165.0 + 6.5) / 110.0).abs() < 1e-12);
+        let wide = ratio.with(&[1.25, 1.5, 1.75]);
+        assert_eq!((wide.low, wide.high), (Some(1.25), Some(1.75)));
+        assert_eq!(wide.interval(), "1.250 - 1.750");
+    }
+
+    #[test]
+    fn few_pairs_have_no_interval_and_what_one_lacks_is_no_pair() {
+        let ratio = PairRatio::of(&[1.0, 2.0], &[8.0, 3.0, 5.0]).expect("there are pairs");
+        assert_eq!((ratio.pairs, ratio.median), (2, 4.75));
+        assert_eq!((ratio.low, ratio.interval()), (None, String::new()));
+        assert_eq!((ratio.lower_quartile, ratio.upper_quartile), (3.125, 6.375));
+        // A kernel that runs in every second step.
+        let ratio = PairRatio::of(&[1.0, 0.0, 1.0, 0.0], &[2.0, 0.0, 4.0, 7.0]);
+        assert_eq!(
+            ratio.map(|ratio| (ratio.pairs, ratio.median)),
+            Some((2, 3.0))
+        );
+        assert_eq!(PairRatio::of(&[], &[1.0]), None);
+        assert_eq!(PairRatio::of(&[0.0], &[1.0]), None, "no timestamps");
+    }
+}
