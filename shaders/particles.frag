@@ -1,4 +1,4 @@
-// particles: a round point of light; what points add up to does not depend on their order.
+// particles: a round point of light.
 // Reads   nothing.
 // Writes  the light that is added to the pixel.
 // One invocation per pixel of a point.

@@ -1,7 +1,7 @@
 // particles: a point of light for each particle, on the surface.
-// Reads   particles, corners, vertices, poses, colors; motions where hues tell headings.
+// Reads   order, particles, corners, vertices, poses, colors; motions where hues tell headings.
 // Writes  the point's place, size and light.
-// One invocation per drawn particle: every stride-th.
+// One invocation per drawn particle: those that draw_order lists.
 // Overflow: cannot happen; the draw has no more points than there are particles.
 #version 460
 #include "types.glsl"
@@ -15,6 +15,7 @@ layout(set = 0, binding = 3) uniform samplerBuffer poses;
 layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 
 layout(set = 0, binding = 5) uniform usamplerBuffer motions;
+layout(set = 0, binding = 6) readonly buffer Order { uint order[]; };
 
 #include "colormap.glsl"
 #include "particles.glsl"
@@ -36,7 +37,8 @@ float turn_of(Frame frame, vec2 heading, Pose pose) {
 }
 
 void main() {
-    Particle particle = particle_of(texelFetch(particles, gl_VertexIndex * int(params.stride)));
+    int slot = int(order[gl_VertexIndex]);
+    Particle particle = particle_of(texelFetch(particles, slot));
     uint first = 3u * particle.triangle;
     Vertex a = vertex_of(first);
     vec3 b = vertex_of(first + 1u).position;
@@ -50,7 +52,7 @@ void main() {
     // Particles differ a little, so that a crowd has grain.
     float shade = 0.72 + 0.28 * float((particle.id * 2654435769u) >> 24) / 255.0;
     if (params.hued != 0u) {
-        vec2 heading = uintBitsToFloat(texelFetch(motions, gl_VertexIndex * int(params.stride)).xy);
+        vec2 heading = uintBitsToFloat(texelFetch(motions, slot).xy);
         light = hue_light(turn_of(frame_of(particle.triangle), heading, pose)) * shade;
     } else {
         light = color_of(0.92 * shade) * params.strength;

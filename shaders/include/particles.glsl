@@ -9,7 +9,6 @@ layout(push_constant) uniform Params {
     float lift;      // how far points are moved towards the eye, world units
     float diameter;  // pixels
     float strength;  // light of one point, 0 to 1
-    uint stride;     // from one drawn particle to the next
     uint hued;       // 1: its hue is its heading's direction; 0: all have the brightest colour
 } params;
 

@@ -5,6 +5,7 @@ pub mod camera;
 mod canvas;
 pub mod charts;
 pub mod colormap;
+pub mod draw_order;
 pub mod exposure;
 pub mod gui;
 pub mod hues;

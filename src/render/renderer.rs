@@ -7,6 +7,7 @@
 mod fields;
 mod foods;
 mod painted;
+mod particles;
 mod sides;
 mod surface;
 
@@ -29,13 +30,12 @@ use crate::gpu::{
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
-    BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesArgs,
-    ParticlesDraw, ParticlesParams, QuickSurfaceConstants, QuickSurfaceDraw, SurfaceConstants,
-    SurfaceDraw,
+    BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesDraw,
+    QuickSurfaceConstants, QuickSurfaceDraw, SurfaceConstants, SurfaceDraw,
 };
 use crate::sim::kernels::{
-    Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs, TrailHistogramConstants,
-    TrailHistogramParams,
+    DrawOrder, Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs,
+    TrailHistogramConstants, TrailHistogramParams,
 };
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
@@ -125,6 +125,7 @@ impl Pipelines {
 pub struct Renderer {
     /// One set for each quality.
     pipelines: Vec<Pipelines>,
+    draw_order: Pipeline<DrawOrder>,
     trail_histogram: Pipeline<TrailHistogram>,
     expose: Pipeline<Expose>,
     shared: Option<SharedVertices>,
@@ -140,6 +141,8 @@ pub struct Renderer {
     charts: Buffer<u32>,
     colors: Buffer<Vec4>,
     colors_are: Option<ColorMap>,
+    /// The slots of the particles that are drawn.
+    order: Buffer<u32>,
     histogram: Buffer<u32>,
     /// The trail value of the brightest colour, from picture to picture.
     brightest: Buffer<f32>,
@@ -215,6 +218,7 @@ impl Renderer {
         Ok(Self {
             shared: shared.transpose()?.flatten(),
             pipelines: pipelines.collect::<Result<_, _>>()?,
+            draw_order: Pipeline::new(ctx, &())?,
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", normals)?,
@@ -227,6 +231,7 @@ impl Renderer {
             charts: Buffer::from_slice(ctx, "charts", charts)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
             colors_are: None,
+            order: Buffer::zeroed(ctx, "order", setup.particles.len())?,
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
             brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
             is_first: true,
@@ -341,6 +346,9 @@ impl Renderer {
                 sides::is_outside(&view.camera, size, boxes, &state.poses_recorded)
             }),
         };
+        if matches!(view.show, Show::Particles | Show::Headings) {
+            self.order_particles(rec, state, view);
+        }
         rec.pass_rows("draw", &targets, rows, |pass| match view.show {
             Show::Atlas => self.draw_atlas(pass, &shot),
             Show::Wireframe | Show::Density => {
@@ -449,58 +457,6 @@ impl Renderer {
         pass.draw(&shot.pipelines.background, 3, 1, (), params);
     }
 
-    fn draw_particles(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
-        let Shot {
-            state, view, size, ..
-        } = *shot;
-        let camera = &view.camera;
-        let stride = self.particle_stride(view);
-        let drawn = self.particles_drawn(view);
-        let is_hued = view.show == Show::Headings;
-        let pipeline = match is_hued {
-            true => &shot.pipelines.headings,
-            false => &shot.pipelines.particles,
-        };
-        pass.draw(
-            pipeline,
-            drawn,
-            1,
-            ParticlesArgs {
-                particles: &state.particles_view,
-                corners: &state.distance_views.corners,
-                vertices: &state.distance_views.vertices,
-                poses: &state.poses_view,
-                colors: &self.colors,
-                motions: &state.motions_view,
-            },
-            ParticlesParams {
-                clip_from_world: camera.clip_from_world(size),
-                eye: camera.eye(),
-                lift: 0.003 * self.shape.radius
-                    + view.particle_size * world_per_pixel(camera, size),
-                diameter: view.particle_size.max(1.0),
-                strength: particle_strength(drawn, self.shape.radius, view, size),
-                stride,
-                hued: u32::from(is_hued),
-            },
-        );
-    }
-
-    /// How many particles a picture with this view has, if it shows particles.
-    #[must_use]
-    pub fn particles_drawn(&self, view: &View) -> u32 {
-        self.shape
-            .particle_count
-            .div_ceil(self.particle_stride(view))
-    }
-
-    fn particle_stride(&self, view: &View) -> u32 {
-        self.shape
-            .particle_count
-            .div_ceil(view.most_particles.max(1))
-            .max(1)
-    }
-
     fn draw_atlas(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
         let Shot {
             state, view, size, ..
@@ -530,13 +486,4 @@ impl Renderer {
 /// World units that a pixel covers at the target's distance.
 fn world_per_pixel(camera: &Camera, size: Vec2) -> f32 {
     2.0 * camera.distance * (0.5 * camera.vertical_fov).tan() / size.y
-}
-
-/// Light of one point, such that a crowd of usual density is bright and does not burn out.
-fn particle_strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
-    let radius_in_pixels = radius / world_per_pixel(&view.camera, size);
-    let area = (std::f32::consts::PI * radius_in_pixels * radius_in_pixels).max(1.0);
-    // Half of them are on the far side.
-    let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
-    (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8)
 }

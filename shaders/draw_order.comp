@@ -1,0 +1,25 @@
+// draw_order: lists the particles of a picture by their ids. Pixels round what is added to them, so a picture is the same
+// every time only if its points come in the same order, and sorting leaves slots in any order.
+// Reads   particles.
+// Writes  order: the slot of each particle whose id is a multiple of the stride.
+// One invocation per slot.
+// Overflow: cannot happen; ids are below the number of particles, and no two particles have the same.
+#version 460
+#include "index.glsl"
+
+layout(local_size_x = 256) in;
+
+layout(set = 0, binding = 0) uniform usamplerBuffer particles;
+layout(set = 0, binding = 1) writeonly buffer Order { uint order[]; };
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint stride;  // from one drawn id to the next
+} params;
+
+void main() {
+    uint slot = invocation_index();
+    if (slot >= params.particle_count) return;
+    uint id = texelFetch(particles, int(slot)).w;
+    if (id % params.stride == 0u) order[id / params.stride] = slot;
+}

@@ -1,0 +1,87 @@
+//! Particles as points of light, in the order of their ids.
+
+use glam::Vec2;
+
+use super::{Renderer, Shot, world_per_pixel};
+use crate::gpu::{Access, PassRecorder, Recorder, Threads};
+use crate::render::draw_order;
+use crate::render::view::View;
+use crate::scene::settings::Show;
+use crate::sim::State;
+use crate::sim::draws::{ParticlesArgs, ParticlesParams};
+use crate::sim::kernels::{DrawOrderArgs, DrawOrderParams};
+
+impl Renderer {
+    /// Before the pass that draws them.
+    pub(super) fn order_particles(&self, rec: &mut Recorder, state: &State, view: &View) {
+        rec.barrier(Access::Vertex, Access::Kernel, &[&self.order]);
+        rec.dispatch(
+            &self.draw_order,
+            Threads(self.shape.particle_count),
+            DrawOrderArgs {
+                particles: &state.particles_view,
+                order: &self.order,
+            },
+            DrawOrderParams {
+                particle_count: self.shape.particle_count,
+                stride: self.particle_stride(view),
+            },
+        );
+        rec.barrier(Access::Kernel, Access::Vertex, &[&self.order]);
+    }
+
+    pub(super) fn draw_particles(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+        let Shot {
+            state, view, size, ..
+        } = *shot;
+        let camera = &view.camera;
+        let drawn = self.particles_drawn(view);
+        let is_hued = view.show == Show::Headings;
+        let pipeline = match is_hued {
+            true => &shot.pipelines.headings,
+            false => &shot.pipelines.particles,
+        };
+        pass.draw(
+            pipeline,
+            drawn,
+            1,
+            ParticlesArgs {
+                particles: &state.particles_view,
+                corners: &state.distance_views.corners,
+                vertices: &state.distance_views.vertices,
+                poses: &state.poses_view,
+                colors: &self.colors,
+                motions: &state.motions_view,
+                order: &self.order,
+            },
+            ParticlesParams {
+                clip_from_world: camera.clip_from_world(size),
+                eye: camera.eye(),
+                lift: 0.003 * self.shape.radius
+                    + view.particle_size * world_per_pixel(camera, size),
+                diameter: view.particle_size.max(1.0),
+                strength: strength(drawn, self.shape.radius, view, size),
+                hued: u32::from(is_hued),
+            },
+        );
+    }
+
+    /// How many particles a picture with this view has, if it shows particles.
+    #[must_use]
+    pub fn particles_drawn(&self, view: &View) -> u32 {
+        draw_order::drawn(self.shape.particle_count, self.particle_stride(view))
+    }
+
+    fn particle_stride(&self, view: &View) -> u32 {
+        draw_order::stride(self.shape.particle_count, view.most_particles)
+    }
+}
+
+/// Light of one point, such that a crowd of usual density is bright and does not burn out.
+fn strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
+    let radius_in_pixels = radius / world_per_pixel(&view.camera, size);
+    let area = (std::f32::consts::PI * radius_in_pixels * radius_in_pixels).max(1.0);
+    // Half of them are on the far side.
+    let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
+    (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8)
+}
