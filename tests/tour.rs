@@ -329,11 +329,11 @@ fn every_button_and_key_has_its_effect() {
     lab.click("colors");
     lab.click_until("colors=ice", "color_map", "ice");
     lab.key_until("c", "the next colours", "color_map", "moss");
-    lab.type_into("charts", 0.9, "0.5");
+    lab.type_into("picture.charts", 0.9, "0.5");
     lab.click("auto");
-    lab.type_into("brightest", 0.9, "33");
+    lab.type_into("picture.brightest", 0.9, "33");
     lab.key("2");
-    lab.type_into("particle_size", 0.9, "4");
+    lab.type_into("picture.particle_size", 0.9, "4");
     let saved = lab.save("cube", 1);
     let picture = &saved.picture;
     assert_eq!((picture.charts, picture.brightest), (0.5, 33.0));

@@ -13,6 +13,7 @@ use winit::window::Fullscreen;
 
 use super::interface::Command;
 use super::interface::Interface;
+use super::left::LeftScene;
 use super::loading::{Loaded, Loading};
 use super::out::put_look;
 use super::saving::save_scene;
@@ -65,6 +66,7 @@ impl Lab {
                 Err(error) => self.interface.notice(context, error.to_string(), true),
             },
             Command::Open(name) => self.open_file(name.into()),
+            Command::OpenLeft(LeftScene { name, file, .. }) => self.open_as(name, file),
             Command::CancelLoading => {
                 if let Some(loading) = &self.loading {
                     loading.cancel();
@@ -152,8 +154,9 @@ impl Lab {
         let folder = PathBuf::from(self.interface.out.folder.trim());
         match save_scene(&folder, &self.name, &text) {
             Ok(path) => {
+                self.interface.saved();
                 let text = format!("Saved {}{without}", path.display());
-                self.interface.notice(context, text, false)
+                self.interface.notice(context, text, false);
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
@@ -163,9 +166,37 @@ impl Lab {
     pub fn open_file(&mut self, path: PathBuf) {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         let name = name.to_string_lossy().into_owned();
-        self.load(name, true, move || {
-            Ok(Scene::load(&path, &Overrides::default())?)
+        self.open_as(name, path);
+    }
+
+    fn open_as(&mut self, name: String, path: PathBuf) {
+        self.load(name.clone(), true, move || {
+            let mut scene = Scene::load(&path, &Overrides::default())?;
+            scene.name = name;
+            Ok(scene)
         });
+    }
+
+    /// Keeps the scene that is about to be left, if something of it has no file.
+    fn keep_left(&mut self) -> Option<Result<PathBuf>> {
+        if !self.interface.is_unsaved() {
+            return None;
+        }
+        let text = self.scene_text()?;
+        Some(self.interface.left.keep(&self.name, &text))
+    }
+
+    /// At the end, on the terminal.
+    pub(super) fn tell_left(&mut self) {
+        match self.keep_left() {
+            None => {}
+            Some(Ok(file)) => println!(
+                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery",
+                self.name,
+                file.display()
+            ),
+            Some(Err(error)) => log::warn!("{error}"),
+        }
     }
 
     /// Begins to load a scene; one that is on its way is given up for it.
@@ -209,6 +240,17 @@ impl Lab {
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         self.carry_over(&mut stage)?;
+        let left = is_new_scene.then(|| self.keep_left()).flatten();
+        if let Some(left) = left {
+            let context = self.egui.egui_ctx().clone();
+            match left {
+                Ok(_) => {
+                    let text = format!("{} as you left it is in the gallery", self.name);
+                    self.interface.notice(&context, text, false);
+                }
+                Err(error) => self.interface.notice(&context, error.to_string(), true),
+            }
+        }
         self.feeder.leave();
         stage.take_canvas(self.stage.take());
         let scene = &stage.scene;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2};
+use indicatif::HumanDuration;
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use super::interface::{Command, Facts, Interface};
@@ -88,6 +89,7 @@ impl Interface {
             self.gallery.was_open = true;
             self.gallery.forget_pictures();
             self.own.read_again();
+            self.left.read_again();
         }
         let mut open = true;
         let margin = 24.0;
@@ -104,6 +106,7 @@ impl Interface {
                     .auto_shrink([false, true])
                     .show(ui, |ui| {
                         ui.set_max_width(size.x - 20.0);
+                        self.left_scenes(ui, commands);
                         ui.label(RichText::new("Scenes").strong());
                         let is_shown = |scene: &Builtin| facts.scene == scene.name;
                         if let Some(scene) = self.cards(ui, SCENES, is_shown) {
@@ -145,6 +148,31 @@ impl Interface {
             }
         });
         clicked
+    }
+
+    /// Scenes as they were left, the last one first.
+    fn left_scenes(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        if self.left.all().is_empty() {
+            return;
+        }
+        ui.label(RichText::new("As you left them").strong())
+            .on_hover_text(
+                "Scenes that you left with changes that you had not saved; the oldest go first",
+            );
+        ui.horizontal_wrapped(|ui| {
+            for (i, left) in self.left.all().iter().enumerate() {
+                let age = left.since.elapsed().unwrap_or_default();
+                let label = format!("{} · {} ago", left.name, HumanDuration(age));
+                let button = ui
+                    .button(label)
+                    .on_hover_text(left.file.display().to_string());
+                if button.marked(&format!("left={i}")).clicked() {
+                    commands.push(Command::OpenLeft(left.clone()));
+                    self.gallery.open = false;
+                }
+            }
+        });
+        ui.add_space(8.0);
     }
 
     /// A name for the look as it is, and what can be done with it.

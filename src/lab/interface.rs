@@ -17,12 +17,14 @@ pub use super::facts::{Facts, KernelTime, Waiting};
 use super::gallery::Gallery;
 use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
 use super::keys::{self, KeyAction};
+use super::left::{LeftScene, LeftScenes};
 use super::navigation::{Moved, Navigation};
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
 use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
+use super::rows::take_refused;
 use super::theme;
 use super::undo::Undo;
 
@@ -55,6 +57,8 @@ pub enum Command {
     Save,
     /// Show another scene that comes with the program.
     Open(&'static str),
+    /// Show a scene as it was left.
+    OpenLeft(LeftScene),
     /// Give up the scene that is on its way.
     CancelLoading,
     /// The window over the whole screen, or no longer.
@@ -84,6 +88,7 @@ pub struct State<'a> {
     /// Has a text the keyboard?
     typing: bool,
     pending: bool,
+    unsaved: bool,
     panel: bool,
     light: bool,
     performing: bool,
@@ -119,7 +124,7 @@ pub struct Interface {
     /// Does the simulation run by itself?
     pub playing: bool,
     /// What a fit brings into the picture: the scene's centre, and every vertex.
-    outline: (Vec3, Vec<Vec3>),
+    pub(super) outline: (Vec3, Vec<Vec3>),
     /// The camera of the last fit and its picture's size; while nobody moves it, it keeps fitting.
     fitted: Option<(Camera, Vec2)>,
     /// Where the scene's own camera stands.
@@ -138,6 +143,8 @@ pub struct Interface {
     pub(super) performing: bool,
     pub(super) help: bool,
     pub(super) gallery: Gallery,
+    /// Which of help, gallery and what is taken out lay over the picture in the last frame.
+    on_top: [bool; 3],
     pub(super) undo: Undo,
     /// Objects that undo has brought back are on their way.
     renews: bool,
@@ -145,6 +152,8 @@ pub struct Interface {
     pub(super) preset: Option<String>,
     /// Those that the user has kept.
     pub own: OwnPresets,
+    /// Scenes that were left with changes.
+    pub left: LeftScenes,
     /// Seconds that the change to another preset takes.
     pub(super) morph_seconds: f64,
     pub(super) morph: Option<Morph>,
@@ -192,10 +201,12 @@ impl Interface {
             performing: false,
             help: false,
             gallery: Gallery::default(),
+            on_top: [false; 3],
             undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
             renews: false,
             preset: None,
             own: OwnPresets::default(),
+            left: LeftScenes::default(),
             morph_seconds: 0.0,
             morph: None,
             filter: String::new(),
@@ -280,6 +291,10 @@ impl Interface {
                 .frame(theme::panel_frame(ui))
                 .show(ui, |ui| self.panel(ui, facts, &mut commands));
         }
+        if let Some(text) = take_refused(ui.ctx()) {
+            self.notice(ui.ctx(), text, false);
+        }
+        self.keep_one_on_top();
         let (picture, beside) = self.parts(ui, ui.available_rect_before_wrap());
         self.keep_fitting(Vec2::new(picture.width(), picture.height()));
         let response = ui
@@ -352,6 +367,16 @@ impl Interface {
         live
     }
 
+    /// Does something differ from what was loaded, and from the file that it was saved in last?
+    pub fn is_unsaved(&self) -> bool {
+        self.undo.is_unsaved(&self.edited, &self.view)
+    }
+
+    /// A file has everything as it is now.
+    pub fn saved(&mut self) {
+        self.undo.saved(&self.edited, &self.view);
+    }
+
     /// Are there edits that wait for a restart?
     pub fn is_pending(&self) -> bool {
         PARAMETERS
@@ -370,6 +395,7 @@ impl Interface {
             playing: self.playing,
             typing,
             pending: self.is_pending(),
+            unsaved: self.is_unsaved(),
             panel: self.panel && !self.performing,
             light: self.light,
             performing: self.performing,
@@ -447,6 +473,19 @@ impl Interface {
         } else {
             commands.push(Command::CancelLoading);
         }
+    }
+
+    /// Help, gallery and what is taken out have one place: the one that is opened closes the others.
+    fn keep_one_on_top(&mut self) {
+        let all = [&mut self.help, &mut self.gallery.open, &mut self.out.open];
+        let is_new = all
+            .iter()
+            .zip(self.on_top)
+            .any(|(open, was)| **open && !was);
+        for (open, was) in all.into_iter().zip(self.on_top) {
+            *open &= !(is_new && was);
+        }
+        self.on_top = [self.help, self.gallery.open, self.out.open];
     }
 
     /// The picture alone, or no longer.
@@ -532,8 +571,13 @@ impl Interface {
         self.fitted = Some((self.view.camera, Vec2::ZERO));
     }
 
+    /// Is the camera where the last fit has put it?
+    pub(super) fn is_fitted(&self) -> bool {
+        { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
+    }
+
     /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it.
-    fn keep_fitting(&mut self, size: Vec2) {
+    pub(super) fn keep_fitting(&mut self, size: Vec2) {
         let camera = &mut self.view.camera;
         if self
             .fitted

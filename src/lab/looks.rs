@@ -49,9 +49,7 @@ impl Interface {
         let Some(text) = self.preset_text(name) else {
             return;
         };
-        if self.take_preset(ctx, name, &text, commands) {
-            self.notice(ctx, format!("{name}: {}", summary(&text)), false);
-        }
+        self.take_preset(ctx, name, &text, commands);
     }
 
     /// Takes over a preset's look, at once or over some seconds. What is wrong with it is said, and changes nothing.
@@ -66,6 +64,9 @@ impl Interface {
             Ok(to) => {
                 self.preset = Some(name.to_owned());
                 self.change_look(ctx, to, commands);
+                // It grows out of what is there; from the start it comes to what its small picture shows.
+                let text = format!("{name}: {} (R begins anew)", summary(text));
+                self.notice(ctx, text, false);
                 true
             }
             Err(error) => {

@@ -1,7 +1,6 @@
 //! The panel beside the picture: run and reset, what the picture shows, every parameter, kernel times.
 
 use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
-use myxo::render::exposure::Exposure;
 use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{
     FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle,
@@ -16,14 +15,14 @@ use super::places::{Marked as _, note_value};
 use super::plot::kernel_plot;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
-use super::widgets::{color_map_picker, kernel_table, wide_slider};
+use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, LIGHT_ROWS, PICTURE_ROWS, found};
+use super::widgets::kernel_table;
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 const PICTURE_WORDS: &str = "picture view trail relief glow particles headings density wireframe charts seams distance nearest \
-    atlas beside fit colours color map brightest exposure point size food markers";
-const CAMERA_WORDS: &str =
-    "camera home front back left right top bottom fly flight field of view fov orbit";
-const LIGHT_WORDS: &str = "light azimuth elevation ambient occlusion shadow";
+    atlas beside fit colours color map exposure show point size markers";
+const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";
+const LIGHT_WORDS: &str = "light shadow";
 
 /// Is what somebody looks for among the words, or does nobody look for anything?
 fn is_among(words: &str, filter: &str) -> bool {
@@ -93,19 +92,7 @@ impl Interface {
                 // Room for the bar, which floats over the content.
                 ui.set_max_width(ui.available_width() - 6.0);
                 let above = ui.cursor().top();
-                let has = |words: &str| is_among(words, &self.filter);
-                let [picture, camera, light] = [PICTURE_WORDS, CAMERA_WORDS, LIGHT_WORDS].map(has);
-                if picture {
-                    section(ui, "Picture", true, looks_for, |ui| {
-                        self.picture_section(ui, facts)
-                    });
-                }
-                if camera {
-                    section(ui, "Camera", false, looks_for, |ui| self.camera_section(ui));
-                }
-                if light {
-                    section(ui, "Light", false, looks_for, |ui| self.light_section(ui));
-                }
+                self.view_sections(ui, facts, looks_for);
                 self.parameter_sections(ui, commands);
                 if looks_for {
                     if ui.cursor().top() == above {
@@ -119,6 +106,39 @@ impl Interface {
                     kernel_table(ui, facts)
                 });
             });
+    }
+
+    /// Picture, Camera and Light; of those that are not looked for by name, the rows that are.
+    fn view_sections(&mut self, ui: &mut Ui, facts: &Facts, looks_for: bool) {
+        type Contents = fn(&mut Interface, &mut Ui, &Facts);
+        let all_of_picture = [COLOR_ROWS, PICTURE_ROWS].concat();
+        let sections: [(&str, bool, &str, &[&str], Contents); 3] = [
+            (
+                "Picture",
+                true,
+                PICTURE_WORDS,
+                &all_of_picture,
+                |it, ui, facts| {
+                    it.picture_section(ui, facts);
+                },
+            ),
+            ("Camera", false, CAMERA_WORDS, CAMERA_ROWS, |it, ui, _| {
+                it.camera_section(ui);
+            }),
+            ("Light", false, LIGHT_WORDS, LIGHT_ROWS, |it, ui, _| {
+                it.light_section(ui);
+            }),
+        ];
+        for (title, open, words, rows, contents) in sections {
+            if is_among(words, &self.filter) {
+                section(ui, title, open, looks_for, |ui| contents(self, ui, facts));
+                continue;
+            }
+            let rows = found(rows, &self.filter);
+            if !rows.is_empty() {
+                section(ui, title, open, looks_for, |ui| self.view_rows(ui, &rows));
+            }
+        }
     }
 
     fn transport(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
@@ -291,72 +311,17 @@ impl Interface {
     fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {
         self.views_list(ui);
         ui.add_space(2.0);
-        color_map_picker(ui, &mut self.view.color_map);
-        ui.scope(|ui| self.brightness(ui));
-        match self.view.show {
-            Show::Particles | Show::Headings => {
-                ui.horizontal(|ui| {
-                    ui.label("Point size");
-                    ui.label(RichText::new("pixels").small().color(theme::weak(ui)));
-                });
-                let size = &mut self.view.particle_size;
-                wide_slider(ui, egui::Slider::new(size, 1.0..=8.0).max_decimals(1))
-                    .marked("particle_size");
-                if facts.particles_drawn < self.running.particles.count {
-                    let text = format!(
-                        "{} are drawn while it runs",
-                        grouped(f64::from(facts.particles_drawn))
-                    );
-                    ui.label(RichText::new(text).small().color(theme::weak(ui)))
-                        .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
-                }
-            }
-            _ => {}
+        self.view_rows(ui, COLOR_ROWS);
+        let has_points = matches!(self.view.show, Show::Particles | Show::Headings);
+        if has_points && facts.particles_drawn < self.running.particles.count {
+            let text = format!(
+                "{} are drawn while it runs",
+                grouped(f64::from(facts.particles_drawn))
+            );
+            ui.label(RichText::new(text).small().color(theme::weak(ui)))
+                .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
         }
-        if self.running.food_count() > 0 {
-            ui.checkbox(&mut self.view.shows_food, "Food and markers")
-                .on_hover_text(
-                    "Draws food as domes that shrink as it is eaten; markers green and orange",
-                )
-                .marked("shows_food");
-            note_value(ui.ctx(), "shows_food", || self.view.shows_food.to_string());
-        }
-        ui.label("Charts").on_hover_text(
-            "The atlas's charts, each in a colour of its own, with their seams: 0 nothing, 0.5 under the trail, 1 nothing else (X)",
-        );
-        wide_slider(
-            ui,
-            egui::Slider::new(&mut self.view.charts, 0.0..=1.0).max_decimals(2),
-        )
-        .marked("charts");
-    }
-
-    fn brightness(&mut self, ui: &mut Ui) {
-        let mut automatic = matches!(self.view.exposure, Exposure::Auto { .. });
-        ui.horizontal(|ui| {
-            ui.label("Brightest trail")
-                .on_hover_text("The trail value that gets the brightest colour.");
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let hint = "Follow the picture's own range";
-                if ui
-                    .selectable_label(automatic, "auto")
-                    .on_hover_text(hint)
-                    .marked("auto")
-                    .clicked()
-                {
-                    automatic = !automatic;
-                    self.view.exposure = if automatic {
-                        Exposure::following()
-                    } else {
-                        Exposure::Fixed(50.0)
-                    };
-                }
-            });
-        });
-        if let Exposure::Fixed(brightest) = &mut self.view.exposure {
-            let slider = egui::Slider::new(brightest, 0.01..=10_000.0);
-            wide_slider(ui, slider.logarithmic(true).max_decimals(2)).marked("brightest");
-        }
+        self.view_rows(ui, PICTURE_ROWS);
     }
 
     fn parameter_sections(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
@@ -509,7 +474,7 @@ fn invariants(ui: &mut Ui, check: &Check) {
 }
 
 /// The sections of the table, in the panel's order, with their titles and whether they begin open.
-/// What `[camera]` and `[picture]` hold is moved by hand and stands in the section Picture.
+/// What `[camera]` and `[picture]` hold is moved by hand, too, and stands above them.
 pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("physarum", "Physarum", true),
     ("trail", "Trail", true),
@@ -543,8 +508,8 @@ mod tests {
 
     #[test]
     fn sections_are_found_by_the_beginnings_of_their_words() {
-        assert!(is_among(LIGHT_WORDS, " Light ") && is_among(LIGHT_WORDS, "occl"));
-        assert!(is_among(CAMERA_WORDS, "field of v") && !is_among(CAMERA_WORDS, "light"));
+        assert!(is_among(LIGHT_WORDS, " Light ") && is_among(LIGHT_WORDS, "shad"));
+        assert!(is_among(CAMERA_WORDS, "fov") && !is_among(CAMERA_WORDS, "light"));
         assert!(is_among(PICTURE_WORDS, "") && !is_among(PICTURE_WORDS, "decay"));
     }
 }

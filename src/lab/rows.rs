@@ -8,6 +8,9 @@ use super::places::{Marked as _, note_value};
 use super::theme;
 use super::widgets::wide_slider;
 
+/// Where it is kept that a number was beyond its range, until it is told.
+const REFUSED: &str = "refused number";
+
 /// What a row needs to know besides its parameter.
 #[derive(Clone, Copy)]
 pub struct RowContext<'a, T> {
@@ -29,6 +32,20 @@ pub fn row<T>(
     parameter: &Parameter<T>,
     value: &mut T,
     context: &RowContext<'_, T>,
+) -> bool {
+    let key = format!("{}{}", context.prefix, parameter.key);
+    row_with(ui, parameter, value, context, |ui, value| {
+        editor(ui, &key, parameter, value, context.shared)
+    })
+}
+
+/// The same with a line of its own below the name, which tells whether it has changed the value.
+pub fn row_with<T>(
+    ui: &mut Ui,
+    parameter: &Parameter<T>,
+    value: &mut T,
+    context: &RowContext<'_, T>,
+    edit: impl FnOnce(&mut Ui, &mut T) -> bool,
 ) -> bool {
     let mut changed = false;
     let modified = parameter.differs(value, context.loaded);
@@ -75,9 +92,7 @@ pub fn row<T>(
                 }
             });
         });
-        let editor = ui.add_enabled_ui(idle.is_none(), |ui| {
-            editor(ui, &key, parameter, value, context.shared)
-        });
+        let editor = ui.add_enabled_ui(idle.is_none(), |ui| edit(ui, value));
         changed |= editor.inner;
         note_value(ui.ctx(), &key, || parameter.value(value));
         if let Some(why) = idle {
@@ -89,7 +104,7 @@ pub fn row<T>(
 }
 
 /// The line below the name, by what the parameter holds.
-fn editor<T>(
+pub fn editor<T>(
     ui: &mut Ui,
     key: &str,
     parameter: &Parameter<T>,
@@ -97,7 +112,7 @@ fn editor<T>(
     shared: &PhysarumSettings,
 ) -> bool {
     match &parameter.kind {
-        Kind::Number(number) => slider(ui, key, number, value),
+        Kind::Number(number) => slider(ui, key, parameter, number, value),
         Kind::Own(own) => {
             let before = (own.get)(value);
             let mut has = before.is_some();
@@ -115,7 +130,7 @@ fn editor<T>(
                     .smallest_positive(smallest_positive(low, high));
                 wide_slider(ui, slider).marked(key);
             }
-            let after = has.then(|| now.clamp(own.range.0, own.range.1));
+            let after = has.then(|| within(ui, parameter, now, own.range));
             if after != before {
                 (own.set)(value, after);
             }
@@ -171,7 +186,29 @@ fn editor<T>(
     }
 }
 
-fn slider<T>(ui: &mut Ui, key: &str, number: &Number<T>, value: &mut T) -> bool {
+/// The number, or the end of the range that it lies beyond: whoever typed it is told.
+fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f64)) -> f64 {
+    let taken = number.clamp(range.0, range.1);
+    if taken != number {
+        let (name, allowed) = (parameter.name, parameter.allowed());
+        let text = format!("{name} is {allowed}: {number} became {taken}");
+        ui.data_mut(|data| data.insert_temp(Id::new(REFUSED), text));
+    }
+    taken
+}
+
+/// What was said of a number beyond its range, once.
+pub fn take_refused(ctx: &egui::Context) -> Option<String> {
+    ctx.data_mut(|data| data.remove_temp(Id::new(REFUSED)))
+}
+
+fn slider<T>(
+    ui: &mut Ui,
+    key: &str,
+    parameter: &Parameter<T>,
+    number: &Number<T>,
+    value: &mut T,
+) -> bool {
     let mut now = (number.get)(value);
     let (low, high) = number.slider;
     let mut slider = Slider::new(&mut now, low..=high)
@@ -191,8 +228,8 @@ fn slider<T>(ui: &mut Ui, key: &str, number: &Number<T>, value: &mut T) -> bool 
     }
     let changed = wide_slider(ui, slider).marked(key).changed();
     if changed {
-        let (least, most) = number.range;
-        (number.set)(value, now.clamp(least, most));
+        let now = within(ui, parameter, now, number.range);
+        (number.set)(value, now);
     }
     changed
 }

@@ -1,5 +1,6 @@
 //! Undo and redo of what was changed in the panel: whole settings and looks, one entry for each thing that the hand did.
 
+use glam::Vec3;
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::view::Light;
@@ -18,6 +19,7 @@ struct Look {
     charts: f32,
     light: Light,
     occlusion: f32,
+    background: Vec3,
     shows_food: bool,
     /// Degrees.
     field_of_view: f32,
@@ -33,6 +35,7 @@ impl Look {
             charts: view.charts,
             light: view.light,
             occlusion: view.occlusion,
+            background: view.background,
             shows_food: view.shows_food,
             field_of_view: view.camera.vertical_fov.to_degrees(),
         }
@@ -46,6 +49,7 @@ impl Look {
         view.charts = self.charts;
         view.light = self.light;
         view.occlusion = self.occlusion;
+        view.background = self.background;
         view.shows_food = self.shows_food;
         if view.camera.vertical_fov.to_degrees() != self.field_of_view {
             view.camera
@@ -61,23 +65,33 @@ struct State {
     look: Look,
 }
 
+impl State {
+    fn of(settings: &Settings, view: &View) -> Self {
+        Self {
+            settings: settings.clone(),
+            look: Look::of(view),
+        }
+    }
+}
+
 /// What was, what is, and what was undone.
 #[derive(Clone, Debug)]
 pub struct Undo {
     past: Vec<State>,
     now: State,
     future: Vec<State>,
+    /// What a file has, or what was loaded.
+    saved: State,
 }
 
 impl Undo {
     /// Nothing has been changed.
     pub fn new(settings: &Settings, view: &View) -> Self {
+        let now = State::of(settings, view);
         Self {
             past: Vec::new(),
-            now: State {
-                settings: settings.clone(),
-                look: Look::of(view),
-            },
+            saved: now.clone(),
+            now,
             future: Vec::new(),
         }
     }
@@ -136,6 +150,16 @@ impl Undo {
         self.future.pop_if(|next| *next == self.now);
     }
 
+    /// A file has it as it is now.
+    pub fn saved(&mut self, settings: &Settings, view: &View) {
+        self.saved = State::of(settings, view);
+    }
+
+    /// Is something different from what a file has?
+    pub fn is_unsaved(&self, settings: &Settings, view: &View) -> bool {
+        self.saved != State::of(settings, view)
+    }
+
     /// Is there something to undo?
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()
@@ -166,6 +190,7 @@ mod tests {
         let mut view = View::of(&scene, Vec2::ONE);
         let mut undo = Undo::new(&settings, &view);
         assert!(!undo.can_undo() && !undo.undo(&mut settings, &mut view));
+        assert!(!undo.is_unsaved(&settings, &view));
         for decay in [0.5, 0.6] {
             settings.trail.decay = decay;
             undo.note(&settings, &view);

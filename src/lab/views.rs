@@ -12,12 +12,10 @@ use super::interface::Interface;
 use super::keys::{KEYS, KeyAction};
 use super::places::{Marked as _, note_value};
 use super::theme;
-use super::widgets::wide_slider;
+use super::view_rows::{CAMERA_ROWS, LIGHT_ROWS};
 
 /// Of the ball that moves the light, points.
 const BALL: f32 = 72.0;
-/// Degrees that the camera may open.
-const FIELDS_OF_VIEW: (f32, f32) = (10.0, 120.0);
 /// Objects that are named in the legend.
 const NAMED: usize = 8;
 
@@ -141,9 +139,10 @@ impl Interface {
             });
         }
         let light = self.view.light;
-        note_value(ctx, "light_azimuth", || format!("{:.0}", light.azimuth));
-        note_value(ctx, "light_elevation", || format!("{:.0}", light.elevation));
-        note_value(ctx, "occlusion", || format!("{:.2}", self.view.occlusion));
+        note_value(ctx, "light", || {
+            format!("{:.0} {:.0}", light.azimuth, light.elevation)
+        });
+        note_value(ctx, "shows_food", || self.view.shows_food.to_string());
     }
 
     /// Sides to look from, how wide the camera opens, flight.
@@ -180,21 +179,7 @@ impl Interface {
                 ui.label(RichText::new(text).small().color(theme::weak(ui)));
             }
         });
-        named(
-            ui,
-            "Field of view",
-            "degrees",
-            "How wide the camera opens. What it looks at stays as large: a wide view comes near, a narrow one goes far.",
-        );
-        let before = self.view.camera.vertical_fov.to_degrees();
-        let mut degrees = before;
-        let range = FIELDS_OF_VIEW.0..=FIELDS_OF_VIEW.1;
-        let slider = egui::Slider::new(&mut degrees, range).max_decimals(1);
-        wide_slider(ui, slider).marked("field_of_view");
-        note_value(ui.ctx(), "field_of_view", || format!("{degrees:.1}"));
-        if (degrees - before).abs() > 1e-3 {
-            self.view.camera.set_field_of_view(degrees.to_radians());
-        }
+        self.view_rows(ui, CAMERA_ROWS);
     }
 
     fn go_home(&mut self) {
@@ -220,54 +205,9 @@ impl Interface {
                     "The light: drag the spot over the ball. In the picture: L and drag.",
                 )
                 .marked("light");
-            ui.vertical(|ui| {
-                for (value, range, name, text) in [
-                    (
-                        &mut self.view.light.azimuth,
-                        180.0,
-                        "light_azimuth",
-                        "to the right",
-                    ),
-                    (
-                        &mut self.view.light.elevation,
-                        90.0,
-                        "light_elevation",
-                        "above",
-                    ),
-                ] {
-                    ui.horizontal(|ui| {
-                        ui.add(
-                            egui::DragValue::new(value)
-                                .range(-range..=range)
-                                .speed(1.0)
-                                .max_decimals(0)
-                                .update_while_editing(false)
-                                .suffix("°"),
-                        )
-                        .on_hover_text("Degrees, seen from the camera. Drag, or click to type.")
-                        .marked(name);
-                        ui.label(RichText::new(text).small().color(theme::weak(ui)));
-                    });
-                }
-            });
         });
-        named(
-            ui,
-            "Ambient occlusion",
-            "",
-            "How much darker hollows are, and what is close to another object: shapes read by it. 0 is off.",
-        );
-        let slider = egui::Slider::new(&mut self.view.occlusion, 0.0..=1.0).max_decimals(2);
-        wide_slider(ui, slider).marked("occlusion");
+        self.view_rows(ui, LIGHT_ROWS);
     }
-}
-
-fn named(ui: &mut Ui, name: &str, unit: &str, help: &str) {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 5.0;
-        ui.label(name).on_hover_text(help);
-        ui.label(RichText::new(unit).small().color(theme::weak(ui)));
-    });
 }
 
 /// What a view shows, and its key.

@@ -22,6 +22,7 @@ use super::clocks::Clocks;
 use super::feeding::Feeder;
 use super::hands::Hand;
 use super::interface::Interface;
+use super::left::LeftScenes;
 use super::loading::Loading;
 use super::order::{Asked, Order, Task};
 use super::out::TakeOut;
@@ -158,6 +159,7 @@ impl Lab {
         interface.light = preferences.light;
         interface.out.folder = preferences.folder.clone();
         interface.own = OwnPresets::read(OwnPresets::folder());
+        interface.left = LeftScenes::read(LeftScenes::folder());
         let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();
         let mut lab = Self {
@@ -435,6 +437,7 @@ impl Lab {
         self.end_taking_out();
         self.feeder.close();
         self.report_messages();
+        self.tell_left();
         if let Some(file) = &self.preferences {
             let preferences = Preferences {
                 light: self.interface.light,

@@ -102,27 +102,45 @@ impl View {
         if scene.settings.camera.distance <= 0.0 {
             camera.fit_points(points(scene), size);
         }
-        Self {
+        let mut view = Self {
             camera,
-            show: picture.show,
-            color_map: picture.color_map,
-            exposure: match picture.brightest {
-                brightest if brightest > 0.0 => Exposure::Fixed(brightest),
-                _ => Exposure::default(),
-            },
-            particle_size: picture.particle_size,
+            show: Show::default(),
+            color_map: ColorMap::default(),
+            exposure: Exposure::default(),
+            particle_size: 1.0,
             most_particles: u32::MAX,
-            background: Vec3::from_array(picture.background),
+            background: Vec3::ZERO,
             is_transparent: false,
-            charts: picture.charts,
+            charts: 0.0,
             atlas: AtlasWindow::default(),
             light: Light {
-                azimuth: picture.light_azimuth,
-                elevation: picture.light_elevation,
+                azimuth: 0.0,
+                elevation: 0.0,
             },
-            occlusion: picture.occlusion,
-            shows_food: picture.food == ShowFood::Shown,
-        }
+            occlusion: 0.0,
+            shows_food: true,
+        };
+        view.take(picture);
+        view
+    }
+
+    /// Shows what a scene's file asks for, from where the camera is.
+    pub fn take(&mut self, picture: &PictureSettings) {
+        self.show = picture.show;
+        self.color_map = picture.color_map;
+        self.exposure = match picture.brightest {
+            brightest if brightest > 0.0 => Exposure::Fixed(brightest),
+            _ => Exposure::default(),
+        };
+        self.particle_size = picture.particle_size;
+        self.background = Vec3::from_array(picture.background);
+        self.charts = picture.charts;
+        self.light = Light {
+            azimuth: picture.light_azimuth,
+            elevation: picture.light_elevation,
+        };
+        self.occlusion = picture.occlusion;
+        self.shows_food = picture.food == ShowFood::Shown;
     }
 
     /// The share of the charts' colours below the trail.
@@ -144,6 +162,7 @@ impl View {
         picture.light_azimuth = self.light.azimuth;
         picture.light_elevation = self.light.elevation;
         picture.occlusion = self.occlusion;
+        picture.background = self.background.to_array();
         picture.food = match self.shows_food {
             true => ShowFood::Shown,
             false => ShowFood::Hidden,
@@ -209,15 +228,20 @@ impl Camera {
         camera
     }
 
-    /// What a scene's file says about this camera.
+    /// What a scene's file says about this camera: angles to 0.0001 degrees and lengths to 0.00001 scene radii, far less than
+    /// a pixel, so that people read round numbers.
     #[must_use]
     pub fn to_settings(&self, center: Vec3) -> CameraSettings {
+        let degrees = |angle: f32| ((f64::from(angle).to_degrees() * 1e4).round() / 1e4) as f32;
+        let length = |radii: f32| ((f64::from(radii) * 1e5).round() / 1e5) as f32;
         CameraSettings {
-            azimuth: self.yaw.to_degrees(),
-            elevation: self.pitch.to_degrees(),
-            distance: self.distance / self.scene_radius,
-            target: ((self.target - center) / self.scene_radius).to_array(),
-            field_of_view: self.vertical_fov.to_degrees(),
+            azimuth: degrees(self.yaw),
+            elevation: degrees(self.pitch),
+            distance: length(self.distance / self.scene_radius),
+            target: ((self.target - center) / self.scene_radius)
+                .to_array()
+                .map(length),
+            field_of_view: degrees(self.vertical_fov),
         }
     }
 }
@@ -288,7 +312,7 @@ mod tests {
             (returned.target[2], -0.25),
             (returned.field_of_view, 30.0),
         ] {
-            assert!((a - b).abs() < 1e-4, "{returned:?}");
+            assert_eq!(a, b, "{returned:?}");
         }
     }
 

@@ -91,6 +91,10 @@ method = "raster"
 [feeding]
 scattered = 3
 
+[picture]
+show = "particles"
+brightest = 20
+
 [[object]]
 name = "ring"
 mesh = "builtin:torus?major=24&minor=12"
@@ -105,9 +109,9 @@ motion = { spin = [0, 10, 0], orbit = [0, 5, 0], swing = [5, 0, 0], slide = [0, 
 
 const START_FOOD: &str = "particles.start_food";
 
-/// The section of the panel that these have is `Picture`, and the tour goes there by itself.
+/// These have no row, but buttons and a list, which other tours use.
 fn has_row(parameter: &Parameter) -> bool {
-    !matches!(parameter.section(), "camera" | "picture")
+    !matches!(parameter.key, "picture.show" | "picture.color_map")
 }
 
 fn is_word<T>(parameter: &Parameter<T>) -> bool {

@@ -175,3 +175,47 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     assert_eq!(std::fs::read_dir(&folder).expect("it is there").count(), 0);
     lab.quit();
 }
+
+#[test]
+fn scenes_that_are_left_with_changes_are_kept() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    let unsaved = |what: &str, is: bool| {
+        lab.wait(what, |seen| seen["state"]["unsaved"] == is);
+    };
+    unsaved("no file has it", true);
+    lab.save("cube", 1);
+    unsaved("now one has", false);
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+
+    lab.click_until("gallery", "gallery", true);
+    lab.click("card=plane");
+    lab.wait("another scene", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        let says = notice.is_some_and(|text| text.contains("cube as you left it"));
+        seen["state"]["scene"] == "plane" && says
+    });
+    unsaved("nothing was changed in it", false);
+    let folder = lab.folder.file("myxo/left");
+    let text = std::fs::read_to_string(folder.join("cube_000001.toml")).expect("it is there");
+    assert!(text.contains("decay = 0.5"), "{text}");
+
+    lab.click_until("gallery", "gallery", true);
+    lab.click("left=0");
+    lab.wait("it is back", |seen| {
+        seen["state"]["scene"] == "cube" && seen["state"]["loading"] == false
+    });
+    unsaved("as it was left", false);
+    assert_eq!(lab.save("cube", 2).trail.decay, 0.5);
+    lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
+    let left = lab.quit_and_keep();
+    let folder = left.folder.file("myxo/left");
+    let text = std::fs::read_to_string(folder.join("cube_000002.toml")).expect("it is there");
+    assert!(text.contains("decay = 0.75"), "{text}");
+    let files = std::fs::read_dir(&folder).expect("it can be read");
+    assert_eq!(files.count(), 2, "what was not changed is not kept");
+}

@@ -171,16 +171,16 @@ fn the_light_and_the_camera_can_be_moved() {
 
     lab.click("section=Light");
     for (name, share, number) in [
-        ("light_azimuth", 0.5, "60"),
-        ("light_elevation", 0.5, "-20"),
-        ("occlusion", 0.9, "0.25"),
+        ("picture.light_azimuth", 0.9, "60"),
+        ("picture.light_elevation", 0.9, "-20"),
+        ("picture.occlusion", 0.9, "0.25"),
     ] {
         lab.type_until(name, share, number, name, number);
     }
     let lit = lab.save("cube", 2).picture;
     assert_eq!((lit.light_azimuth, lit.light_elevation), (60.0, -20.0));
     assert_eq!(lit.occlusion, 0.25);
-    drag_until(&lab, "light", (-12, -12), "light_azimuth");
+    drag_until(&lab, "light", (-12, -12), "light");
     let dragged = lab.save("cube", 3).picture;
     assert!(
         dragged.light_azimuth < 0.0 && dragged.light_elevation > 5.0,
@@ -189,7 +189,7 @@ fn the_light_and_the_camera_can_be_moved() {
     lab.click("section=Light");
     xdotool(&["keydown", "l"]);
     sleep(Duration::from_millis(200));
-    drag_until(&lab, "picture", (90, 0), "light_azimuth");
+    drag_until(&lab, "picture", (90, 0), "light");
     xdotool(&["keyup", "l"]);
     sleep(Duration::from_millis(200));
     let moved = lab.save("cube", 4);
@@ -199,8 +199,11 @@ fn the_light_and_the_camera_can_be_moved() {
         moved.picture
     );
     assert_eq!(moved.camera, before.camera);
-    let azimuth = format!("{:.0}", dragged.light_azimuth);
-    click_for(&lab, "undo", "light_azimuth", &azimuth);
+    let light = format!(
+        "{:.0} {:.0}",
+        dragged.light_azimuth, dragged.light_elevation
+    );
+    click_for(&lab, "undo", "light", &light);
 
     lab.click("section=Camera");
     for (side, camera) in [
@@ -219,7 +222,8 @@ fn the_light_and_the_camera_can_be_moved() {
     let home = format!("{:.0} {:.0}", home.azimuth, home.elevation);
     click_for(&lab, "view=home", "camera", &home);
     let home = lab.save("cube", 6).camera;
-    lab.type_until("field_of_view", 0.9, "75", "field_of_view", "75.0");
+    let key = "camera.field_of_view";
+    lab.type_until(key, 0.9, "75", key, "75");
     let wide = lab.save("cube", 7).camera;
     assert!((wide.field_of_view - 75.0).abs() < 0.1 && wide.distance < 0.8 * home.distance);
 

@@ -28,6 +28,8 @@ impl Renderer {
             },
         );
         rec.barrier(Access::Kernel, Access::Vertex, &[&self.order]);
+        // The next step writes over them.
+        rec.barrier(Access::Kernel, Access::Kernel, &[&state.particles]);
     }
 
     pub(super) fn draw_particles(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {

@@ -1,7 +1,8 @@
 //! Why a parameter has no effect as a scene is, where it has none: a panel greys it out and says so.
 
 use crate::scene::settings::{
-    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Settings, Start, Strategy,
+    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Settings, Show, Start,
+    Strategy,
 };
 
 /// What would have to change for the scene's parameter with this key to have an effect; `None` where it has one, and for
@@ -30,6 +31,14 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             key.trim_start_matches("particles.start_"),
             start,
             settings.particles.start_heading,
+        ),
+        "picture.particle_size" => because(
+            !matches!(settings.picture.show, Show::Particles | Show::Headings),
+            "Only the views Particles and Headings draw points.",
+        ),
+        "picture.food" => because(
+            settings.food_count() == 0,
+            "There is no food: put some on an object, or raise Scattered food from 0.",
         ),
         "trail.diffusion_distance" => because(
             settings.trail.diffusion == 0.0,
@@ -185,6 +194,7 @@ mod tests {
         settings.particles.start = Start::Ring;
         settings.particles.start_heading = Heading::Aligned;
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
+        settings.picture.show = Show::Particles;
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);
         assert!(waits.contains(&"feeding.size") && !waits.contains(&"feeding.fed_steps"));

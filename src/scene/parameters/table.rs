@@ -434,6 +434,14 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(feeding.fed_attraction, (0.0, 1.0), (0.0, 1.0), Linear),
     },
     Parameter {
+        key: "camera.field_of_view",
+        name: "Field of view",
+        unit: "degrees",
+        help: "Vertical opening angle of the picture.",
+        effect: Effect::Live,
+        kind: real!(camera.field_of_view, (1.0, 150.0), (10.0, 90.0), Linear),
+    },
+    Parameter {
         key: "camera.azimuth",
         name: "Azimuth",
         unit: "degrees",
@@ -469,14 +477,6 @@ pub static PARAMETERS: &[Parameter] = &[
         help: "What the camera looks at, counted from the scene's centre.",
         effect: Effect::Live,
         kind: vector!(camera.target, (-1_000.0, 1_000.0)),
-    },
-    Parameter {
-        key: "camera.field_of_view",
-        name: "Field of view",
-        unit: "degrees",
-        help: "Vertical opening angle of the picture.",
-        effect: Effect::Live,
-        kind: real!(camera.field_of_view, (1.0, 150.0), (10.0, 90.0), Linear),
     },
     Parameter {
         key: "picture.brightest",

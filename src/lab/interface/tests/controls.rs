@@ -339,3 +339,46 @@ fn a_number_with_a_least_value_can_be_typed() {
     harness.press(Key::Enter);
     assert_eq!(harness.interface.edited.atlas.size, 16);
 }
+
+#[test]
+fn what_is_opened_over_the_picture_closes_the_rest() {
+    let mut harness = Harness::new();
+    let open = |harness: &Harness| {
+        let Interface {
+            help, gallery, out, ..
+        } = &harness.interface;
+        [*help, gallery.open, out.open]
+    };
+    harness.press(Key::H);
+    assert_eq!(open(&harness), [true, false, false]);
+    harness.press(Key::G);
+    assert_eq!(open(&harness), [false, true, false]);
+    harness.interface.out.open = true;
+    harness.frame(vec![]);
+    assert_eq!(open(&harness), [false, false, true]);
+    harness.press(Key::H);
+    assert_eq!(open(&harness), [true, false, false]);
+    harness.press(Key::H);
+    assert_eq!(open(&harness), [false; 3]);
+}
+
+#[test]
+fn what_no_file_has_is_known_until_it_is_saved() {
+    let mut harness = Harness::new();
+    assert!(!harness.interface.is_unsaved());
+    harness.interface.edited.trail.decay = 0.5;
+    assert!(harness.interface.is_unsaved());
+    harness.frame(vec![]);
+    harness.interface.saved();
+    assert!(!harness.interface.is_unsaved());
+    harness.interface.view.background = glam::Vec3::X;
+    harness.frame(vec![]);
+    assert!(harness.interface.is_unsaved(), "a look is one's own, too");
+    harness.interface.undo(&mut Vec::new());
+    assert!(!harness.interface.is_unsaved());
+    harness.interface.view.camera.yaw += 1.0;
+    assert!(
+        !harness.interface.is_unsaved(),
+        "whoever looks round changes nothing"
+    );
+}

@@ -1,0 +1,122 @@
+//! Scenes that were left with changes that no file has: the last few of them, in the user's folder for data.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use myxo::{Error, Result};
+
+use super::saving::save_scene;
+
+/// Files that are kept; the oldest go.
+const MOST: usize = 8;
+
+/// One of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftScene {
+    /// What the scene is called.
+    pub name: String,
+    /// The scene file.
+    pub file: PathBuf,
+    /// When it was left.
+    pub since: SystemTime,
+}
+
+/// All of them, the last one first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LeftScenes {
+    folder: Option<PathBuf>,
+    all: Vec<LeftScene>,
+}
+
+impl LeftScenes {
+    /// Where they lie; `None` where the user has no such folder.
+    pub fn folder() -> Option<PathBuf> {
+        directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
+    }
+
+    /// Those in a folder, which need not be there.
+    pub fn read(folder: Option<PathBuf>) -> Self {
+        let mut all: Vec<LeftScene> = folder.iter().flat_map(|folder| files(folder)).collect();
+        // Times of files may be coarse; then numbers tell.
+        all.sort_by(|a, b| (b.since, &b.file).cmp(&(a.since, &a.file)));
+        Self { folder, all }
+    }
+
+    /// Takes up what other windows have left.
+    pub fn read_again(&mut self) {
+        *self = Self::read(self.folder.take());
+    }
+
+    /// The last one first.
+    pub fn all(&self) -> &[LeftScene] {
+        &self.all
+    }
+
+    /// Keeps a scene's text.
+    pub fn keep(&mut self, name: &str, text: &str) -> Result<PathBuf> {
+        let Some(folder) = &self.folder else {
+            return Err(Error::Invalid(format!(
+                "{name} as you left it is not kept: there is no folder for your data (is HOME set?)"
+            )));
+        };
+        let file = save_scene(folder, name, text)?;
+        self.read_again();
+        for old in self.all.drain(MOST.min(self.all.len())..) {
+            // Another window may have removed it.
+            let _ = fs::remove_file(old.file);
+        }
+        Ok(file)
+    }
+}
+
+fn files(folder: &Path) -> Vec<LeftScene> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let scene = |entry: fs::DirEntry| {
+        let file = entry.path();
+        let name = file.file_name()?.to_str()?.strip_suffix(".toml")?;
+        let (name, number) = name.rsplit_once('_')?;
+        let is_ours = !name.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        Some(LeftScene {
+            name: is_ours.then(|| name.to_owned())?,
+            since: entry.metadata().ok()?.modified().ok()?,
+            file,
+        })
+    };
+    entries.filter_map(scene).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_ones_are_kept_and_nothing_else_is_touched() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("left");
+        let mut left = LeftScenes::read(Some(folder.clone()));
+        assert!(left.all().is_empty());
+        for seed in 0..MOST + 3 {
+            let name = if seed % 2 == 0 { "a_b" } else { "c" };
+            let file = left.keep(name, &format!("seed = {seed}\n")).unwrap();
+            assert_eq!(left.all()[0].file, file, "the last one comes first");
+            assert_eq!(left.all()[0].name, name);
+            // Times are told apart.
+            std::thread::sleep(std::time::Duration::from_millis(15));
+            fs::write(folder.join("mine.toml"), "mine").unwrap();
+            fs::write(folder.join("notes_1.txt"), "mine").unwrap();
+        }
+        assert_eq!(left.all().len(), MOST);
+        assert_eq!(LeftScenes::read(Some(folder.clone())), left);
+        let texts = left
+            .all()
+            .iter()
+            .map(|left| fs::read_to_string(&left.file).unwrap());
+        let wanted = (3..MOST + 3).rev().map(|seed| format!("seed = {seed}\n"));
+        assert!(texts.eq(wanted));
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), MOST + 2);
+
+        let error = LeftScenes::default().keep("torus", "").unwrap_err();
+        assert!(error.to_string().contains("torus"), "{error}");
+    }
+}

@@ -1,0 +1,264 @@
+//! Rows of the panel for what `[picture]` and `[camera]` hold. The view is moved by hand, so each row shows it as a scene file
+//! would have it, and what is changed there goes back into the view.
+
+use egui::Ui;
+use glam::Vec3;
+use myxo::render::camera::MAX_PITCH;
+use myxo::render::exposure::Exposure;
+use myxo::scene::parameters::{PARAMETERS, Parameter, why_idle};
+use myxo::scene::settings::Settings;
+
+use super::interface::Interface;
+use super::out::put_look;
+use super::places::Marked as _;
+use super::rows::{RowContext, editor, row_with};
+use super::widgets::{color_map_picker, wide_slider};
+
+/// Of the section Picture, above what is said of particles.
+pub(super) const COLOR_ROWS: &[&str] = &["picture.color_map", "picture.brightest"];
+/// And below it.
+pub(super) const PICTURE_ROWS: &[&str] = &[
+    "picture.particle_size",
+    "picture.charts",
+    "picture.food",
+    "picture.background",
+];
+/// Of the section Camera.
+pub(super) const CAMERA_ROWS: &[&str] = &[
+    "camera.field_of_view",
+    "camera.azimuth",
+    "camera.elevation",
+    "camera.distance",
+    "camera.target",
+];
+/// Of the section Light.
+pub(super) const LIGHT_ROWS: &[&str] = &[
+    "picture.light_azimuth",
+    "picture.light_elevation",
+    "picture.occlusion",
+];
+
+/// The parameter that a row shows.
+fn parameter(key: &str) -> &'static Parameter {
+    let found = PARAMETERS.iter().find(|parameter| parameter.key == key);
+    found.expect("the table has what rows show")
+}
+
+/// The rows whose key or name has what somebody looks for.
+pub(super) fn found<'a>(rows: &'a [&'a str], filter: &str) -> Vec<&'a str> {
+    let filter = filter.trim().to_lowercase();
+    let is_found =
+        |key: &&&str| key.contains(&filter) || parameter(key).name.to_lowercase().contains(&filter);
+    rows.iter().filter(is_found).copied().collect()
+}
+
+/// What gets the brightest colour when automatic exposure is left, trail units.
+const BRIGHTEST: f32 = 50.0;
+
+impl Interface {
+    /// The settings with what is seen, as a scene file would have them. A camera that fits the scene has no distance of its
+    /// own.
+    fn as_seen(&self) -> Settings {
+        let mut seen = self.edited.clone();
+        put_look(&self.view, self.outline.0, &mut seen);
+        if self.is_fitted() {
+            seen.camera.distance = 0.0;
+        }
+        seen
+    }
+
+    /// The same of the scene as it was loaded: what resets return to.
+    fn as_loaded(&self) -> Settings {
+        let mut loaded = self.loaded.clone();
+        let distance = loaded.camera.distance;
+        loaded.camera = self.home.to_settings(self.outline.0);
+        loaded.camera.distance = distance;
+        loaded
+    }
+
+    /// One row for each of these keys.
+    pub(super) fn view_rows(&mut self, ui: &mut Ui, keys: &[&str]) {
+        let (before, loaded) = (self.as_seen(), self.as_loaded());
+        let mut seen = before.clone();
+        let context = RowContext {
+            loaded: &loaded,
+            running: &before,
+            shared: &before.physarum,
+            prefix: "",
+            idle: &|key| why_idle(key, &before),
+        };
+        for key in keys {
+            let parameter = parameter(key);
+            row_with(
+                ui,
+                parameter,
+                &mut seen,
+                &context,
+                |ui, settings| match *key {
+                    "picture.color_map" => {
+                        let before = settings.picture.color_map;
+                        color_map_picker(ui, &mut settings.picture.color_map);
+                        settings.picture.color_map != before
+                    }
+                    "picture.brightest" => brightest(ui, &mut settings.picture.brightest),
+                    "picture.background" => {
+                        ui.horizontal(|ui| {
+                            let changed = color(ui, &mut settings.picture.background);
+                            editor(ui, key, parameter, settings, context.shared) || changed
+                        })
+                        .inner
+                    }
+                    _ => editor(ui, key, parameter, settings, context.shared),
+                },
+            );
+        }
+        self.look_as(&before, &seen);
+    }
+
+    /// Takes over what differs.
+    fn look_as(&mut self, before: &Settings, seen: &Settings) {
+        if seen.picture != before.picture {
+            let show = self.view.show;
+            self.view.take(&seen.picture);
+            self.view.show = show;
+            if matches!(self.view.exposure, Exposure::Auto { .. }) {
+                self.view.exposure = Exposure::following();
+            }
+        }
+        let (was, is) = (&before.camera, &seen.camera);
+        let center = self.outline.0;
+        let camera = &mut self.view.camera;
+        if is.azimuth != was.azimuth {
+            camera.yaw = is.azimuth.to_radians();
+        }
+        if is.elevation != was.elevation {
+            camera.pitch = is.elevation.to_radians().clamp(-MAX_PITCH, MAX_PITCH);
+        }
+        if is.target != was.target {
+            camera.target = center + camera.scene_radius * Vec3::from_array(is.target);
+        }
+        if is.field_of_view != was.field_of_view {
+            camera.set_field_of_view(is.field_of_view.to_radians());
+        }
+        if is.distance != was.distance {
+            if is.distance > 0.0 {
+                camera.distance = is.distance * camera.scene_radius;
+            } else {
+                self.refit();
+            }
+        } else if was.distance == 0.0 && is != was {
+            // It goes on fitting, from another side.
+            self.refit();
+        }
+    }
+}
+
+/// The trail that gets the brightest colour, 0 for as much as there is; true if it was changed.
+fn brightest(ui: &mut Ui, value: &mut f32) -> bool {
+    let before = *value;
+    let automatic = *value <= 0.0;
+    ui.horizontal(|ui| {
+        if !automatic {
+            ui.set_max_width(ui.available_width() - 44.0);
+            let slider = egui::Slider::new(value, 0.01..=10_000.0);
+            let slider = slider.clamping(egui::SliderClamping::Never);
+            wide_slider(ui, slider.logarithmic(true).max_decimals(2)).marked("picture.brightest");
+            *value = value.max(1e-6);
+        }
+        let auto = ui
+            .selectable_label(automatic, "auto")
+            .on_hover_text("Follow the picture's own range");
+        if auto.marked("auto").clicked() {
+            *value = if automatic { BRIGHTEST } else { 0.0 };
+        }
+    });
+    *value != before
+}
+
+/// A colour to be clicked; true if another one was chosen.
+fn color(ui: &mut Ui, value: &mut [f32; 3]) -> bool {
+    let bytes = value.map(|part| (255.0 * part).round() as u8);
+    let mut chosen = bytes;
+    ui.color_edit_button_srgb(&mut chosen)
+        .on_hover_text("Click to choose a colour")
+        .marked("picture.background=color");
+    if chosen == bytes {
+        return false;
+    }
+    *value = chosen.map(|part| f32::from(part) / 255.0);
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::scene::Scene;
+    use myxo::scene::parameters::Kind;
+
+    fn interface(distance: f32) -> Interface {
+        let mut settings = Settings::default();
+        settings.camera.distance = distance;
+        let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
+        Interface::new(&scene)
+    }
+
+    fn all() -> impl Iterator<Item = &'static str> {
+        let rows = [COLOR_ROWS, PICTURE_ROWS, CAMERA_ROWS, LIGHT_ROWS];
+        rows.into_iter().flatten().copied()
+    }
+
+    #[test]
+    fn every_key_of_a_picture_has_a_row_or_buttons() {
+        let of_view = PARAMETERS
+            .iter()
+            .filter(|p| matches!(p.section(), "picture" | "camera"));
+        let mut keys: Vec<_> = of_view.map(|parameter| parameter.key).collect();
+        keys.retain(|key| *key != "picture.show");
+        let mut rows: Vec<_> = all().collect();
+        (keys.sort_unstable(), rows.sort_unstable());
+        assert_eq!(keys, rows);
+    }
+
+    #[test]
+    fn nothing_is_marked_before_it_is_changed() {
+        for distance in [0.0, 3.0] {
+            let mut interface = interface(distance);
+            for size in [[800.0, 600.0], [300.0, 900.0]] {
+                interface.keep_fitting(size.into());
+                let (seen, loaded) = (interface.as_seen(), interface.as_loaded());
+                assert_eq!((seen.camera, seen.picture), (loaded.camera, loaded.picture));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_typed_is_seen() {
+        for key in all() {
+            let mut interface = interface(0.0);
+            let before = interface.as_seen();
+            let mut wanted = before.clone();
+            match &parameter(key).kind {
+                Kind::Number(number) => {
+                    let (low, high) = number.slider;
+                    (number.set)(&mut wanted, low + 0.4 * (high - low));
+                }
+                Kind::Vector { set, .. } => set(&mut wanted, [0.25, 0.5, 0.75]),
+                Kind::Choice { get, set, .. } => {
+                    let other = usize::from(get(&wanted) == 0);
+                    set(&mut wanted, other);
+                }
+                _ => unreachable!("pictures have neither texts nor values of objects"),
+            }
+            assert_ne!(wanted, before, "{key}");
+            interface.look_as(&before, &wanted);
+            let seen = interface.as_seen();
+            assert_eq!(seen.picture, wanted.picture, "{key}");
+            assert_eq!(seen.camera, wanted.camera, "{key}");
+            // And back.
+            interface.look_as(&seen, &before);
+            let back = interface.as_seen();
+            assert_eq!(back.picture, before.picture, "{key}");
+            assert_eq!(back.camera, before.camera, "{key}");
+        }
+    }
+}
