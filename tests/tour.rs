@@ -329,10 +329,13 @@ fn every_button_and_key_has_its_effect() {
     lab.click("colors");
     lab.click_until("colors=ice", "color_map", "ice");
     lab.key_until("c", "the next colours", "color_map", "moss");
+    lab.find("picture.charts");
     lab.type_into("picture.charts", 0.9, "0.5");
+    lab.find("picture.brightest");
     lab.click("auto");
     lab.type_into("picture.brightest", 0.9, "33");
     lab.key("2");
+    lab.find("particle_size");
     lab.type_into("picture.particle_size", 0.9, "4");
     let saved = lab.save("cube", 1);
     let picture = &saved.picture;

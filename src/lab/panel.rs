@@ -15,12 +15,13 @@ use super::places::{Marked as _, note_value};
 use super::plot::kernel_plot;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
-use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, LIGHT_ROWS, PICTURE_ROWS, found};
+use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found};
 use super::widgets::kernel_table;
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 const PICTURE_WORDS: &str = "picture view trail relief glow particles headings density wireframe charts seams distance nearest \
-    atlas beside fit colours color map exposure show point size markers";
+    atlas beside fit colours color map exposure show";
+const DETAIL_WORDS: &str = "points point size seams markers";
 const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";
 const LIGHT_WORDS: &str = "light shadow";
 
@@ -111,16 +112,22 @@ impl Interface {
     /// Picture, Camera and Light; of those that are not looked for by name, the rows that are.
     fn view_sections(&mut self, ui: &mut Ui, facts: &Facts, looks_for: bool) {
         type Contents = fn(&mut Interface, &mut Ui, &Facts);
-        let all_of_picture = [COLOR_ROWS, PICTURE_ROWS].concat();
-        let sections: [(&str, bool, &str, &[&str], Contents); 3] = [
+        let sections: [(&str, bool, &str, &[&str], Contents); 4] = [
             (
                 "Picture",
                 true,
                 PICTURE_WORDS,
-                &all_of_picture,
+                COLOR_ROWS,
                 |it, ui, facts| {
                     it.picture_section(ui, facts);
                 },
+            ),
+            (
+                "Points, charts, food, background",
+                false,
+                DETAIL_WORDS,
+                DETAIL_ROWS,
+                |it, ui, _| it.view_rows(ui, DETAIL_ROWS),
             ),
             ("Camera", false, CAMERA_WORDS, CAMERA_ROWS, |it, ui, _| {
                 it.camera_section(ui);
@@ -321,7 +328,6 @@ impl Interface {
             ui.label(RichText::new(text).small().color(theme::weak(ui)))
                 .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
         }
-        self.view_rows(ui, PICTURE_ROWS);
     }
 
     fn parameter_sections(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
@@ -488,11 +494,11 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
 ];
 
 /// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
-/// for.
+/// for, and leaves it afterwards as it was before.
 fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(RichText::new(title).strong())
-        .default_open(open)
-        .open(found.then_some(true))
+        .id_salt((title, found))
+        .default_open(open || found)
         .show_unindented(ui, |ui| {
             ui.add_space(2.0);
             contents(ui);

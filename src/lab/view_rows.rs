@@ -14,10 +14,10 @@ use super::places::Marked as _;
 use super::rows::{RowContext, editor, row_with};
 use super::widgets::{color_map_picker, wide_slider};
 
-/// Of the section Picture, above what is said of particles.
+/// Of the section Picture.
 pub(super) const COLOR_ROWS: &[&str] = &["picture.color_map", "picture.brightest"];
-/// And below it.
-pub(super) const PICTURE_ROWS: &[&str] = &[
+/// Of the section below it, which begins closed: Physarum has to be seen in a small window.
+pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.particle_size",
     "picture.charts",
     "picture.food",
@@ -203,7 +203,7 @@ mod tests {
     }
 
     fn all() -> impl Iterator<Item = &'static str> {
-        let rows = [COLOR_ROWS, PICTURE_ROWS, CAMERA_ROWS, LIGHT_ROWS];
+        let rows = [COLOR_ROWS, DETAIL_ROWS, CAMERA_ROWS, LIGHT_ROWS];
         rows.into_iter().flatten().copied()
     }
 

@@ -191,7 +191,7 @@ impl Interface {
 
     /// Where the light comes from, and how dark hollows are.
     pub(super) fn light_section(&mut self, ui: &mut Ui) {
-        ui.horizontal(|ui| {
+        ui.horizontal_top(|ui| {
             let (rect, response) =
                 ui.allocate_exact_size(vec2(BALL, BALL), Sense::click_and_drag());
             let radius = 0.5 * BALL - 2.0;
@@ -205,8 +205,8 @@ impl Interface {
                     "The light: drag the spot over the ball. In the picture: L and drag.",
                 )
                 .marked("light");
+            ui.vertical(|ui| self.view_rows(ui, LIGHT_ROWS));
         });
-        self.view_rows(ui, LIGHT_ROWS);
     }
 }
 

@@ -156,7 +156,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     lab.wait("it is open", row);
     lab.click("section=Picture");
     lab.wait("it is closed", |seen| {
-        seen["places"]["picture.charts"].is_null() && row(seen)
+        seen["places"]["colors"].is_null() && row(seen)
     });
     lab.click("section=Physarum");
     lab.wait("it is closed, too", |seen| !row(seen));

@@ -278,6 +278,7 @@ fn hands_put_food_there_and_take_it_away() {
         lab.wait("food", |seen| seen["values"]["shows_food"] == words);
     };
     shown("true");
+    lab.find("picture.food");
     lab.click("picture.food=hidden");
     shown("false");
     lab.click("undo");

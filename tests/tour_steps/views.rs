@@ -169,7 +169,7 @@ fn the_light_and_the_camera_can_be_moved() {
         notice.is_some_and(|text| text.contains("needs a second object"))
     });
 
-    lab.click("section=Light");
+    lab.find("light");
     for (name, share, number) in [
         ("picture.light_azimuth", 0.9, "60"),
         ("picture.light_elevation", 0.9, "-20"),
@@ -186,7 +186,7 @@ fn the_light_and_the_camera_can_be_moved() {
         dragged.light_azimuth < 0.0 && dragged.light_elevation > 5.0,
         "{dragged:?}"
     );
-    lab.click("section=Light");
+    look_for_nothing(&lab);
     xdotool(&["keydown", "l"]);
     sleep(Duration::from_millis(200));
     drag_until(&lab, "picture", (90, 0), "light");
@@ -205,7 +205,7 @@ fn the_light_and_the_camera_can_be_moved() {
     );
     click_for(&lab, "undo", "light", &light);
 
-    lab.click("section=Camera");
+    lab.find("camera");
     for (side, camera) in [
         ("front", "0 0"),
         ("back", "180 0"),
