@@ -154,6 +154,8 @@ pub(super) fn show_loading(
                     ui.label(RichText::new(doing).color(theme::weak(ui)));
                     ui.add(
                         egui::ProgressBar::new(loading.done)
+                            // What comes after the atlas has no measure.
+                            .animate(loading.done >= 1.0)
                             .fill(theme::accent(ui))
                             .desired_height(4.0),
                     );
