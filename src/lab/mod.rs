@@ -33,6 +33,7 @@ mod show;
 mod split;
 mod stage;
 mod theme;
+mod told;
 mod under_way;
 mod undo;
 mod view_rows;

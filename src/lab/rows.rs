@@ -166,15 +166,20 @@ pub fn editor<T>(
             let mut components = get(value);
             let speed = 0.01;
             ui.horizontal(|ui| {
-                for (component, axis) in components.iter_mut().zip(["x ", "y ", "z "]) {
+                let axes = ["x", "y", "z"];
+                let labels = match key {
+                    "picture.background" => ["r ", "g ", "b "],
+                    _ => ["x ", "y ", "z "],
+                };
+                for ((component, axis), label) in components.iter_mut().zip(axes).zip(labels) {
                     ui.add(
                         egui::DragValue::new(component)
                             .range(range.0 as f32..=range.1 as f32)
                             .speed(speed)
                             .update_while_editing(false)
-                            .prefix(axis),
+                            .prefix(label),
                     )
-                    .marked(&format!("{key}.{}", axis.trim()));
+                    .marked(&format!("{key}.{axis}"));
                 }
             });
             let changed = components != get(value);

@@ -205,6 +205,26 @@ fn the_light_and_the_camera_can_be_moved() {
     );
     click_for(&lab, "undo", "light", &light);
 
+    // A colour from the square that opens below the button.
+    lab.find("picture.background");
+    let color = |seen: &Value| seen["values"]["picture.background"].clone();
+    let first = color(&lab.seen().expect("it tells"));
+    for _ in 0..5 {
+        lab.click("picture.background=color");
+        xdotool(&["mousemove_relative", "--", "120", "150"]);
+        sleep(Duration::from_millis(200));
+        lab.press();
+        sleep(Duration::from_millis(300));
+        if lab.seen().is_some_and(|seen| color(&seen) != first) {
+            break;
+        }
+        lab.key("Escape");
+    }
+    lab.wait("another background", |seen| color(seen) != first);
+    lab.key("Escape");
+    let background = lab.save("cube", 5).picture.background;
+    assert_ne!(background, moved.picture.background);
+
     lab.find("camera");
     for (side, camera) in [
         ("front", "0 0"),
@@ -216,15 +236,15 @@ fn the_light_and_the_camera_can_be_moved() {
     ] {
         click_for(&lab, &format!("view={side}"), "camera", camera);
     }
-    let top = lab.save("cube", 5).camera;
+    let top = lab.save("cube", 6).camera;
     assert!((top.elevation + 88.0).abs() < 1.0, "{top:?}");
     let home = &before.camera;
     let home = format!("{:.0} {:.0}", home.azimuth, home.elevation);
     click_for(&lab, "view=home", "camera", &home);
-    let home = lab.save("cube", 6).camera;
+    let home = lab.save("cube", 7).camera;
     let key = "camera.field_of_view";
     lab.type_until(key, 0.9, "75", key, "75");
-    let wide = lab.save("cube", 7).camera;
+    let wide = lab.save("cube", 8).camera;
     assert!((wide.field_of_view - 75.0).abs() < 0.1 && wide.distance < 0.8 * home.distance);
 
     lab.key_until("v", "it flies", "flying", true);
@@ -235,18 +255,18 @@ fn the_light_and_the_camera_can_be_moved() {
     });
     xdotool(&["keyup", "w"]);
     sleep(Duration::from_millis(500));
-    let gone = lab.save("cube", 8).camera;
+    let gone = lab.save("cube", 9).camera;
     assert_ne!(gone.target, wide.target, "forward");
     assert_eq!(
         (gone.azimuth, gone.elevation),
         (wide.azimuth, wide.elevation)
     );
     drag_until(&lab, "picture", (60, 0), "camera");
-    let looked = lab.save("cube", 9).camera;
+    let looked = lab.save("cube", 10).camera;
     assert!((looked.azimuth - gone.azimuth).abs() > 1.0, "{looked:?}");
     // Each way and back, and the wheel for the speed.
     let mut at = looked.target;
-    let mut number = 9;
+    let mut number = 10;
     let mut go = |key: &str| {
         let before = lab.seen().expect("it tells")["values"]["camera.target"].clone();
         xdotool(&["keydown", key]);

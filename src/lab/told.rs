@@ -1,0 +1,73 @@
+//! What the interface tells those who steer the window from outside, as tests do.
+
+use serde::Serialize;
+
+use super::facts::Facts;
+use super::interface::Interface;
+
+/// What is going on, for tests.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct State<'a> {
+    scene: String,
+    step: u64,
+    answers_within_steps: u64,
+    loading: bool,
+    playing: bool,
+    /// Has a text the keyboard?
+    typing: bool,
+    pending: bool,
+    unsaved: bool,
+    panel: bool,
+    light: bool,
+    performing: bool,
+    full_screen: bool,
+    help: bool,
+    gallery: bool,
+    out: bool,
+    recording: bool,
+    recorded: u64,
+    making: Option<String>,
+    preset: Option<&'a str>,
+    /// Presets that the user has kept.
+    own: Vec<&'a str>,
+    morphing: bool,
+    show: &'a str,
+    split: bool,
+    flying: bool,
+    color_map: &'a str,
+    notice: Option<&'a str>,
+}
+
+impl Interface {
+    /// What is going on, for tests.
+    pub fn state(&self, facts: &Facts, typing: bool) -> State<'_> {
+        State {
+            scene: facts.scene.clone(),
+            step: facts.step,
+            answers_within_steps: facts.answers_within_steps,
+            loading: facts.loading.is_some(),
+            playing: self.playing,
+            typing,
+            pending: self.is_pending(),
+            unsaved: self.is_unsaved(),
+            panel: self.panel && !self.performing,
+            light: self.light,
+            performing: self.performing,
+            full_screen: facts.full_screen,
+            help: self.help,
+            gallery: self.gallery.open,
+            out: self.out.open,
+            recording: facts.out.recording.is_some(),
+            recorded: facts.out.recording.map_or(0, |recording| recording.frames),
+            making: facts.out.making.as_ref().map(|making| making.name.clone()),
+            preset: self.preset.as_deref(),
+            own: self.own.all().iter().map(|own| own.name.as_str()).collect(),
+            morphing: self.morph.is_some(),
+            show: self.view.show.word(),
+            split: self.split,
+            flying: self.navigation.is_flying(),
+            color_map: self.view.color_map.word(),
+            notice: self.notice.as_ref().map(|notice| notice.text.as_str()),
+        }
+    }
+}
