@@ -215,7 +215,8 @@ mod tests {
         let mut keys: Vec<_> = of_view.map(|parameter| parameter.key).collect();
         keys.retain(|key| *key != "picture.show");
         let mut rows: Vec<_> = all().collect();
-        (keys.sort_unstable(), rows.sort_unstable());
+        keys.sort_unstable();
+        rows.sort_unstable();
         assert_eq!(keys, rows);
     }
 
