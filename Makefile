@@ -16,7 +16,7 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 	else \
 		echo "No display: rendering the torus to out/."; \
 	fi; \
-	cargo run --release --quiet -- render torus --steps 400 \
+	cargo run --release --quiet -- render torus --preset cells --steps 400 \
 		--out out/torus.png --out out/torus.mp4 --report out/torus.json
 
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
