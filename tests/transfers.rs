@@ -348,11 +348,14 @@ fn full_buffers_refuse_are_counted_and_lose_nobody() {
         Strategy::Direct,
         Strategy::Respawn,
     ] {
-        let scene = trio(|s| {
-            s.transfer.strategy = strategy;
-            s.transfer.buffer_size = 4;
-        });
-        let end = run(&gpu, &scene, 40);
+        let with_room_for = |buffer_size: u32| {
+            let scene = trio(|s| {
+                s.transfer.strategy = strategy;
+                s.transfer.buffer_size = buffer_size;
+            });
+            run(&gpu, &scene, 40)
+        };
+        let end = with_room_for(4);
         let flow = end.transfers.flow;
         assert!(flow.refused > 0 && flow.most_wanted > 4, "{flow:?}");
         assert!(flow.arrived > 0 && flow.mismatches == 0, "{flow:?}");
@@ -360,6 +363,9 @@ fn full_buffers_refuse_are_counted_and_lose_nobody() {
             flow.selected as usize,
             (flow.refused + flow.arrived) as usize + end.transfers.in_flight.len()
         );
+        // The size that it names would have done.
+        let wide = with_room_for(flow.most_wanted).transfers.flow;
+        assert_eq!(wide.refused, 0, "{strategy:?}: {flow:?}, {wide:?}");
     }
     gpu.finish();
 }
