@@ -1,5 +1,6 @@
 //! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use glam::Vec2;
@@ -188,15 +189,17 @@ impl Lab {
 
     /// At the end, on the terminal.
     pub(super) fn tell_left(&mut self) {
-        match self.keep_left() {
-            None => {}
-            Some(Ok(file)) => println!(
+        let text = match self.keep_left() {
+            None => return,
+            Some(Ok(file)) => format!(
                 "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery",
                 self.name,
                 file.display()
             ),
-            Some(Err(error)) => log::warn!("{error}"),
-        }
+            Some(Err(error)) => error.to_string(),
+        };
+        // Nobody listening is no reason to stop.
+        let _ = writeln!(std::io::stderr().lock(), "{text}");
     }
 
     /// Begins to load a scene; one that is on its way is given up for it.
