@@ -14,7 +14,7 @@ use winit::window::Fullscreen;
 
 use super::interface::Command;
 use super::interface::Interface;
-use super::left::LeftScene;
+use super::left::LeftScenes;
 use super::loading::{Loaded, Loading};
 use super::out::put_look;
 use super::saving::save_scene;
@@ -67,7 +67,10 @@ impl Lab {
                 Err(error) => self.interface.notice(context, error.to_string(), true),
             },
             Command::Open(name) => self.open_file(name.into()),
-            Command::OpenLeft(LeftScene { name, file, .. }) => self.open_as(name, file),
+            Command::OpenLeft(left) => {
+                LeftScenes::opened(&left);
+                self.open_as(left.name, left.file);
+            }
             Command::CancelLoading => {
                 if let Some(loading) = &self.loading {
                     loading.cancel();
@@ -108,6 +111,10 @@ impl Lab {
 
     /// From step 0, with the settings as they are edited.
     pub(super) fn restart(&mut self) {
+        // A look on its way is there at once.
+        if let Some(morph) = self.interface.morph.take() {
+            self.interface.edited = morph.end();
+        }
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let settings = self.interface.edited.clone();
         let same = self.stage.as_ref().map(|stage| &stage.scene);

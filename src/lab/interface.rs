@@ -333,7 +333,7 @@ impl Interface {
         live
     }
 
-    /// Does something differ from what was loaded, and from the file that it was saved in last?
+    /// Does something differ from the file that it was saved in last, or from what was loaded if it was not?
     pub fn is_unsaved(&self) -> bool {
         self.undo.is_unsaved(&self.edited, &self.view)
     }
@@ -443,7 +443,9 @@ impl Interface {
     pub(super) fn undo(&mut self, commands: &mut Vec<Command>) {
         self.morph = None;
         let waited = self.is_pending();
+        let fits = self.is_fitted();
         if self.undo.undo(&mut self.edited, &mut self.view) {
+            self.fit_again(fits);
             commands.push(self.take_over(waited));
         }
     }
@@ -452,7 +454,9 @@ impl Interface {
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
         self.morph = None;
         let waited = self.is_pending();
+        let fits = self.is_fitted();
         if self.undo.redo(&mut self.edited, &mut self.view) {
+            self.fit_again(fits);
             commands.push(self.take_over(waited));
         }
     }
@@ -503,6 +507,13 @@ impl Interface {
     /// Fits the scene into the picture from the present direction, and keeps it fitted.
     pub(super) fn refit(&mut self) {
         self.fitted = Some((self.view.camera, Vec2::ZERO));
+    }
+
+    /// Another field of view fits from elsewhere.
+    fn fit_again(&mut self, fits: bool) {
+        if fits && !self.is_fitted() {
+            self.refit();
+        }
     }
 
     /// Is the camera where the last fit has put it?

@@ -38,8 +38,7 @@ impl LeftScenes {
     /// Those in a folder, which need not be there.
     pub fn read(folder: Option<PathBuf>) -> Self {
         let mut all: Vec<LeftScene> = folder.iter().flat_map(|folder| files(folder)).collect();
-        // Times of files may be coarse; then numbers tell.
-        all.sort_by(|a, b| (b.since, &b.file).cmp(&(a.since, &a.file)));
+        all.sort_by_key(|left| std::cmp::Reverse(left.since));
         Self { folder, all }
     }
 
@@ -62,11 +61,22 @@ impl LeftScenes {
         };
         let file = save_scene(folder, name, text)?;
         self.read_again();
+        // Whatever the clock says, this one is the last.
+        let place = self.all.iter().position(|left| left.file == file);
+        let first = place.map_or(0, |place| place + 1);
+        self.all[..first].rotate_right(usize::from(first > 0));
         for old in self.all.drain(MOST.min(self.all.len())..) {
             // Another window may have removed it.
             let _ = fs::remove_file(old.file);
         }
         Ok(file)
+    }
+
+    /// It is shown again, and so it is no longer the next one to go.
+    pub fn opened(left: &LeftScene) {
+        let touched = fs::File::options().append(true).open(&left.file);
+        // Without a right to do so it stays as old as it is.
+        let _ = touched.and_then(|file| file.set_modified(SystemTime::now()));
     }
 }
 
@@ -76,7 +86,9 @@ fn files(folder: &Path) -> Vec<LeftScene> {
         let file = entry.path();
         let name = file.file_name()?.to_str()?.strip_suffix(".toml")?;
         let (name, number) = name.rsplit_once('_')?;
-        let is_ours = !name.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        let is_ours = !name.is_empty()
+            && !number.is_empty()
+            && number.bytes().all(|byte| byte.is_ascii_digit());
         Some(LeftScene {
             name: is_ours.then(|| name.to_owned())?,
             since: entry.metadata().ok()?.modified().ok()?,
@@ -104,7 +116,7 @@ mod tests {
             // Times are told apart.
             std::thread::sleep(std::time::Duration::from_millis(15));
             fs::write(folder.join("mine.toml"), "mine").unwrap();
-            fs::write(folder.join("notes_1.txt"), "mine").unwrap();
+            fs::write(folder.join("notes_.toml"), "mine").unwrap();
         }
         assert_eq!(left.all().len(), MOST);
         assert_eq!(LeftScenes::read(Some(folder.clone())), left);
@@ -115,6 +127,12 @@ mod tests {
         let wanted = (3..MOST + 3).rev().map(|seed| format!("seed = {seed}\n"));
         assert!(texts.eq(wanted));
         assert_eq!(fs::read_dir(&folder).unwrap().count(), MOST + 2);
+
+        // The oldest is shown again and another one is left: it is not that one that goes.
+        let oldest = left.all().last().unwrap().clone();
+        LeftScenes::opened(&oldest);
+        left.keep("c", "").unwrap();
+        assert!(oldest.file.exists() && left.all().len() == MOST);
 
         let error = LeftScenes::default().keep("torus", "").unwrap_err();
         assert!(error.to_string().contains("torus"), "{error}");

@@ -498,7 +498,8 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
 fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(RichText::new(title).strong())
         .id_salt((title, found))
-        .default_open(open || found)
+        .default_open(open)
+        .open(found.then_some(true))
         .show_unindented(ui, |ui| {
             ui.add_space(2.0);
             contents(ui);

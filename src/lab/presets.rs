@@ -19,6 +19,11 @@ pub struct Morph {
 }
 
 impl Morph {
+    /// What it comes to.
+    pub fn end(self) -> Settings {
+        self.to
+    }
+
     /// From what is to what is to be, beginning at a time in seconds.
     pub fn new(from: &Settings, to: Settings, began: f64, seconds: f64) -> Self {
         Self {

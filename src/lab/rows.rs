@@ -192,7 +192,7 @@ pub fn editor<T>(
 }
 
 /// The number, or the end of the range that it lies beyond: whoever typed it is told.
-fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f64)) -> f64 {
+pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f64)) -> f64 {
     let taken = number.clamp(range.0, range.1);
     if taken != number {
         let (name, allowed) = (parameter.name, parameter.allowed());

@@ -11,7 +11,7 @@ use myxo::scene::settings::Settings;
 use super::interface::Interface;
 use super::out::put_look;
 use super::places::Marked as _;
-use super::rows::{RowContext, editor, row_with};
+use super::rows::{RowContext, editor, row_with, within};
 use super::widgets::{color_map_picker, wide_slider};
 
 /// Of the section Picture.
@@ -70,9 +70,11 @@ impl Interface {
     /// The same of the scene as it was loaded: what resets return to.
     fn as_loaded(&self) -> Settings {
         let mut loaded = self.loaded.clone();
-        let distance = loaded.camera.distance;
+        let fits = loaded.camera.distance <= 0.0;
         loaded.camera = self.home.to_settings(self.outline.0);
-        loaded.camera.distance = distance;
+        if fits {
+            loaded.camera.distance = 0.0;
+        }
         loaded
     }
 
@@ -100,7 +102,9 @@ impl Interface {
                         color_map_picker(ui, &mut settings.picture.color_map);
                         settings.picture.color_map != before
                     }
-                    "picture.brightest" => brightest(ui, &mut settings.picture.brightest),
+                    "picture.brightest" => {
+                        brightest(ui, parameter, &mut settings.picture.brightest)
+                    }
                     "picture.background" => {
                         ui.horizontal(|ui| {
                             let changed = color(ui, &mut settings.picture.background);
@@ -154,7 +158,7 @@ impl Interface {
 }
 
 /// The trail that gets the brightest colour, 0 for as much as there is; true if it was changed.
-fn brightest(ui: &mut Ui, value: &mut f32) -> bool {
+fn brightest(ui: &mut Ui, parameter: &Parameter, value: &mut f32) -> bool {
     let before = *value;
     let automatic = *value <= 0.0;
     ui.horizontal(|ui| {
@@ -162,8 +166,8 @@ fn brightest(ui: &mut Ui, value: &mut f32) -> bool {
             ui.set_max_width(ui.available_width() - 44.0);
             let slider = egui::Slider::new(value, 0.01..=10_000.0);
             let slider = slider.clamping(egui::SliderClamping::Never);
-            wide_slider(ui, slider.logarithmic(true).max_decimals(2)).marked("picture.brightest");
-            *value = value.max(1e-6);
+            wide_slider(ui, slider.logarithmic(true).max_decimals(6)).marked("picture.brightest");
+            *value = within(ui, parameter, f64::from(*value), (0.0, 1e9)) as f32;
         }
         let auto = ui
             .selectable_label(automatic, "auto")
@@ -222,7 +226,7 @@ mod tests {
 
     #[test]
     fn nothing_is_marked_before_it_is_changed() {
-        for distance in [0.0, 3.0] {
+        for distance in [0.0, 3.0, 3.281_736_4] {
             let mut interface = interface(distance);
             for size in [[800.0, 600.0], [300.0, 900.0]] {
                 interface.keep_fitting(size.into());

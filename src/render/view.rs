@@ -89,6 +89,8 @@ const ATLAS_ZOOM_RANGE: (f32, f32) = (0.5, 64.0);
 const MOVING_TIMES: u32 = 48;
 /// Of how many vertices of each.
 const MOVING_VERTICES: usize = 64;
+/// The largest distance that scene files take, scene radii.
+const FARTHEST: f32 = 50.0;
 /// Room left round the whole atlas.
 const ATLAS_MARGIN: f32 = 1.04;
 
@@ -237,7 +239,7 @@ impl Camera {
         CameraSettings {
             azimuth: degrees(self.yaw),
             elevation: degrees(self.pitch),
-            distance: length(self.distance / self.scene_radius),
+            distance: length(self.distance / self.scene_radius).min(FARTHEST),
             target: ((self.target - center) / self.scene_radius)
                 .to_array()
                 .map(length),
