@@ -5,7 +5,7 @@ use egui::Ui;
 use glam::Vec3;
 use myxo::render::camera::MAX_PITCH;
 use myxo::render::exposure::Exposure;
-use myxo::scene::parameters::{PARAMETERS, Parameter, why_idle};
+use myxo::scene::parameters::{Kind, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::Settings;
 
 use super::interface::Interface;
@@ -102,9 +102,7 @@ impl Interface {
                         color_map_picker(ui, &mut settings.picture.color_map);
                         settings.picture.color_map != before
                     }
-                    "picture.brightest" => {
-                        brightest(ui, parameter, &mut settings.picture.brightest)
-                    }
+                    "picture.brightest" => brightest(ui, parameter, settings),
                     "picture.background" => {
                         ui.horizontal(|ui| {
                             let changed = color(ui, &mut settings.picture.background);
@@ -158,7 +156,11 @@ impl Interface {
 }
 
 /// The trail that gets the brightest colour, 0 for as much as there is; true if it was changed.
-fn brightest(ui: &mut Ui, parameter: &Parameter, value: &mut f32) -> bool {
+fn brightest(ui: &mut Ui, parameter: &Parameter, settings: &mut Settings) -> bool {
+    let Kind::Number(number) = &parameter.kind else {
+        unreachable!("the brightest trail is a number")
+    };
+    let value = &mut settings.picture.brightest;
     let before = *value;
     let automatic = *value <= 0.0;
     ui.horizontal(|ui| {
@@ -167,7 +169,7 @@ fn brightest(ui: &mut Ui, parameter: &Parameter, value: &mut f32) -> bool {
             let slider = egui::Slider::new(value, 0.01..=10_000.0);
             let slider = slider.clamping(egui::SliderClamping::Never);
             wide_slider(ui, slider.logarithmic(true).max_decimals(6)).marked("picture.brightest");
-            *value = within(ui, parameter, f64::from(*value), (0.0, 1e9)) as f32;
+            *value = within(ui, parameter, f64::from(*value), number.range) as f32;
         }
         let auto = ui
             .selectable_label(automatic, "auto")
@@ -197,7 +199,6 @@ fn color(ui: &mut Ui, value: &mut [f32; 3]) -> bool {
 mod tests {
     use super::*;
     use myxo::scene::Scene;
-    use myxo::scene::parameters::Kind;
 
     fn interface(distance: f32) -> Interface {
         let mut settings = Settings::default();

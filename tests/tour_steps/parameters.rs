@@ -109,7 +109,7 @@ motion = { spin = [0, 10, 0], orbit = [0, 5, 0], swing = [5, 0, 0], slide = [0, 
 
 const START_FOOD: &str = "particles.start_food";
 
-/// These have no row, but buttons and a list, which other tours use.
+/// These have buttons and a list instead of what can be typed; other tours use them.
 fn has_row(parameter: &Parameter) -> bool {
     !matches!(parameter.key, "picture.show" | "picture.color_map")
 }
