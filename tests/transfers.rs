@@ -179,6 +179,10 @@ fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
         settings.physarum.decrowding_weight = 0.3;
         settings.physarum.distance_weight = -2.0;
         settings.physarum.favourite_density = 4.0;
+        // Sensors get farther than a step does, and meet others from where that one would not.
+        settings.physarum.sensor_offset = 0.12;
+        // Some are left with a rest to walk, before which nobody reads straight ahead.
+        settings.physarum.edge_crossing_attempts = 2;
     });
     for (strategy, forms) in forms {
         let [here, walk, near, walk_near] = forms;
@@ -214,6 +218,12 @@ fn agrees_with_its_twin(change: impl Fn(&mut Settings)) -> Vec<(Strategy, [usize
         advance(&gpu, &mut simulation, 1);
         by_twin.step();
         let (kernel, twin) = (simulation.snapshot().unwrap(), by_twin.snapshot());
+        // Where all come in one turn, the kernel's lists hold exactly those that the twin has in each form.
+        if !strategy.has_turns() {
+            let listed = gpu.ctx.download(&simulation.state().walker_count).unwrap();
+            let [_, walk, near, walk_near] = by_twin.forms().map(|count| count as u32);
+            assert_eq!(listed, [walk, near, walk_near], "{strategy:?}");
+        }
         kernel.validate(&setup).unwrap();
         twin.validate(&setup).unwrap();
         // Those that change objects, apart from the rest: who they are, where to, and where on it.
