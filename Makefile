@@ -19,12 +19,15 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 	cargo run --release --quiet -- render torus --preset cells --steps 400 \
 		--out out/torus.png --out out/torus.mp4 --report out/torus.json
 
+# By itself a display begins anew when its last window goes, and refuses the next one meanwhile.
+DISPLAY_OF_TESTS := -screen 0 1280x1024x24 -noreset
+
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
 	@.ci/setup test
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
 		cargo test --release; \
 	else \
-		xvfb-run -a cargo test --release; \
+		xvfb-run -a -s "$(DISPLAY_OF_TESTS)" cargo test --release; \
 	fi
 
 long: ## run the built-in scenes of several objects for long; the table goes to benches/results/strategies.md (an hour)
