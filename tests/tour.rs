@@ -1,7 +1,7 @@
 //! A tour of the lab: a real pointer and real keys on a display operate every control, and the scene that is saved at the
 //! end, or what the lab tells of itself, shows that each had its effect.
 //!
-//! Needs `xdotool` and an X display, which `make test` brings; without them it fails, unless MYXO_ALLOW_NO_DEVICE=1 lets it
+//! Needs `xdotool`, `xclip` and an X display, which `make test` brings; without them it fails, unless MYXO_ALLOW_NO_DEVICE=1 lets it
 //! skip.
 
 #[path = "tour_steps/gestures.rs"]
@@ -18,8 +18,11 @@ mod program;
 #[path = "tour_steps/views.rs"]
 mod views;
 
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{Read as _, Seek as _};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -37,7 +40,9 @@ static HAND: Mutex<()> = Mutex::new(());
 
 /// An open lab, and the hand on it.
 struct Lab {
-    child: Child,
+    child: RefCell<Child>,
+    /// What it has said; a pipe that nobody reads would fill up.
+    said: File,
     folder: Folder,
     places: PathBuf,
     /// Of all tours on this display.
@@ -46,26 +51,40 @@ struct Lab {
 
 impl Drop for Lab {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        let child = self.child.get_mut();
+        if std::thread::panicking() {
+            let ended = child.try_wait().ok().flatten();
+            let state = ended.map_or("is running".to_owned(), |status| status.to_string());
+            eprintln!("the lab: {state}; it has said: {}", said(&self.said));
+        }
+        let _ = child.kill();
+        let _ = child.wait();
     }
+}
+
+fn said(mut file: &File) -> String {
+    let mut text = String::new();
+    file.rewind().expect("it is a file");
+    file.read_to_string(&mut text).expect("it is text");
+    text
 }
 
 /// Is there a display and a hand to be had?
 fn can_tour() -> bool {
-    let has_hand = Command::new("xdotool")
-        .arg("version")
-        .stdout(Stdio::null())
-        .status()
-        .is_ok();
-    if std::env::var_os("DISPLAY").is_some() && has_hand {
+    let has = |tool: &str| {
+        let mut version = Command::new(tool);
+        version.arg("-version").stdin(Stdio::null());
+        version.stdout(Stdio::null()).stderr(Stdio::null());
+        version.status().is_ok()
+    };
+    if std::env::var_os("DISPLAY").is_some() && has("xdotool") && has("xclip") {
         return true;
     }
     assert!(
         std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some(),
-        "no X display or no xdotool: run `make test` (MYXO_ALLOW_NO_DEVICE=1 skips this)"
+        "no X display, xdotool or xclip: run `make test` (MYXO_ALLOW_NO_DEVICE=1 skips this)"
     );
-    eprintln!("skipped: no X display, or no xdotool");
+    eprintln!("skipped: no X display, xdotool or xclip");
     false
 }
 
@@ -86,17 +105,19 @@ impl Lab {
         let hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = Folder::new();
         let places = folder.file("places.json");
+        let said = tempfile::tempfile().expect("a temporary file");
         let child = program
             .current_dir(folder.path())
             .env("XDG_DATA_HOME", folder.path())
             .args(["lab", "--no-preferences", "--size=900x760", "--validate"])
             .args(["--places", path(&places)])
             .args(arguments)
-            .stderr(Stdio::piped())
+            .stderr(said.try_clone().expect("another handle"))
             .spawn()
             .expect("the program starts");
         let lab = Self {
-            child,
+            child: RefCell::new(child),
+            said,
             folder,
             places,
             _hand: hand,
@@ -104,13 +125,23 @@ impl Lab {
         lab.wait("the scene is there", |seen| {
             seen["state"]["loading"] == false && seen["state"]["step"].as_u64() > Some(0)
         });
-        let pid = lab.child.id().to_string();
-        let window = xdotool(&["search", "--onlyvisible", "--pid", &pid]);
+        let window = xdotool(&["search", "--onlyvisible", "--pid", &lab.pid()]);
         let window = window.lines().last().unwrap_or_default().to_owned();
         xdotool(&["windowmove", &window, "0", "0"]);
         xdotool(&["windowfocus", &window]);
         sleep(Duration::from_millis(300));
         lab
+    }
+
+    fn pid(&self) -> String {
+        self.child.borrow().id().to_string()
+    }
+
+    /// It must not have ended.
+    #[track_caller]
+    fn is_open(&self) {
+        let ended = self.child.borrow_mut().try_wait();
+        assert_eq!(ended.expect("it can be asked"), None, "it has ended");
     }
 
     fn seen(&self) -> Option<Value> {
@@ -127,8 +158,18 @@ impl Lab {
                 return seen.clone();
             }
             assert!(begun.elapsed() < PATIENCE, "{what}: {seen:?}");
+            self.is_open();
             sleep(Duration::from_millis(15));
         }
+    }
+
+    /// What is told of a value.
+    fn value(&self, key: &str) -> String {
+        let seen = self.seen().expect("it is told");
+        seen["values"][key]
+            .as_str()
+            .expect("it is shown")
+            .to_owned()
     }
 
     /// Waits until a control is there and stays where it is.
@@ -149,6 +190,7 @@ impl Lab {
             last = now;
             let seen = self.seen();
             assert!(begun.elapsed() < PATIENCE, "{name} is not there: {seen:?}");
+            self.is_open();
             sleep(Duration::from_millis(120));
         }
     }
@@ -276,22 +318,25 @@ impl Lab {
     }
 
     /// The same, with the folder of what it has written.
-    fn quit_and_keep(mut self) -> Self {
+    fn quit_and_keep(self) -> Self {
         self.key("ctrl+q");
+        let status = self.ended();
+        assert!(status.success(), "{status}");
+        self
+    }
+
+    /// Waits until it has ended.
+    #[track_caller]
+    fn ended(&self) -> ExitStatus {
         let begun = Instant::now();
-        let status = loop {
-            if let Some(status) = self.child.try_wait().expect("it can be asked") {
-                break status;
+        loop {
+            let ended = self.child.borrow_mut().try_wait();
+            if let Some(status) = ended.expect("it can be asked") {
+                return status;
             }
             assert!(begun.elapsed() < PATIENCE, "it ends");
             sleep(Duration::from_millis(20));
-        };
-        let mut messages = String::new();
-        if let Some(mut pipe) = self.child.stderr.take() {
-            std::io::Read::read_to_string(&mut pipe, &mut messages).expect("it is text");
         }
-        assert!(status.success(), "{messages}");
-        self
     }
 }
 
