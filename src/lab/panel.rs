@@ -16,7 +16,7 @@ use super::plot::kernel_plot;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
 use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found};
-use super::widgets::kernel_table;
+use super::widgets::{kernel_table, parse_number};
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 const PICTURE_WORDS: &str = "picture view trail relief glow particles headings density wireframe charts seams distance nearest \
@@ -306,6 +306,7 @@ impl Interface {
                 egui::DragValue::new(&mut self.morph_seconds)
                     .range(0.0..=120.0)
                     .speed(0.1)
+                    .custom_parser(parse_number)
                     .update_while_editing(false)
                     .max_decimals(1)
                     .suffix(" s"),

@@ -19,9 +19,43 @@ pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>) -> Response {
         ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
         ui.spacing_mut().interact_size.x = VALUE_WIDTH;
         // Else 512 could not be typed where 16 is the least: 5 would become 16 at once.
-        ui.add(slider.update_while_editing(false))
+        ui.add(
+            slider
+                .custom_parser(parse_number)
+                .update_while_editing(false),
+        )
     })
     .inner
+}
+
+/// Reads `1,234,567`, `1_234_567` and `2M`. What is no number or has no end is not taken, and neither is `0,5`, which some
+/// write for a half.
+pub fn parse_number(text: &str) -> Option<f64> {
+    let text: String = text
+        .chars()
+        .filter(|c| *c != '_' && !c.is_whitespace())
+        .map(|c| if c == '\u{2212}' { '-' } else { c })
+        .collect();
+    let (digits, factor) = match text.strip_suffix(['k', 'K']) {
+        Some(digits) => (digits, 1e3),
+        None => text
+            .strip_suffix(['m', 'M'])
+            .map_or((text.as_str(), 1.0), |digits| (digits, 1e6)),
+    };
+    let whole = digits.split('.').next().unwrap_or_default();
+    let mut groups = whole.split(',');
+    let first = groups.next().unwrap_or_default();
+    let first = first.trim_start_matches(['-', '+']);
+    let is_grouped = digits.contains(',');
+    let are_thousands = !digits[whole.len()..].contains(',')
+        && (1..=3).contains(&first.len())
+        && !first.starts_with('0')
+        && groups.all(|group| group.len() == 3 && group.bytes().all(|c| c.is_ascii_digit()));
+    if is_grouped && !are_thousands {
+        return None;
+    }
+    let number = factor * digits.replace(',', "").parse::<f64>().ok()?;
+    number.is_finite().then_some(number)
 }
 
 /// Every colour map as a strip of its colours.
@@ -110,5 +144,45 @@ fn milliseconds(ms: f64) -> String {
         10.0.. => format!("{ms:.1}"),
         1.0.. => format!("{ms:.2}"),
         _ => format!("{ms:.3}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_as_people_write_them_or_not_at_all() {
+        for (text, value) in [
+            ("500,000", 5e5),
+            ("1_000_000", 1e6),
+            ("-1,234,567.5", -1_234_567.5),
+            ("2M", 2e6),
+            ("1.5k", 1500.0),
+            ("12", 12.0),
+            ("0.25", 0.25),
+            ("1e-3", 1e-3),
+            ("\u{2212} 3", -3.0),
+        ] {
+            assert_eq!(parse_number(text), Some(value), "{text}");
+        }
+        for text in [
+            "many",
+            "",
+            "k",
+            "nan",
+            "inf",
+            "-inf",
+            "1e400",
+            "2e308k",
+            "0,5",
+            "0,500",
+            "1,5",
+            "12,34,567",
+            "1.000,5",
+            ",500",
+        ] {
+            assert_eq!(parse_number(text), None, "{text}");
+        }
     }
 }

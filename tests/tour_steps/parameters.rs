@@ -1,6 +1,6 @@
 //! The tour's steps through the panel: every parameter is turned by hand, and the saved scene has what it became.
 
-use super::{Lab, can_tour, out, path};
+use super::{Lab, SMALL, can_tour, out, path};
 use crate::program::Folder;
 use myxo::scene::parameters::{Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::{AtlasMethod, ObjectStart, Start};
@@ -200,5 +200,49 @@ fn every_parameter_can_be_turned_by_hand() {
         let [found, wanted] = [&saved, &expected].map(|s| parameter.value(&s.objects[ball]));
         out::assert_same(&found, &wanted, parameter.key);
     }
+    lab.quit();
+}
+
+#[test]
+fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    for (key, typed, becomes) in [
+        ("trail.decay", "7", "1"),
+        ("trail.decay", "-0.5", "0"),
+        // The slider begins at 0.01 and ends at 10,000; what is typed may go on.
+        ("picture.brightest", "0.001", "0.001"),
+        ("picture.brightest", "2000000000", "1000000000"),
+    ] {
+        lab.find(key);
+        if lab.seen().expect("it is told")["values"][key] == "0" && key == "picture.brightest" {
+            lab.click("auto");
+        }
+        lab.type_until(key, 0.9, typed, key, becomes);
+        if typed != becomes {
+            lab.wait("it is told", |seen| {
+                let notice = seen["state"]["notice"].as_str();
+                notice.is_some_and(|text| text.contains(&format!("{typed} became {becomes}")))
+            });
+        }
+    }
+    lab.find("trail.decay");
+    for none in ["nan", "inf", "0,5", "much"] {
+        lab.type_into("trail.decay", 0.9, none);
+        lab.wait("it is not typed any more", |seen| {
+            seen["state"]["typing"] == false
+        });
+        assert_eq!(lab.value("trail.decay"), "0", "{none}");
+    }
+    assert_eq!(lab.save("cube", 1).trail.decay, 0.0);
+
+    // Colours, too, have a way back.
+    lab.find("picture.color_map");
+    let first = lab.value("picture.color_map");
+    lab.click("colors");
+    lab.click_until("colors=ice", "color_map", "ice");
+    lab.click_until("picture.color_map:reset", "color_map", first);
     lab.quit();
 }

@@ -6,6 +6,7 @@ use myxo::mesh::builtin::BUILTINS;
 use super::super::interface::{Command, Interface};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
+use super::super::widgets::parse_number;
 use super::{RADII, Tool, Work};
 
 /// Of the bar's contents, points.
@@ -72,6 +73,7 @@ impl Interface {
         let slider = Slider::new(&mut self.hands.radius, least..=most)
             .logarithmic(true)
             .max_decimals(3)
+            .custom_parser(parse_number)
             .update_while_editing(false);
         ui.add(slider)
             .on_hover_text("Of the brush, scene radii (Shift and the wheel)")
@@ -84,6 +86,7 @@ impl Interface {
         let slider = Slider::new(&mut self.hands.strength, 0.1..=30.0)
             .logarithmic(true)
             .max_decimals(1)
+            .custom_parser(parse_number)
             .update_while_editing(false);
         ui.add_enabled(has_strength, slider)
             .on_hover_text(

@@ -9,6 +9,7 @@ use myxo::sim::types::Mark;
 use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
+use super::super::widgets::parse_number;
 use super::Under;
 
 /// A click picks food that is so far from it for its size.
@@ -161,6 +162,7 @@ impl Interface {
                 .smallest_positive(if is_whole { 1.0 } else { 0.001 })
                 .max_decimals(if is_whole { 0 } else { 3 })
                 .clamping(SliderClamping::Never)
+                .custom_parser(parse_number)
                 .update_while_editing(false);
             ui.add(slider)
                 .on_hover_text(hint)

@@ -7,6 +7,7 @@ use super::{Making, Model, Out, Recorded};
 use crate::lab::interface::{Command, Facts, Interface};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::theme;
+use crate::lab::widgets::parse_number;
 
 /// The size of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -256,6 +257,7 @@ impl Interface {
                     .range(0.1..=3600.0)
                     .speed(0.1)
                     .max_decimals(1)
+                    .custom_parser(parse_number)
                     .update_while_editing(false)
                     .suffix(" s"),
             )
@@ -370,6 +372,7 @@ fn number(
     let response = ui.add(
         DragValue::new(value)
             .range(range)
+            .custom_parser(parse_number)
             .update_while_editing(false)
             .suffix(suffix),
     );
