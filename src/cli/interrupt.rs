@@ -15,7 +15,12 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Takes over Ctrl-C; to be called once, before long work.
 pub fn install() -> Result<()> {
-    let handler = || {
+    install_with("finishing the files", || {})
+}
+
+/// The same for who does not look at the flag: says that it does this, and calls `tell`, on a thread of its own.
+pub fn install_with(doing: &'static str, tell: impl Fn() + Send + 'static) -> Result<()> {
+    let handler = move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(EXIT_CODE));
         }
@@ -26,8 +31,9 @@ pub fn install() -> Result<()> {
             ""
         };
         console::message(&format!(
-            "{line}interrupted: finishing the files; once more to quit at once"
+            "{line}interrupted: {doing}; once more to quit at once"
         ));
+        tell();
     };
     ctrlc::set_handler(handler)
         .map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))

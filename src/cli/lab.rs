@@ -8,9 +8,10 @@ use myxo::scene::Scene;
 use myxo::scene::builtin::DEFAULT_SCENE;
 
 use super::Outcome;
+use super::interrupt;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
-use crate::lab::{self, LabOptions, Preferences};
+use crate::lab::{self, LabOptions, LeftScenes, Preferences};
 
 /// Of what opens where no scene is named: trails as they are by themselves draw together to a few lines within a minute.
 const FIRST_LOOK: &str = "cells";
@@ -56,11 +57,14 @@ impl Lab {
                 .get_or_insert_with(|| FIRST_LOOK.to_owned());
             DEFAULT_SCENE.into()
         });
-        let scene = Scene::load(&scene, &overrides)?;
+        let mut loaded = Scene::load(&scene, &overrides)?;
+        if let Some(name) = LeftScenes::name_of(&scene) {
+            loaded.name = name;
+        }
         let size = self.size.map(|size| [size.width, size.height]);
         let preferences = Preferences::file().filter(|_| !self.no_preferences);
         lab::run(
-            scene,
+            loaded,
             LabOptions {
                 device: self.device.device.clone(),
                 validation: self.device.validate,
@@ -71,7 +75,12 @@ impl Lab {
                 frames: self.frames,
                 lose_device: self.lose_device,
             },
+            |close| interrupt::install_with("closing the window", close),
         )?;
-        Ok(Outcome::Done)
+        Ok(if interrupt::requested() {
+            Outcome::Interrupted
+        } else {
+            Outcome::Done
+        })
     }
 }

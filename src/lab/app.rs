@@ -12,6 +12,10 @@ use winit::window::WindowId;
 use super::LabOptions;
 use super::window::Lab;
 
+/// Somebody outside the window asks that it be closed.
+#[derive(Clone, Copy, Debug)]
+pub struct Close;
+
 /// What winit calls.
 pub struct App {
     options: LabOptions,
@@ -41,7 +45,7 @@ impl App {
     }
 }
 
-impl ApplicationHandler for App {
+impl ApplicationHandler<Close> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(scene) = self.scene.take() else {
             return;
@@ -72,6 +76,10 @@ impl ApplicationHandler for App {
             _ if wants_repaint => lab.window.request_redraw(),
             _ => {}
         }
+    }
+
+    fn user_event(&mut self, events: &ActiveEventLoop, _: Close) {
+        events.exit();
     }
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {

@@ -15,7 +15,7 @@ use winit::window::Fullscreen;
 use super::interface::Command;
 use super::interface::Interface;
 use super::left::LeftScenes;
-use super::loading::{Loaded, Loading};
+use super::loading::{Loaded, Loading, Origin};
 use super::out::put_look;
 use super::saving::save_scene;
 use super::stage::Stage;
@@ -60,7 +60,7 @@ impl Lab {
             Command::Paste(text) => match read_scene(&text) {
                 Ok(settings) => {
                     let (name, folder) = (self.name.clone(), self.folder.clone());
-                    self.load(name.clone(), true, move || {
+                    self.load(name.clone(), Origin::Clipboard, move || {
                         Ok(Scene::from_settings(name, settings, folder)?)
                     });
                 }
@@ -126,7 +126,7 @@ impl Lab {
             meshes(&scene.settings) == meshes(&settings)
         });
         let meshes = same.map(|scene| scene.meshes.clone());
-        self.load(name.clone(), false, move || {
+        self.load(name.clone(), Origin::Shown, move || {
             Ok(match meshes {
                 Some(meshes) => Scene::from_meshes(name, settings, meshes, folder)?,
                 None => Scene::from_settings(name, settings, folder)?,
@@ -149,20 +149,25 @@ impl Lab {
         Some(scene.to_toml())
     }
 
+    /// What is to be said of a scene file, if anything, for what it does not have.
+    fn without_painted(&self) -> &'static str {
+        let painted = (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some());
+        if painted {
+            ", without the areas that were painted: scene files have none, checkpoints keep them"
+        } else {
+            ""
+        }
+    }
+
     fn save(&mut self, context: &egui::Context) {
         let Some(text) = self.scene_text() else {
             return;
         };
-        let painted = (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some());
-        let without = if painted {
-            ", without the areas that were painted: scene files have none, checkpoints keep them"
-        } else {
-            ""
-        };
+        let without = self.without_painted();
         let folder = PathBuf::from(self.interface.out.folder.trim());
         match save_scene(&folder, &self.name, &text) {
             Ok(path) => {
-                self.interface.saved();
+                self.interface.saved(Some(self.interface.state_to_save()));
                 let text = format!("Saved {}{without}", path.display());
                 self.interface.notice(context, text, false);
             }
@@ -172,13 +177,15 @@ impl Lab {
 
     /// Begins to load a scene by name, or from a file: a scene or a model.
     pub fn open_file(&mut self, path: PathBuf) {
-        let name = path.file_stem().unwrap_or(path.as_os_str());
-        let name = name.to_string_lossy().into_owned();
+        let name = LeftScenes::name_of(&path).unwrap_or_else(|| {
+            let name = path.file_stem().unwrap_or(path.as_os_str());
+            name.to_string_lossy().into_owned()
+        });
         self.open_as(name, path);
     }
 
     fn open_as(&mut self, name: String, path: PathBuf) {
-        self.load(name.clone(), true, move || {
+        self.load(name.clone(), Origin::File, move || {
             let mut scene = Scene::load(&path, &Overrides::default())?;
             scene.name = name;
             Ok(scene)
@@ -199,9 +206,10 @@ impl Lab {
         let text = match self.keep_left() {
             None => return,
             Some(Ok(file)) => format!(
-                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery",
+                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery{}",
                 self.name,
-                file.display()
+                file.display(),
+                self.without_painted()
             ),
             Some(Err(error)) => error.to_string(),
         };
@@ -213,12 +221,12 @@ impl Lab {
     pub(super) fn load(
         &mut self,
         name: String,
-        is_new_scene: bool,
+        origin: Origin,
         load: impl FnOnce() -> Result<Scene> + Send + 'static,
     ) {
         self.hand.carry = None;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
-        self.loading = Some(Loading::begin(name, is_new_scene, info, atlases, load));
+        self.loading = Some(Loading::begin(name, origin, info, atlases, load));
         self.window.request_redraw();
     }
 
@@ -230,7 +238,7 @@ impl Lab {
         let Some(loading) = self.loading.take() else {
             return;
         };
-        let shown = result.and_then(|loaded| self.show(loaded, loading.is_new_scene));
+        let shown = result.and_then(|loaded| self.show(loaded, loading.origin));
         let context = self.egui.egui_ctx().clone();
         if shown.is_err() {
             self.interface.not_shown();
@@ -245,17 +253,19 @@ impl Lab {
         }
     }
 
-    fn show(&mut self, loaded: Loaded, is_new_scene: bool) -> Result<()> {
+    fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
         self.leave_stage();
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         self.carry_over(&mut stage)?;
+        let is_new_scene = origin != Origin::Shown;
         let left = is_new_scene.then(|| self.keep_left()).flatten();
         if let Some(left) = left {
             let context = self.egui.egui_ctx().clone();
             match left {
                 Ok(_) => {
-                    let text = format!("{} as you left it is in the gallery", self.name);
+                    let without = self.without_painted();
+                    let text = format!("{} as you left it is in the gallery{without}", self.name);
                     self.interface.notice(&context, text, false);
                 }
                 Err(error) => self.interface.notice(&context, error.to_string(), true),
@@ -269,6 +279,9 @@ impl Lab {
         self.window.set_title(&title(&scene.name));
         if is_new_scene {
             self.interface.open(scene);
+            if origin == Origin::Clipboard {
+                self.interface.saved(None);
+            }
         } else {
             self.interface.restarted(scene);
         }

@@ -25,7 +25,7 @@ use super::places::Marked as _;
 use super::presets::Morph;
 use super::rows::take_refused;
 use super::theme;
-use super::undo::Undo;
+use super::undo::{self, Undo};
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]
@@ -338,9 +338,14 @@ impl Interface {
         self.undo.is_unsaved(&self.edited, &self.view)
     }
 
-    /// A file has everything as it is now.
-    pub fn saved(&mut self) {
-        self.undo.saved(&self.edited, &self.view);
+    /// Everything as it is now, for [`Interface::saved`] once a file has it.
+    pub fn state_to_save(&self) -> undo::State {
+        undo::State::of(&self.edited, &self.view)
+    }
+
+    /// A file has everything as it was then; with none, no file has anything of it.
+    pub fn saved(&mut self, then: Option<undo::State>) {
+        self.undo.saved(then);
     }
 
     /// Are there edits that wait for a restart?

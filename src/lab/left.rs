@@ -35,6 +35,13 @@ impl LeftScenes {
         directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
     }
 
+    /// What a scene was called that lies in that folder.
+    pub fn name_of(file: &Path) -> Option<String> {
+        let folder = Self::folder()?.canonicalize().ok()?;
+        let file = file.canonicalize().ok()?;
+        (file.parent()? == folder).then(|| name_in(&file)).flatten()
+    }
+
     /// Those in a folder, which need not be there.
     pub fn read(folder: Option<PathBuf>) -> Self {
         let mut all: Vec<LeftScene> = folder.iter().flat_map(|folder| files(folder)).collect();
@@ -80,17 +87,21 @@ impl LeftScenes {
     }
 }
 
+/// The scene's name in that of a file, if it is one of ours: they are numbered.
+fn name_in(file: &Path) -> Option<String> {
+    let name = file.file_name()?.to_str()?.strip_suffix(".toml")?;
+    let (name, number) = name.rsplit_once('_')?;
+    let is_ours =
+        !name.is_empty() && !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_ours.then(|| name.to_owned())
+}
+
 fn files(folder: &Path) -> Vec<LeftScene> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let scene = |entry: fs::DirEntry| {
         let file = entry.path();
-        let name = file.file_name()?.to_str()?.strip_suffix(".toml")?;
-        let (name, number) = name.rsplit_once('_')?;
-        let is_ours = !name.is_empty()
-            && !number.is_empty()
-            && number.bytes().all(|byte| byte.is_ascii_digit());
         Some(LeftScene {
-            name: is_ours.then(|| name.to_owned())?,
+            name: name_in(&file)?,
             since: entry.metadata().ok()?.modified().ok()?,
             file,
         })

@@ -26,12 +26,23 @@ pub struct Loaded {
     pub prepared: Prepared,
 }
 
+/// Where a scene on its way comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The one that is shown, from the beginning, as it is edited.
+    Shown,
+    /// Another one, with a view of its own, that lies in a file or is built in.
+    File,
+    /// Another one that no file has.
+    Clipboard,
+}
+
 /// A scene on its way. Dropping it lets the thread end by itself, as soon as it looks.
 pub struct Loading {
     /// What the user calls it.
     pub name: String,
-    /// Is it another scene, with a view of its own, or the one that is shown, from the beginning?
-    pub is_new_scene: bool,
+    /// Where it comes from.
+    pub origin: Origin,
     /// What is being done, and the share of all that is done, 0 to 1.
     told: Arc<Mutex<(&'static str, f32)>>,
     cancelled: Arc<AtomicBool>,
@@ -42,7 +53,7 @@ impl Loading {
     /// Begins to load; `load` reads the scene's files. Layouts that take long to make are kept in `atlases`.
     pub fn begin(
         name: String,
-        is_new_scene: bool,
+        origin: Origin,
         info: &DeviceInfo,
         atlases: Option<PathBuf>,
         load: impl FnOnce() -> Result<Scene> + Send + 'static,
@@ -76,7 +87,7 @@ impl Loading {
         });
         Self {
             name,
-            is_new_scene,
+            origin,
             told,
             cancelled,
             worker: Some(worker),
@@ -150,7 +161,7 @@ mod tests {
             };
             Ok(Scene::load(Path::new("cube"), &overrides)?)
         };
-        let begin = |load| Loading::begin("cube".to_owned(), true, ctx.info(), None, load);
+        let begin = |load| Loading::begin("cube".to_owned(), Origin::File, ctx.info(), None, load);
         let loaded = ended(&mut begin(Box::new(load) as Box<dyn FnOnce() -> _ + Send>)).unwrap();
         assert_eq!(loaded.setup.particles.len(), 500);
 

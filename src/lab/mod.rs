@@ -47,6 +47,7 @@ use myxo::scene::Scene;
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
 
+pub use left::LeftScenes;
 pub use looks::summary;
 pub use own::OwnPresets;
 pub use preferences::Preferences;
@@ -73,9 +74,20 @@ pub struct LabOptions {
     pub lose_device: Option<u32>,
 }
 
-/// Opens the window and runs until it is closed.
-pub fn run(scene: Scene, options: LabOptions) -> Result<()> {
-    let events = EventLoop::new().map_err(|source| window::no_window(&source))?;
+/// Opens the window and runs until it is closed. `listen` is given what closes it from any thread, as the user would.
+pub fn run(
+    scene: Scene,
+    options: LabOptions,
+    listen: impl FnOnce(Box<dyn Fn() + Send>) -> Result<()>,
+) -> Result<()> {
+    let events = EventLoop::<app::Close>::with_user_event()
+        .build()
+        .map_err(|source| window::no_window(&source))?;
+    let proxy = events.create_proxy();
+    // Where the loop has ended there is nothing left to close.
+    listen(Box::new(move || {
+        let _ = proxy.send_event(app::Close);
+    }))?;
     let mut app = app::App::new(scene, options);
     let ended = events.run_app(&mut app);
     if let Some(error) = app.error {

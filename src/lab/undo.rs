@@ -60,13 +60,14 @@ impl Look {
 
 /// Everything that can be undone.
 #[derive(Clone, Debug, PartialEq)]
-struct State {
+pub struct State {
     settings: Settings,
     look: Look,
 }
 
 impl State {
-    fn of(settings: &Settings, view: &View) -> Self {
+    /// As it is now.
+    pub fn of(settings: &Settings, view: &View) -> Self {
         Self {
             settings: settings.clone(),
             look: Look::of(view),
@@ -80,8 +81,8 @@ pub struct Undo {
     past: Vec<State>,
     now: State,
     future: Vec<State>,
-    /// What a file has, or what was loaded.
-    saved: State,
+    /// What a file has; none has what was never in one.
+    saved: Option<State>,
 }
 
 impl Undo {
@@ -90,7 +91,7 @@ impl Undo {
         let now = State::of(settings, view);
         Self {
             past: Vec::new(),
-            saved: now.clone(),
+            saved: Some(now.clone()),
             now,
             future: Vec::new(),
         }
@@ -150,14 +151,14 @@ impl Undo {
         self.future.pop_if(|next| *next == self.now);
     }
 
-    /// A file has it as it is now.
-    pub fn saved(&mut self, settings: &Settings, view: &View) {
-        self.saved = State::of(settings, view);
+    /// A file has it as it was then; with none, no file has anything of it.
+    pub fn saved(&mut self, then: Option<State>) {
+        self.saved = then;
     }
 
     /// Is something different from what a file has?
     pub fn is_unsaved(&self, settings: &Settings, view: &View) -> bool {
-        self.saved != State::of(settings, view)
+        self.saved != Some(State::of(settings, view))
     }
 
     /// Is there something to undo?

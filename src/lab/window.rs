@@ -23,7 +23,7 @@ use super::feeding::Feeder;
 use super::hands::Hand;
 use super::interface::Interface;
 use super::left::LeftScenes;
-use super::loading::Loading;
+use super::loading::{Loading, Origin};
 use super::order::{Asked, Order, Task};
 use super::out::TakeOut;
 use super::own::OwnPresets;
@@ -196,7 +196,7 @@ impl Lab {
             ctx,
             window,
         };
-        lab.load(scene.name.clone(), true, move || Ok(scene));
+        lab.load(scene.name.clone(), Origin::File, move || Ok(scene));
         Ok(lab)
     }
 
@@ -416,14 +416,17 @@ impl Lab {
     }
 
     /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
-    pub fn rescue(&self, error: &Error) -> Error {
+    pub fn rescue(&mut self, error: &Error) -> Error {
         let Some(text) = self.scene_text() else {
             return Error::Invalid(error.to_string());
         };
         let folder = PathBuf::from(self.interface.out.folder.trim());
         let saved = save_scene(&folder, &self.name, &text);
         let kept = match saved.map(|path| std::path::absolute(&path).unwrap_or(path)) {
-            Ok(path) => format!("the scene as it was set is kept in {}", path.display()),
+            Ok(path) => {
+                self.interface.saved(Some(self.interface.state_to_save()));
+                format!("the scene as it was set is kept in {}", path.display())
+            }
             Err(error) => format!("the scene as it was set is not kept, either: {error}"),
         };
         Error::Invalid(format!("{error}; what had grown is lost, {kept}"))

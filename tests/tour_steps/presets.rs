@@ -3,6 +3,7 @@
 #[path = "dropping.rs"]
 pub mod dropping;
 
+use std::io::Write as _;
 use std::path::Path;
 
 use myxo::scene::parameters::PARAMETERS;
@@ -13,8 +14,7 @@ use dropping::drop_on;
 
 /// The window that is seen.
 pub fn window_of(lab: &Lab) -> String {
-    let pid = lab.child.id().to_string();
-    let windows = xdotool(&["search", "--onlyvisible", "--pid", &pid]);
+    let windows = xdotool(&["search", "--onlyvisible", "--pid", &lab.pid()]);
     windows.lines().last().unwrap_or_default().to_owned()
 }
 
@@ -218,4 +218,71 @@ fn scenes_that_are_left_with_changes_are_kept() {
     assert!(text.contains("decay = 0.75"), "{text}");
     let files = std::fs::read_dir(&folder).expect("it can be read");
     assert_eq!(files.count(), 2, "what was not changed is not kept");
+}
+
+/// Puts text into the clipboard, which a program of its own holds.
+fn copy(text: &str) {
+    let mut holder = Command::new("xclip")
+        .args(["-selection", "clipboard"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it is installed");
+    let mut pipe = holder.stdin.take().expect("it is piped");
+    pipe.write_all(text.as_bytes()).expect("it is read");
+    drop(pipe);
+    assert!(holder.wait().expect("it ends").success());
+}
+
+#[test]
+fn what_no_file_has_is_kept_whoever_ends_the_lab() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    let unsaved = |what: &str, is: bool| {
+        lab.wait(what, |seen| {
+            seen["state"]["unsaved"] == is && seen["state"]["loading"] == false
+        });
+    };
+    unsaved("it is built in", false);
+    copy("[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:cube\"\n");
+    lab.key("ctrl+v");
+    unsaved("it is in the clipboard only", true);
+
+    // A scene file that is taken out is one like any other.
+    lab.click_until("out", "out", true);
+    lab.click("out.export=Scene");
+    unsaved("now a file has it", false);
+    let scene = Scene::read(&lab.folder.file("cube_000001.toml"), &Overrides::default());
+    assert_eq!(scene.expect("it is a scene").1.particles.count, 2500);
+    lab.key_until("Escape", "the panel goes", "out", false);
+
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    unsaved("it is changed", true);
+    let killed = Command::new("kill").arg(lab.pid()).status();
+    assert!(killed.expect("it is there").success());
+    assert_eq!(lab.ended().code(), Some(130));
+    let said = said(&lab.said);
+    assert!(said.contains("cube as you left it is kept"), "{said}");
+    let left = lab.folder.file("myxo/left/cube_000001.toml");
+    let read = Scene::read(&left, &Overrides::default());
+    let left_as = read.expect("it can be read").1;
+    assert_eq!(
+        (left_as.particles.count, left_as.trail.decay),
+        (2500, 0.625)
+    );
+
+    // Opened again it is called what it was called.
+    let output = program()
+        .current_dir(lab.folder.path())
+        .env("XDG_DATA_HOME", lab.folder.path())
+        .args(["lab", "--no-preferences", "--size=640x480"])
+        .args(["--lose-device=3", path(&left)])
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("cube_000002.toml"), "{said}");
 }

@@ -12,6 +12,7 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::super::loading::Origin;
 use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
@@ -279,7 +280,7 @@ impl Lab {
         let mut from = self.where_they_run(&settings.objects);
         // Picked when it is there.
         self.interface.hands.selected = Some(count);
-        self.load(name.clone(), false, move || {
+        self.load(name.clone(), Origin::Shown, move || {
             let alone = Settings {
                 objects: vec![ObjectSettings {
                     mesh: mesh.clone(),
@@ -309,7 +310,7 @@ impl Lab {
         let settings = without_object(settings, object);
         let from = self.where_they_run(&settings.objects);
         let (name, folder) = (self.name.clone(), self.folder.clone());
-        self.load(name.clone(), false, move || {
+        self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
         self.hand.carry = Some(from);

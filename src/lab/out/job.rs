@@ -23,6 +23,7 @@ use super::panel::OutPanel;
 use super::shot::Shot;
 use super::{Making, Model};
 use crate::lab::stage::Stage;
+use crate::lab::undo::State;
 
 /// What of a window's frame is spent on it.
 const MOMENT: Duration = Duration::from_millis(45);
@@ -322,6 +323,8 @@ pub struct ExportJob {
     name: String,
     /// What the next frame is asked for.
     asked: Option<(Model, Colors, Reserved)>,
+    /// Of a scene file: all that it has of what can be undone.
+    pub saves: Option<State>,
 }
 
 impl ExportJob {
@@ -332,12 +335,18 @@ impl ExportJob {
             writer: Writer::NotYet,
             name: name_of(name.path()),
             asked: Some((model, colors, name)),
+            saves: None,
         }
     }
 
     /// Is the state still to be copied?
     pub fn is_asked(&self) -> bool {
         self.asked.is_some()
+    }
+
+    /// Is it a file of this kind, whose state is still to be copied?
+    pub fn is_asked_for(&self, model: Model) -> bool {
+        self.asked.as_ref().is_some_and(|asked| asked.0 == model)
     }
 
     /// Records copies of the state if they are asked for; the rest is up to another thread.

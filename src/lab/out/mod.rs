@@ -270,6 +270,9 @@ impl Lab {
         let (Some(Job::Export(job)), Some(stage)) = (&mut self.out.job, &self.stage) else {
             return;
         };
+        if job.is_asked_for(Model::Scene) && !self.interface.is_pending() {
+            job.saves = Some(self.interface.state_to_save());
+        }
         let Interface { view, edited, .. } = &self.interface;
         if let Err(error) = job.record(rec, stage, view, edited) {
             self.out.job = None;
@@ -288,13 +291,20 @@ impl Lab {
         }
         let ended = self.out.job.as_mut().and_then(Job::take);
         if let Some(ended) = ended {
-            let name = self.out.job.take().map(|job| job.told());
-            match name {
+            let job = self.out.job.take();
+            match job.as_ref().map(Job::told) {
                 Some(making) if making.is_cancelled => {
                     let text = format!("{} was given up", making.name);
                     self.interface.notice(context, text, false);
                 }
-                _ => self.tell_written(context, ended, 0),
+                _ => {
+                    if let (Some(Job::Export(export)), Ok(_)) = (job, &ended)
+                        && export.saves.is_some()
+                    {
+                        self.interface.saved(export.saves);
+                    }
+                    self.tell_written(context, ended, 0);
+                }
             }
         }
         let recording = self.out.recording.as_mut();
@@ -323,7 +333,13 @@ impl Lab {
         match &mut self.out.job {
             Some(Job::Film(film)) => film.stop(),
             Some(job @ Job::Picture(_)) => job.cancel(),
-            Some(Job::Export(export)) if export.is_asked() => export.cancel(),
+            Some(Job::Export(export)) => {
+                // What its file has is nothing of the next scene's.
+                export.saves = None;
+                if export.is_asked() {
+                    export.cancel();
+                }
+            }
             _ => {}
         }
     }

@@ -369,7 +369,8 @@ fn what_no_file_has_is_known_until_it_is_saved() {
     harness.interface.edited.trail.decay = 0.5;
     assert!(harness.interface.is_unsaved());
     harness.frame(vec![]);
-    harness.interface.saved();
+    let now = harness.interface.state_to_save();
+    harness.interface.saved(Some(now));
     assert!(!harness.interface.is_unsaved());
     harness.interface.view.background = glam::Vec3::X;
     harness.frame(vec![]);
@@ -381,4 +382,12 @@ fn what_no_file_has_is_known_until_it_is_saved() {
         !harness.interface.is_unsaved(),
         "whoever looks round changes nothing"
     );
+    // A file that was asked for before a change has not that one; what came from the clipboard is in none.
+    let before = harness.interface.state_to_save();
+    harness.interface.edited.trail.decay = 0.6;
+    harness.interface.saved(Some(before));
+    assert!(harness.interface.is_unsaved());
+    harness.interface.saved(None);
+    harness.interface.undo(&mut Vec::new());
+    assert!(harness.interface.is_unsaved());
 }
