@@ -114,7 +114,7 @@ pub struct Interface {
     pub(super) undo: Undo,
     /// Objects that undo has brought back are on their way.
     renews: bool,
-    /// The preset that was taken last.
+    /// The preset that was taken last, or whose look the scene had when it was loaded.
     pub(super) preset: Option<String>,
     /// Those that the user has kept.
     pub own: OwnPresets,
@@ -198,8 +198,8 @@ impl Interface {
         // Only the first frame knows the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
         self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
-        self.preset = None;
         self.restarted(scene);
+        self.find_preset();
         self.undo = Undo::new(&self.edited, &self.view);
     }
 

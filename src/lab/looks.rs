@@ -37,6 +37,16 @@ impl Interface {
         names.chain(own.map(|own| own.name.clone())).collect()
     }
 
+    /// Finds the preset whose look the scene has, if there is one.
+    pub(super) fn find_preset(&mut self) {
+        let is_taken = |name: &String| {
+            let text = self.preset_text(name);
+            let with = text.map(|text| with_preset(&self.edited, name, &text));
+            with.is_some_and(|with| with.is_ok_and(|with| with == self.edited))
+        };
+        self.preset = self.preset_names().into_iter().find(is_taken);
+    }
+
     /// The preset after or before the one that was taken last.
     pub(super) fn step_preset(
         &mut self,

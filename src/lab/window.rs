@@ -159,6 +159,7 @@ impl Lab {
         interface.light = preferences.light;
         interface.out.folder = preferences.folder.clone();
         interface.own = OwnPresets::read(OwnPresets::folder());
+        interface.find_preset();
         interface.left = LeftScenes::read(LeftScenes::folder());
         let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();

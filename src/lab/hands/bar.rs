@@ -11,6 +11,10 @@ use super::{RADII, Tool, Work};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
+/// The same where the bar has signs only.
+const NARROW: f32 = 24.0;
+/// A picture narrower than this would lose too much to names.
+const HAS_ROOM: f32 = 620.0;
 
 impl Interface {
     /// Shows the bar at the right side of the picture.
@@ -24,14 +28,16 @@ impl Interface {
         if picture.width() < 260.0 || picture.height() < 330.0 {
             return;
         }
+        let has_controls = self.hands.tool.is_brush() || self.hands.tool == Tool::Food;
+        let is_narrow = picture.width() < HAS_ROOM && !has_controls;
         egui::Area::new("tools".into())
             .pivot(Align2::RIGHT_TOP)
             .fixed_pos(picture.right_top() + vec2(-10.0, 10.0))
             .show(ctx, |ui| {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
-                    ui.set_width(WIDTH);
+                    ui.set_width(if is_narrow { NARROW } else { WIDTH });
                     ui.spacing_mut().item_spacing.y = 2.0;
-                    self.tools(ui);
+                    self.tools(ui, is_narrow);
                     if self.hands.tool.is_brush() {
                         ui.separator();
                         self.brush_controls(ui);
@@ -41,26 +47,36 @@ impl Interface {
                         self.food_controls(ui, WIDTH, commands);
                     }
                     ui.separator();
-                    self.object_controls(ui, commands);
+                    self.object_controls(ui, is_narrow, commands);
                 });
             });
     }
 
-    fn tools(&mut self, ui: &mut Ui) {
+    fn tools(&mut self, ui: &mut Ui, is_narrow: bool) {
+        let size = vec2(ui.available_width(), 20.0);
+        let text = |sign: &str, word: &str| match is_narrow {
+            true => sign.to_owned(),
+            false => format!("{sign} {word}"),
+        };
+        let told = |word: &str, hint: &str| match is_narrow {
+            true => format!("{word}: {hint}"),
+            false => hint.to_owned(),
+        };
         for tool in Tool::ALL {
             let is_taken = self.hands.tool == tool;
-            let button =
-                egui::Button::selectable(is_taken, label(tool)).min_size(vec2(WIDTH, 20.0));
-            let button = ui.add(button).on_hover_text(tool.hint());
+            let word = tool.word();
+            let button = egui::Button::selectable(is_taken, text(sign(tool), word)).min_size(size);
+            let button = ui.add(button).on_hover_text(told(word, tool.hint()));
             if button.marked(&format!("tool={}", tool.word())).clicked() {
                 self.hands.take(tool);
             }
         }
         note_value(ui.ctx(), "tool", || self.hands.tool.word().to_owned());
-        let probe =
-            egui::Button::selectable(self.hands.probe, "🔍 probe").min_size(vec2(WIDTH, 20.0));
+        let probe = text("🔍", "probe");
+        let probe = egui::Button::selectable(self.hands.probe, probe).min_size(size);
         let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        if ui.add(probe).on_hover_text(hint).marked("probe").clicked() {
+        let probe = ui.add(probe).on_hover_text(told("probe", hint));
+        if probe.marked("probe").clicked() {
             self.hands.probe = !self.hands.probe;
         }
     }
@@ -100,8 +116,12 @@ impl Interface {
         });
     }
 
-    fn object_controls(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
-        let menu = ui.menu_button("+ object", |ui| {
+    fn object_controls(&mut self, ui: &mut Ui, is_narrow: bool, commands: &mut Vec<Command>) {
+        let [add, remove] = match is_narrow {
+            true => ["📦", "🗑"],
+            false => ["+ object", "− object"],
+        };
+        let menu = ui.menu_button(add, |ui| {
             ui.set_min_width(150.0);
             for (name, hint) in BUILTINS {
                 let entry = ui.button(*name).on_hover_text(*hint);
@@ -117,7 +137,7 @@ impl Interface {
             )
             .marked("add");
         let has_picked = self.hands.selected.is_some();
-        let remove = egui::Button::new("− object");
+        let remove = egui::Button::new(remove);
         let remove = ui
             .add_enabled(has_picked, remove)
             .on_hover_text("Takes the picked object out of the scene (Delete)")
@@ -144,15 +164,15 @@ impl Interface {
     }
 }
 
-fn label(tool: Tool) -> &'static str {
+fn sign(tool: Tool) -> &'static str {
     match tool {
-        Tool::Look => "👁 look",
-        Tool::Trail => "✏ trail",
-        Tool::Erase => "✖ erase",
-        Tool::Attract => "➕ attract",
-        Tool::Repel => "➖ repel",
-        Tool::NoGo => "🚫 no-go",
-        Tool::Particles => "✨ particles",
-        Tool::Food => "🌾 food",
+        Tool::Look => "👁",
+        Tool::Trail => "✏",
+        Tool::Erase => "✖",
+        Tool::Attract => "➕",
+        Tool::Repel => "➖",
+        Tool::NoGo => "🚫",
+        Tool::Particles => "✨",
+        Tool::Food => "🌾",
     }
 }

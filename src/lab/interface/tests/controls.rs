@@ -70,6 +70,24 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
 }
 
 #[test]
+fn a_scene_that_has_the_look_of_a_preset_is_shown_with_its_name() {
+    for preset in &myxo::scene::builtin::PRESETS[..3] {
+        let taken = presets::with_preset(&Settings::default(), preset.name, preset.text);
+        let mut settings = taken.expect("it is right");
+        let of = |settings: &Settings| {
+            let settings = settings.clone();
+            let scene = Scene::from_settings("torus".to_owned(), settings, ".".into());
+            Interface::new(&scene.expect("it is right")).preset
+        };
+        assert_eq!(of(&settings).as_deref(), Some(preset.name));
+        settings.particles.count = 1234;
+        assert_eq!(of(&settings).as_deref(), Some(preset.name));
+        settings.trail.decay = 0.123;
+        assert_eq!(of(&settings), None, "{}", preset.name);
+    }
+}
+
+#[test]
 fn the_gallery_opens_scenes_and_takes_presets() {
     let mut harness = Harness::new();
     harness.press(Key::G);
