@@ -408,29 +408,35 @@ fn defragment_swap(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
 }
 
 fn defragment_sequential(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch(
-        &k.defragment_sequential,
-        Threads(1),
-        DefragmentSequentialArgs {
-            flow: &s.transfers.flow,
-            windows: &s.transfers.windows,
-            departing: &s.transfers.departing,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-        },
-        turn.defragment_sequential,
-    );
-    // The next turn's transfers arrive.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.transfers.flow,
-            &s.transfers.departing,
-            &s.particles,
-            &s.motions,
-        ],
-    );
+    for part in turn.sequential_parts() {
+        rec.dispatch(
+            &k.defragment_sequential,
+            Threads(1),
+            DefragmentSequentialArgs {
+                flow: &s.transfers.flow,
+                windows: &s.transfers.windows,
+                departing: &s.transfers.departing,
+                particles: &s.particles_view,
+                motions: &s.motions_view,
+                particle_indices: &s.transfers.particle_indices,
+                transfer_indices: &s.transfers.transfer_indices,
+            },
+            part,
+        );
+        // The next part goes on, or the next turn's transfers arrive, and its lists begin anew.
+        rec.barrier(
+            Kernel,
+            Kernel,
+            &[
+                &s.transfers.flow,
+                &s.transfers.departing,
+                &s.transfers.particle_indices,
+                &s.transfers.transfer_indices,
+                &s.particles,
+                &s.motions,
+            ],
+        );
+    }
 }
 
 fn respawn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {

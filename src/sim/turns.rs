@@ -41,6 +41,17 @@ impl Turn {
     /// Invocations in a group of the kernel that works on windows.
     pub const PARTICLE_GROUP: u32 = Advance::GROUP_SIZE;
 
+    /// Of a part of `defragment_sequential`: half of what lavapipe's loops may have.
+    const SEQUENTIAL_ROUNDS: u32 = 32_768;
+
+    /// The parameters of the parts of `defragment_sequential`: enough for full lists, each entry of which takes two rounds.
+    pub fn sequential_parts(&self) -> impl Iterator<Item = DefragmentSequentialParams> + use<> {
+        let first = self.defragment_sequential;
+        let rounds = 2 * u64::from(self.move_border.capacity);
+        let parts = rounds.div_ceil(u64::from(first.rounds)) as u32;
+        (0..parts).map(move |part| DefragmentSequentialParams { part, ..first })
+    }
+
     /// The first turn of a step. All settings but these are in `advance` already; `capacity` is that of the lists.
     #[must_use]
     pub fn new(settings: &Settings, setup: &Setup, advance: AdvanceParams, capacity: u32) -> Self {
@@ -91,6 +102,8 @@ impl Turn {
                 next_object: 0,
                 object_count,
                 particle_count,
+                part: 0,
+                rounds: Self::SEQUENTIAL_ROUNDS,
             },
             respawn: RespawnParams {
                 capacity,

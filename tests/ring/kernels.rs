@@ -8,8 +8,8 @@ use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::sim::kernels::{
     DefragmentScan, DefragmentScanArgs, DefragmentSequential, DefragmentSequentialArgs,
-    DefragmentSwap, DefragmentSwapArgs, MoveBorder, MoveBorderArgs, TransferIn, TransferInArgs,
-    TransferInParams,
+    DefragmentSequentialParams, DefragmentSwap, DefragmentSwapArgs, MoveBorder, MoveBorderArgs,
+    TransferIn, TransferInArgs, TransferInParams,
 };
 use myxo::sim::twin::transfer::transfer_in;
 use myxo::sim::types::{Flow, Motion, Particle, Transfer};
@@ -34,6 +34,8 @@ fn windows_are_kept_as_the_twins_keep_them() {
         (65, 3, 0.4, 65),
         (199, 3, 1.0, 16),
         (1021, 5, 0.3, 1021),
+        // More rounds of one pass than a loop has on lavapipe.
+        (90_001, 2, 0.9, 90_001),
     ];
     for (k, (particles, objects, share, capacity)) in sizes.into_iter().enumerate() {
         for order in [Order::Sequential, Order::Parallel] {
@@ -70,22 +72,38 @@ fn windows_are_kept_as_the_twins_keep_them() {
 
                     ring.depart(object);
                     let departing = buffer(ctx, "departing", &ring.departing);
-                    let particles = buffer(ctx, "particles", &ring.particles);
+                    let particles_buffer = buffer(ctx, "particles", &ring.particles);
                     let motions = buffer(ctx, "motions", &ring.motions);
                     if order == Order::Sequential {
-                        gpu.run(|rec| {
-                            let args = DefragmentSequentialArgs {
-                                flow: &flow,
-                                windows: &windows,
-                                departing: &departing,
-                                particles: &words(&particles),
-                                motions: &words(&motions),
-                            };
-                            let params = ring.sequential_params(object);
-                            rec.dispatch(&one_pass, Threads(1), args, params);
-                        });
+                        let [inside, outside] = [&ring.particle_indices, &ring.transfer_indices]
+                            .map(|list| buffer(ctx, "list", list));
+                        let first = ring.sequential_params(object);
+                        // Ten awkward parts, or as long ones as a simulation takes.
+                        let rounds = capacity.div_ceil(5).min(32_768);
+                        for part in 0..(2 * capacity).div_ceil(rounds) {
+                            gpu.run(|rec| {
+                                let args = DefragmentSequentialArgs {
+                                    flow: &flow,
+                                    windows: &windows,
+                                    departing: &departing,
+                                    particles: &words(&particles_buffer),
+                                    motions: &words(&motions),
+                                    particle_indices: &inside,
+                                    transfer_indices: &outside,
+                                };
+                                let params = DefragmentSequentialParams {
+                                    part,
+                                    rounds,
+                                    ..first
+                                };
+                                rec.dispatch(&one_pass, Threads(1), args, params);
+                                let next: [&dyn AnyBuffer; 5] =
+                                    [&departing, &particles_buffer, &motions, &inside, &outside];
+                                rec.barrier(Access::Kernel, Access::Kernel, &next);
+                            });
+                        }
                         ring.sequential(object);
-                        assert_eq!(ctx.download(&particles).unwrap(), ring.particles);
+                        assert_eq!(ctx.download(&particles_buffer).unwrap(), ring.particles);
                         assert_eq!(ctx.download(&motions).unwrap(), ring.motions);
                         assert_eq!(ctx.download(&departing).unwrap(), ring.departing);
                     } else {
@@ -128,13 +146,13 @@ fn windows_are_kept_as_the_twins_keep_them() {
                                 particle_indices: &inside,
                                 transfer_indices: &outside,
                                 departing: &departing,
-                                particles: &words(&particles),
+                                particles: &words(&particles_buffer),
                                 motions: &words(&motions),
                             };
                             rec.dispatch(&swap, Threads(capacity), args, ring.swap_params());
                         });
                         ring.swap();
-                        assert_eq!(ctx.download(&particles).unwrap(), ring.particles);
+                        assert_eq!(ctx.download(&particles_buffer).unwrap(), ring.particles);
                         assert_eq!(ctx.download(&motions).unwrap(), ring.motions);
                         assert_eq!(ctx.download(&departing).unwrap(), ring.departing);
                     }

@@ -195,6 +195,8 @@ impl Ring {
             next_object: (object + 1) % self.case.objects,
             object_count: self.case.objects,
             particle_count: self.case.particles,
+            part: 0,
+            rounds: u32::MAX,
         }
     }
 

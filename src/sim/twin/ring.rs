@@ -101,7 +101,7 @@ pub fn defragment_swap(
     }
 }
 
-/// Twin of `shaders/defragment_sequential.comp`: the same by one pass.
+/// Twin of `shaders/defragment_sequential.comp`: the same as all of its parts, by one pass.
 pub fn defragment_sequential(
     params: &DefragmentSequentialParams,
     flow: &Flow,
