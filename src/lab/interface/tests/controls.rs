@@ -47,6 +47,11 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     let mut harness = Harness::new();
     let first = &myxo::scene::builtin::PRESETS[0];
     let second = &myxo::scene::builtin::PRESETS[1];
+    // The scene has the look of the first one: before it comes the last one, and behind that the first again.
+    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
+    assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
+    let last = myxo::scene::builtin::PRESETS.last().map(|last| last.name);
+    assert_eq!(harness.interface.preset.as_deref(), last);
     assert_eq!(harness.press(Key::CloseBracket), [Command::Apply]);
     assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
     harness.interface.morph_seconds = 1.0;
