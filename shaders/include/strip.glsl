@@ -35,6 +35,13 @@ float cross_of(vec2 a, vec2 b) {
     return area;
 }
 
+// How far ahead the edge from right to left is.
+float way_to(vec2 right, vec2 left) {
+    precise float part = clamp(-right.y / max(left.y - right.y, TINY), 0.0, 1.0);
+    precise float ahead = right.x + part * (left.x - right.x);
+    return ahead;
+}
+
 // Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
 // One way through the loop and one way out: devices that run both sides of every branch pay for each of them.
 void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
@@ -52,41 +59,46 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     uint edge = 4u * w.triangle + (is_ab ? 0u : is_bc ? 1u : 2u);
     bool stays = true;
     bool mirrored = false;
-    bool crosses = true;
-    bool ends = false;
     bool at_border = false;
-    float end = 0.0;
-    while (crosses) {
-        uvec4 words = edge_words(edge);
-        precise float part = clamp(-right.y / max(left.y - right.y, TINY), 0.0, 1.0);
-        precise float ahead = right.x + part * (left.x - right.x);
-        ends = ahead >= w.remaining;
-        end = ends ? w.remaining : max(ahead, 0.0);
-        at_border = words.x == NONE;
-        crosses = !(ends || attempts == 0u || (at_border && !reflects));
-        // Behind a border lies the triangle itself, mirrored, where left and right are exchanged.
-        bool over = at_border != mirrored;
-        vec2 start = over ? right : left;
-        vec2 stop = over ? left : right;
-        precise vec2 way = stop - start;
-        float along = uintBitsToFloat(words.y);
-        float off = over ? -uintBitsToFloat(words.z) : uintBitsToFloat(words.z);
-        precise vec2 apex = vec2(
-            start.x + (along * way.x - off * way.y),
-            start.y + (along * way.y + off * way.x));
-        bool turns_right = apex.y > 0.0;
-        uint entered = at_border ? edge : words.x;
-        uint corner = entered & 3u;
-        uint after = corner == 2u ? 0u : corner + 1u;
-        uint before = corner == 0u ? 2u : corner - 1u;
-        uint next = turns_right == over ? before : after;
-        third = !crosses ? third : turns_right ? left : right;
-        left = crosses && turns_right ? apex : left;
-        right = crosses && !turns_right ? apex : right;
-        edge = crosses ? (entered & ~3u) + next : edge;
-        mirrored = crosses ? over : mirrored;
-        stays = stays && !crosses;
-        attempts -= 1u;
+    float ahead = way_to(right, left);
+    bool ends = ahead >= w.remaining;
+    float end = ends ? w.remaining : max(ahead, 0.0);
+    bool crosses = true;
+    while (true) {
+        // What is found in here is kept by those who have left, also where a device runs on through the loop for others.
+        if (!ends) {
+            uvec4 words = edge_words(edge);
+            at_border = words.x == NONE;
+            crosses = attempts != 0u && (reflects || !at_border);
+            // Behind a border lies the triangle itself, mirrored, where left and right are exchanged.
+            bool over = at_border != mirrored;
+            vec2 start = over ? right : left;
+            vec2 stop = over ? left : right;
+            precise vec2 way = stop - start;
+            float along = uintBitsToFloat(words.y);
+            float off = over ? -uintBitsToFloat(words.z) : uintBitsToFloat(words.z);
+            precise vec2 apex = vec2(
+                start.x + (along * way.x - off * way.y),
+                start.y + (along * way.y + off * way.x));
+            bool turns_right = apex.y > 0.0;
+            uint entered = at_border ? edge : words.x;
+            uint corner = entered & 3u;
+            uint after = corner == 2u ? 0u : corner + 1u;
+            uint before = corner == 0u ? 2u : corner - 1u;
+            uint next = turns_right == over ? before : after;
+            third = !crosses ? third : turns_right ? left : right;
+            left = crosses && turns_right ? apex : left;
+            right = crosses && !turns_right ? apex : right;
+            edge = crosses ? (entered & ~3u) + next : edge;
+            mirrored = crosses ? over : mirrored;
+            stays = stays && !crosses;
+            attempts -= 1u;
+            float ahead = way_to(right, left);
+            ends = ahead >= w.remaining;
+            end = ends ? w.remaining : max(ahead, 0.0);
+        }
+        // At the end, because a round that all have left at its beginning would still be run through to there.
+        if (ends || !crosses) break;
     }
 
     // In the triangle that it began in, a walk is the same whatever lies around.
