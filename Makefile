@@ -44,9 +44,17 @@ bench: ## time every kernel on the reference scenes, and how times grow; the fig
 	cargo build --release
 	@mkdir -p benches/results
 	@for scene in cube torus; do \
-		cargo run --release --quiet -- profile $$scene --steps 200 --report benches/results/$$scene.json || exit 1; \
+		$(MEASURE) $$scene --report benches/results/$$scene.json || exit 1; \
 	done
-	cargo run --release --quiet -- bench --quick --out benches/results/scaling
+	$(MEASURE) torus --set physarum.sensing=walk --report benches/results/torus-walk.json
+	$(MEASURE) torus --set particles.count=1000000 --report benches/results/torus-1m.json
+	$(MEASURE) torus --set particles.count=1000000 --set physarum.sensing=walk --report benches/results/torus-walk-1m.json
+	$(MYXO) bench particles texture edges objects transfer distance mesh --quick --out benches/results/scaling
+	$(MYXO) bench choices --out benches/results/scaling
+
+MYXO := cargo run --release --quiet --
+# Three times from the beginning, each past the steps in which particles are not yet in the order of the atlas.
+MEASURE := $(MYXO) profile --steps 100 --warmup 34 --repeat 3
 
 # Every mesh that comes with the program.
 MESHES := $(addprefix builtin:,cube torus icosphere plane capsule suzanne trefoil gyroid) assets/hand_animated.glb

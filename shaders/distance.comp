@@ -78,6 +78,7 @@ Found nearest_of(uint first, uint end, vec3 place) {
 Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
     if (hint != TILE_UNKNOWN) bound = min(bound, sqrt(nearest_on_face(hint, place).z));
     uint slot = nearest_on(pair.first_node, place, bound);
+    if (slot == NONE && left_early && hint != TILE_UNKNOWN) slot = hint;
     if (slot == NONE) return Found(NONE, NONE, vec4(0.0));
     return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
 }
@@ -86,7 +87,7 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
 uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
     bool is_told = true;
     while (is_told && p < tile.pair_count) {
-        uint hint = p < params.hint_count ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
+        uint hint = p < tile.told ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
         bool is_least = hint == TILE_INSIDE && -params.reach < least;
         least = is_least ? -params.reach : least;
         triangle = is_least ? NONE : triangle;
@@ -110,7 +111,7 @@ void main() {
     // at have one.
     uint p = next_to_look_at(tile, 0u, least, triangle);
     while (p < tile.pair_count) {
-        uint hint = p < params.hint_count ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
+        uint hint = p < tile.told ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
         ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.

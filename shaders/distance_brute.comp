@@ -34,6 +34,22 @@ layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
 #include "candidate.glsl"
 #include "jobs.glsl"
 
+// The nearest of the faces looked at so far.
+struct Best {
+    float square;
+    uint triangle;
+    uint slot;
+};
+
+void look_at(uint slot, vec3 place, inout Best best) {
+    float square = nearest_on_face(slot, place).z;
+    uint triangle = triangle_of(slot);
+    bool nearer = is_nearer(square, triangle, best.square, best.triangle);
+    best.square = nearer ? square : best.square;
+    best.triangle = nearer ? triangle : best.triangle;
+    best.slot = nearer ? slot : best.slot;
+}
+
 void main() {
     uint i = invocation_index();
     if (i >= params.thread_count) return;
@@ -46,24 +62,22 @@ void main() {
     for (uint p = job.first_pair; p < job.first_pair + job.pair_count; p++) {
         ObjectPair pair = pairs[p];
         vec3 place = place_in_other(pair, here.position);
-        float square = 3.4e38;
-        uint found = NONE;
-        uint slot = pair.first_face;
-        for (uint k = pair.first_face; k < pair.first_face + pair.face_count; k++) {
-            float square_there = nearest_on_face(k, place).z;
-            uint candidate_triangle = triangle_of(k);
-            if (is_nearer(square_there, candidate_triangle, square, found)) {
-                square = square_there;
-                found = candidate_triangle;
-                slot = k;
-            }
+        Best best = Best(3.4e38, NONE, pair.first_face);
+        // Four a round, because lavapipe leaves all loops of an invocation after 65,535 rounds; src/sim/brute.rs refuses what takes more.
+        // The last face may come more than once, which changes nothing.
+        uint last = pair.first_face + pair.face_count - 1u;
+        for (uint k = pair.first_face; k <= last; k += 4u) {
+            look_at(k, place, best);
+            look_at(min(k + 1u, last), place, best);
+            look_at(min(k + 2u, last), place, best);
+            look_at(min(k + 3u, last), place, best);
         }
-        vec4 point = nearest_on_face(slot, place);
+        vec4 point = nearest_on_face(best.slot, place);
         float distance = sqrt(point.z);
-        float candidate = candidate_distance(pair, slot, place, point, params.reach, params.first_vertex_normal);
+        float candidate = candidate_distance(pair, best.slot, place, point, params.reach, params.first_vertex_normal);
         if (candidate < least) {
             least = candidate;
-            triangle = distance < params.reach ? found : NONE;
+            triangle = distance < params.reach ? best.triangle : NONE;
         }
     }
     distances[here.texel] = least;

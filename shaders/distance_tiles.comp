@@ -5,7 +5,7 @@
 // Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
 // How far such a tile may come nearer before anything changes is kept, and nothing is searched until objects have moved
 // by as much.
-// Overflow: pairs of a job beyond hint_count have no hint, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
+// Overflow: pairs of a job beyond hint_count have no hint, nor have those behind one whose search was left early, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -103,6 +103,7 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     uint end = first;
     uint link = texelFetch(nodes, int(2u * root)).w;
     bool searches = true;
+    uint pending = 1u;
     while (searches) {
         // On to a leaf, as neighbours do meanwhile: devices that run both sides of every branch look at faces together then.
         while (link < LEAF) {
@@ -120,8 +121,10 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
                 link = stack[top];
             }
         }
+        left_early = left_early || link / LEAF == 0u;
         uint last = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
-        for (uint slot = link % LEAF; slot < last; slot++) {
+        uint slot = link % LEAF;
+        for (; slot < last; slot++) {
             vec3 ab = face_word(slot, 1u);
             vec3 ac = face_word(slot, 2u);
             vec3 way = ball.middle - face_word(slot, 0u);
@@ -131,12 +134,15 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
                 end++;
             }
         }
+        left_early = left_early || slot != last;
         searches = top > 0u && end <= room;
         if (searches) {
             top--;
             link = stack[top];
         }
+        pending = searches ? 1u : 0u;
     }
+    left_early = left_early || pending != 0u;
     return end;
 }
 
@@ -151,13 +157,13 @@ bool decides(bool is_closed) {
 }
 
 // Passes over pairs from `p` on that have not moved as much as they would have to; the next one that must be searched.
-uint next_to_search(uint p, uint end, uint first_pair, uint first_margin, uint first_hint, inout uint state) {
+uint next_to_search(uint p, uint end, uint first_pair, uint first_margin, uint first_hint, bool are_known, inout uint state) {
     bool stays = true;
     while (stays && p < end) {
         float margin = margins[first_margin + p];
         precise float left = abs(margin) - moves[first_pair + p];
         bool is_closed = texelFetch(pairs, int(4u * (first_pair + p) + 3u)).w == 1u;
-        stays = left > 0.0 && decides(is_closed);
+        stays = are_known && left > 0.0 && decides(is_closed);
         if (stays) {
             uint hint = margin < 0.0 ? TILE_INSIDE : TILE_OUTSIDE;
             margins[first_margin + p] = margin < 0.0 ? -left : left;
@@ -186,7 +192,8 @@ void main() {
 
     // Devices that run both sides of every branch go through a whole search in each round of this loop, so only pairs that
     // are searched have one.
-    uint p = next_to_search(0u, pairs_end, job.first_pair, first_margin, first_hint, state);
+    bool are_known = tile_states[job.first_tile + in_job] != TILE_UNTOLD;
+    uint p = next_to_search(0u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     while (p < pairs_end) {
         ObjectPair pair = pair_at(job.first_pair + p);
         vec3 place = place_in_other(pair, tile.center);
@@ -201,6 +208,7 @@ void main() {
         float margin = 0.0;
         if (slot == NONE) {
             margin = is_decided ? max(params.reach - MARGIN_SLACK * slack, 0.0) : 0.0;
+            if (left_early) hint = TILE_UNKNOWN;
         } else {
             vec4 point = nearest_on_face(slot, place);
             float distance = sqrt(point.z);
@@ -210,8 +218,9 @@ void main() {
                 Ball ball = ball_of(pair.first_node, slot, point, place, tile);
                 uint first = end;
                 end = collected(pair.first_node, ball, first, TILE_CANDIDATES, i * TILE_CANDIDATES);
-                hint = end <= TILE_CANDIDATES ? LIST + 256u * first + end : slot;
-                end = end <= TILE_CANDIDATES ? end : first;
+                bool are_all = end <= TILE_CANDIDATES && !left_early;
+                hint = are_all ? LIST + 256u * first + end : slot;
+                end = are_all ? end : first;
             } else {
                 bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
                 hint = inside ? TILE_INSIDE : TILE_OUTSIDE;
@@ -219,15 +228,18 @@ void main() {
                 margin = inside ? -margin : margin;
             }
         }
-        margins[first_margin + p] = margin;
+        margins[first_margin + p] = left_early ? 0.0 : margin;
         hints[first_hint + p] = hint;
         state = state_with(state, hint);
-        p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, state);
+        p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     }
-    if (state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
+    // Where a search was left early, so was this loop: of the rest nothing is known, nor how far it has moved.
+    uint told = min(p, pairs_end);
+    if (told != pairs_end) state = TILE_UNTOLD;
+    if (state == TILE_UNTOLD || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;
         uint count = min(job.sample_count - first, TILE_SAMPLES);
-        listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, 0u, 0u, 0u);
+        listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, told, 0u, 0u);
     }
     tile_states[job.first_tile + in_job] = state;
 }

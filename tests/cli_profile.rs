@@ -76,10 +76,11 @@ fn kernels_account_for_the_step() {
         2,
         "{table}"
     );
-    // With the list of those whose sensors walk, which begins anew in each step, and two lines about copies.
-    assert_eq!(lines.len(), 13, "{table}");
+    // With the list of those whose sensors walk, which begins anew in each step, two lines about copies, and the host's.
+    assert_eq!(lines.len(), 14, "{table}");
+    assert!(lines[13].starts_with("The host takes "), "{table}");
     assert!(
-        lines.iter().all(|line| line.chars().count() <= 112),
+        lines.iter().all(|line| line.chars().count() <= 128),
         "{table}"
     );
 
@@ -139,6 +140,19 @@ fn check_statistics(report: &Value) {
             assert!((part - rate / copy).abs() < 1e-9 * part, "{row}");
         }
     }
+    // The host records a step and submits it; neither takes nothing, and the device's time is not in it.
+    let host = |what: &str| {
+        let of = |key: &str| {
+            report["host_step"][what][key]
+                .as_f64()
+                .expect("it is measured")
+        };
+        let [min, median, max] = ["min_ms", "median_ms", "max_ms"].map(of);
+        assert!(0.0 < min && min <= median && median <= max, "{what}");
+        of("mean_ms")
+    };
+    let both = host("recording") + host("submitting");
+    assert!((host("both") - both).abs() < 1e-9 * both);
     let bytes = |name: &str| {
         let row = kernels.iter().find(|row| row["name"] == name);
         row.expect("it is there")["bytes_per_step"].as_f64()

@@ -8,7 +8,7 @@
 ListedTile listed_tile(uint place) {
     uvec4 first = texelFetch(listed, int(2u * place));
     uvec4 second = texelFetch(listed, int(2u * place + 1u));
-    return ListedTile(first.x, first.y, first.z, first.w, second.x, 0u, 0u, 0u);
+    return ListedTile(first.x, first.y, first.z, first.w, second.x, second.y, 0u, 0u);
 }
 
 SurfaceSample sample_at(uint i) {

@@ -58,6 +58,7 @@ float solid_angle_of_tree(uint root, vec3 place) {
     stack[0] = root;
     uint top = 1u;
     float sum = 0.0;
+    uint pending = 2u;
     while (top > 0u) {
         top--;
         uint node = stack[top];
@@ -76,11 +77,15 @@ float solid_angle_of_tree(uint root, vec3 place) {
             top += 2u;
         } else {
             uint end = (link % LEAF) + link / LEAF;
-            for (uint slot = link % LEAF; slot < end; slot++) {
+            uint slot = link % LEAF;
+            for (; slot < end; slot++) {
                 sum += solid_angle(slot, place);
             }
+            left_early = left_early || slot != end;
         }
+        pending = top + 1u;
     }
+    left_early = left_early || pending != 1u;
     return sum;
 }
 
@@ -98,23 +103,28 @@ bool any_nearest_faces_place(uint root, vec3 place, float distance) {
     uvec4 root_low = texelFetch(nodes, int(2u * root));
     float limit = limit_of(distance, slack_of(root_low, texelFetch(nodes, int(2u * root + 1u))));
     bool any_does = false;
+    uint pending = 1u;
     while (top > 0u && !any_does) {
         top--;
         uint node = stack[top];
         uvec4 low = texelFetch(nodes, int(2u * node));
         vec3 high = uintBitsToFloat(texelFetch(nodes, int(2u * node + 1u)).xyz);
-        if (box_square(place, uintBitsToFloat(low.xyz), high) > limit) continue;
-        if (low.w < LEAF) {
+        bool is_far = box_square(place, uintBitsToFloat(low.xyz), high) > limit;
+        if (!is_far && low.w < LEAF) {
             stack[top] = low.w;
             stack[top + 1u] = low.w + 1u;
             top += 2u;
-        } else {
+        } else if (!is_far) {
             uint end = (low.w % LEAF) + low.w / LEAF;
-            for (uint slot = low.w % LEAF; slot < end; slot++) {
+            uint slot = low.w % LEAF;
+            for (; slot < end; slot++) {
                 any_does = any_does || (nearest_on_face(slot, place).z <= limit && faces_place(slot, place));
             }
+            left_early = left_early || slot != end;
         }
+        pending = any_does ? 0u : top;
     }
+    left_early = left_early || pending != 0u;
     return any_does;
 }
 

@@ -212,7 +212,7 @@ impl Profile {
                 report.scene, report.device, report.driver
             ));
             let run = self.kernel.as_ref().map_or(Run::Step, |_| Run::Kernel);
-            console::print(session.table(run) + &repetitions(&report))?;
+            console::print(session.table(run) + &host_time(&report) + &repetitions(&report))?;
         }
         if let Some(sink) = report_sink {
             sink.write(report.to_json())?;
@@ -245,6 +245,21 @@ impl Measured {
             earlier: Timings::default(),
         }
     }
+}
+
+/// A line with what the host takes for a step.
+fn host_time(report: &Report) -> String {
+    let host = &report.host_step;
+    let [Some(recording), Some(submitting), Some(most)] = [
+        host.recording.median_ms,
+        host.submitting.median_ms,
+        host.both.max_ms,
+    ] else {
+        return String::new();
+    };
+    format!(
+        "The host takes {recording:.3} ms to record and {submitting:.3} ms to submit it (medians), {most:.3} ms at the most.\n"
+    )
 }
 
 /// A line with the median of each repetition, if there are several.

@@ -48,6 +48,9 @@ pub struct Report {
     /// The same with its spread.
     #[serde(default)]
     pub gpu_step: Times,
+    /// What the host takes for a step, of the last repetition.
+    #[serde(default)]
+    pub host_step: HostTimes,
     /// Time of a step as people experience it.
     pub wall_ms_per_step: f64,
     /// Where the GPU time goes.
@@ -163,6 +166,35 @@ pub struct Times {
     pub median_low_ms: Option<f64>,
     /// The upper end of it.
     pub median_high_ms: Option<f64>,
+}
+
+/// What the host takes to record the commands of a step and to submit them. The device does not wait for it, unless it
+/// takes longer than the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HostTimes {
+    /// Recording.
+    pub recording: Times,
+    /// Submitting, once.
+    pub submitting: Times,
+    /// Both.
+    pub both: Times,
+}
+
+impl HostTimes {
+    /// Of steps that took so many milliseconds to record and to submit.
+    #[must_use]
+    pub fn of(steps: &[[f64; 2]]) -> Self {
+        if steps.is_empty() {
+            return Self::default();
+        }
+        let times =
+            |ms: fn(&[f64; 2]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
+        Self {
+            recording: times(|step| step[0]),
+            submitting: times(|step| step[1]),
+            both: times(|step| step[0] + step[1]),
+        }
+    }
 }
 
 impl From<&Statistics> for Times {

@@ -17,7 +17,7 @@ use super::console;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
-    Bandwidth, Counters, FoodLeft, KernelTime, Report, StateHash, Times, hash_text,
+    Bandwidth, Counters, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
 use super::times;
 
@@ -49,6 +49,8 @@ pub struct Session {
     is_alone: bool,
     /// What the device's own copies get through, once it was measured.
     bandwidth: Option<Bandwidth>,
+    /// What the host has taken for each frame so far, milliseconds: to record it, and to submit it.
+    host_ms: Vec<[f64; 2]>,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -136,6 +138,7 @@ impl Session {
             options: options.clone(),
             started: Instant::now(),
             trace: None,
+            host_ms: Vec::new(),
         })
     }
 
@@ -168,15 +171,20 @@ impl Session {
         Ok(())
     }
 
-    /// Records and submits a frame; a trace shows what of it the host does.
+    /// Records and submits a frame; how long the host takes for that is kept, and a trace shows it.
     fn submit(&mut self, record: impl FnOnce(&mut Simulation, &mut Recorder)) -> Result<()> {
         let trace = &mut self.trace;
         let mut rec = spanned(trace, "wait", || self.frames.begin())?;
+        let begun = Instant::now();
         spanned(trace, "record", || record(&mut self.simulation, &mut rec));
+        let recording = begun.elapsed();
         if let Some(tracing) = trace {
             tracing.first_submit.get_or_insert_with(Instant::now);
         }
+        let begun = Instant::now();
         spanned(trace, "submit", || self.frames.submit(rec))?;
+        let took = [recording, begun.elapsed()].map(|time| time.as_secs_f64() * 1e3);
+        self.host_ms.push(took);
         self.tell_debug_entries();
         Ok(())
     }
@@ -193,6 +201,7 @@ impl Session {
     /// trace if there is to be one.
     pub fn begin_measuring(&mut self, steps: usize, traced: bool) -> Result<()> {
         self.forget_times()?;
+        self.host_ms.clear();
         self.frames.timings_mut().set_window(steps);
         if traced {
             self.trace = Some(Tracing {
@@ -322,6 +331,7 @@ impl Session {
                 Times::from(&times.step)
             },
             copy_bandwidth: self.bandwidth,
+            host_step: HostTimes::of(&self.host_ms),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),

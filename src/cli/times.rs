@@ -76,8 +76,8 @@ pub enum Run {
     Kernel,
 }
 
-/// The table: kernel, dispatches a step, mean, median, 95th percentile, standard deviation, share, bytes, throughput; the
-/// whole step; how much of it the kernels account for; and what bytes are compared with.
+/// The table: kernel, dispatches a step, mean, median, 95th percentile, standard deviation, least and most, share, bytes,
+/// throughput; the whole step; how much of it the kernels account for; and what bytes are compared with.
 pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     // A kernel alone is no part of anything.
     let share = if run == Run::Kernel { "" } else { "share" };
@@ -88,6 +88,8 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         "median",
         "p95",
         "std",
+        "min",
+        "max",
         share,
         "GB/s",
         "copy",
@@ -109,6 +111,8 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
             milliseconds(times.time.median_ms),
             milliseconds(times.time.p95_ms),
             milliseconds(times.time.std_ms),
+            milliseconds(times.time.min_ms),
+            milliseconds(times.time.max_ms),
             match run {
                 Run::Step => format!("{:.1} %", 100.0 * times.share),
                 Run::Kernel => String::new(),
@@ -146,6 +150,8 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         milliseconds(step.median_ms),
         milliseconds(step.p95_ms),
         milliseconds(step.std_ms),
+        milliseconds(step.min_ms),
+        milliseconds(step.max_ms),
         String::new(),
         String::new(),
         String::new(),

@@ -1,6 +1,7 @@
 //! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
+use super::brute;
 use super::distance::{DistanceSetup, TILE_CANDIDATES};
 use super::food::Pantry;
 use super::raster::{self, Raster};
@@ -282,6 +283,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
         }
     }
     problems.extend(raster::check(&scene.surface, &scene.settings).err());
+    problems.extend(brute::check(device, &scene.surface, &scene.settings).err());
     match problems.as_slice() {
         [] => Ok(()),
         [only] => Err(too_large(device, only)),

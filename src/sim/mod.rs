@@ -14,6 +14,7 @@ mod state;
 mod surroundings;
 mod turns;
 
+pub mod brute;
 pub mod carry;
 pub mod checkpoint;
 pub mod choices;

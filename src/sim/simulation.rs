@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, DAffine3};
 
+use super::brute;
 use super::distance::DistancePlanner;
 use super::memory;
 use super::movement::Movement;
@@ -269,7 +270,9 @@ impl Simulation {
             None if constants != self.constants => Some(Kernels::new(&self.ctx, &constants)?),
             made => made,
         };
-        raster::check(&self.setup.surface, settings).map_err(Error::Invalid)?;
+        let surface = &self.setup.surface;
+        raster::check(surface, settings).map_err(Error::Invalid)?;
+        brute::check(self.ctx.info(), surface, settings).map_err(Error::Invalid)?;
         let served = self.served(settings, food.as_mut())?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &self.setup))

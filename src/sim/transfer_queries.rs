@@ -7,7 +7,10 @@ use super::kernels::{
     TransferQueries, TransferQueriesArgs, TransferQueriesConstants, TransferQueriesParams,
 };
 use super::queries::{end_of, left, walker_of};
-use super::twin::transfer_queries::{PHASE_DONE, PHASE_ON_SOURCE};
+use super::twin::crossing::Terrain;
+use super::twin::sign::Sides;
+use super::twin::transfer::Ground;
+use super::twin::transfer_queries::{self as twin, PHASE_DONE, PHASE_ON_SOURCE};
 use super::types::{Pose, Vertex, Walker};
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
@@ -25,6 +28,8 @@ const SEGMENTS: usize = 1 << 22;
 /// Answers every query in the same order. The surface has two objects, which stand by their poses: walks begin on the
 /// first, stop at open borders, and change to the second where they meet it first. The object that a walk ends on is
 /// that of its last triangle.
+///
+/// What a device cannot search to the end, because it ends loops after so many rounds, is left to the twin.
 ///
 /// A walk that goes round a vertex and makes no progress any more, which a sound mesh does not cause, ends there with
 /// [`WalkStatus::OutOfAttempts`](crate::mesh::walk::WalkStatus).
@@ -51,10 +56,31 @@ pub fn transfer_queries(
     let faces = texels("faces", bytemuck::cast_slice(&trees.faces))?;
     let pseudonormals = texels("pseudonormals", bytemuck::cast_slice(&trees.pseudonormals))?;
     let corners = Buffer::from_slice(ctx, "corners", surface.corners.as_flattened())?;
-    let vertices = Buffer::from_slice(ctx, "vertices", &Vertex::of(surface))?;
+    let host_vertices = Vertex::of(surface);
+    let vertices = Buffer::from_slice(ctx, "vertices", &host_vertices)?;
+    let host_roots: Vec<u32> = trees.objects.iter().map(|tree| tree.first_node).collect();
+    let roots = Buffer::from_slice(ctx, "roots", &host_roots)?;
+    let terrain = Terrain {
+        ground: Ground {
+            triangles: &surface.triangles,
+            corners: surface.corners.as_flattened(),
+            vertices: &host_vertices,
+            poses: &poses,
+        },
+        halfedges: &surface.halfedges,
+        sides: Sides {
+            faces: &trees.faces,
+            nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
+            pseudonormals: &trees.pseudonormals,
+            corners: surface.corners.as_flattened(),
+            first_vertex_normal: surface.halfedges.len() as u32,
+        },
+        roots: &host_roots,
+        sign_rule: constants.sign_rule,
+        reflects: false,
+    };
     let poses = Buffer::from_slice(ctx, "poses", &poses)?;
-    let roots: Vec<u32> = trees.objects.iter().map(|tree| tree.first_node).collect();
-    let roots = Buffer::from_slice(ctx, "roots", &roots)?;
     let mut frames = Frames::new(ctx, 1)?;
 
     let mut ends = Vec::with_capacity(queries.len());
@@ -64,6 +90,11 @@ pub fn transfer_queries(
         let phases_buffer = Buffer::from_slice(ctx, "phases", &phases)?;
         let walkers_buffer = Buffer::from_slice(ctx, "walkers", &walkers)?;
         let attempts = (SEGMENTS / batch.len()).clamp(2, 4096);
+        let params = TransferQueriesParams {
+            query_count: batch.len() as u32,
+            attempts: attempts as u32,
+            first_vertex_normal: surface.halfedges.len() as u32,
+        };
         // A walk through a vertex may cross all its edges without getting further.
         let mut patience = surface.halfedges.len() / attempts + 2;
         while patience > 0 {
@@ -85,11 +116,7 @@ pub fn transfer_queries(
                     phases: &phases_buffer,
                     walkers: &walkers_buffer,
                 },
-                TransferQueriesParams {
-                    query_count: batch.len() as u32,
-                    attempts: attempts as u32,
-                    first_vertex_normal: surface.halfedges.len() as u32,
-                },
+                params,
             );
             rec.barrier(
                 Access::Kernel,
@@ -106,6 +133,9 @@ pub fn transfer_queries(
             let stands_still = |(w, before): (&Walker, &Walker)| left(w) >= left(before);
             if walkers.iter().zip(&before).all(stands_still) {
                 patience -= 1;
+                twin::transfer_queries(&params, &terrain, &mut phases, &mut walkers);
+                ctx.upload(&phases_buffer, &phases)?;
+                ctx.upload(&walkers_buffer, &walkers)?;
             }
         }
         let outer = walkers.iter().step_by(2);

@@ -4,8 +4,11 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::kernels::{TreeQueries, TreeQueriesArgs, TreeQueriesConstants, TreeQueriesParams};
+use super::twin;
+use super::twin::sign::Sides;
 use super::types::TreeQuery;
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
@@ -33,8 +36,8 @@ impl TreeQuery {
             result: 0.0,
             u: 0.0,
             v: 0.0,
+            left_early: 0,
             pad0: 0,
-            pad1: 0,
         }
     }
 }
@@ -67,6 +70,9 @@ impl Question {
 
 /// Answers every query about the first object of a surface, in place. A slot is a place in [`Trees::faces`].
 ///
+/// lavapipe ends every loop after 65,535 rounds. What it has left early is answered by the twin, which gives the same
+/// answers; that happens near the centres of closed meshes of tens of thousands of triangles.
+///
 /// # Errors
 /// When the device fails or has too little memory.
 pub fn tree_queries(
@@ -76,7 +82,17 @@ pub fn tree_queries(
     question: Question,
     queries: &mut [TreeQuery],
 ) -> Result<()> {
-    let pipeline = Pipeline::<TreeQueries>::new(ctx, &question.constants())?;
+    let constants = question.constants();
+    let pipeline = Pipeline::<TreeQueries>::new(ctx, &constants)?;
+    let first_vertex_normal = surface.halfedges.len() as u32;
+    let sides = Sides {
+        nodes: &trees.nodes,
+        faces: &trees.faces,
+        corners: surface.corners.as_flattened(),
+        dipoles: &trees.dipoles,
+        pseudonormals: &trees.pseudonormals,
+        first_vertex_normal,
+    };
     let nodes = Texels::new(&Buffer::from_slice(ctx, "nodes", &trees.nodes)?, 4)?;
     let dipoles = Texels::new(&Buffer::from_slice(ctx, "dipoles", &trees.dipoles)?, 4)?;
     let faces = Texels::new(&Buffer::from_slice(ctx, "faces", &trees.faces)?, 4)?;
@@ -88,6 +104,11 @@ pub fn tree_queries(
     let mut frames = Frames::new(ctx, 1)?;
     for batch in queries.chunks_mut(BATCH) {
         let buffer = Buffer::from_slice(ctx, "queries", batch)?;
+        let params = TreeQueriesParams {
+            query_count: batch.len() as u32,
+            root: trees.objects[0].first_node,
+            first_vertex_normal,
+        };
         let mut rec = frames.begin()?;
         rec.dispatch(
             &pipeline,
@@ -100,16 +121,26 @@ pub fn tree_queries(
                 corners: &corners,
                 queries: &buffer,
             },
-            TreeQueriesParams {
-                query_count: batch.len() as u32,
-                root: trees.objects[0].first_node,
-                first_vertex_normal: surface.halfedges.len() as u32,
-            },
+            params,
         );
         rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
         frames.submit(rec)?;
         frames.wait_idle()?;
-        batch.copy_from_slice(&ctx.download(&buffer)?);
+        let answers = ctx.download(&buffer)?;
+        batch
+            .par_iter_mut()
+            .zip(answers)
+            .for_each(|(query, answer)| {
+                if answer.left_early == 0 {
+                    *query = answer;
+                } else {
+                    let params = TreeQueriesParams {
+                        query_count: 1,
+                        ..params
+                    };
+                    twin::tree_queries(&constants, &params, &sides, std::slice::from_mut(query));
+                }
+            });
     }
     Ok(())
 }

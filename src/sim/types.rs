@@ -365,10 +365,10 @@ pub struct TreeQuery {
     pub u: f32,
     /// Answer: weight of corner C.
     pub v: f32,
+    /// Answer: 1 if the device left the search before its end.
+    pub left_early: u32,
     /// Nothing.
     pub pad0: u32,
-    /// Nothing.
-    pub pad1: u32,
 }
 
 /// One object whose distances are taken anew.
@@ -403,12 +403,12 @@ pub struct ListedTile {
     pub first_pair: u32,
     /// How many other objects may be within reach of its object.
     pub pair_count: u32,
+    /// Of how many of these there is a hint.
+    pub told: u32,
     /// Nothing.
     pub pad0: u32,
     /// Nothing.
     pub pad1: u32,
-    /// Nothing.
-    pub pad2: u32,
 }
 
 #[cfg(test)]

@@ -411,3 +411,67 @@ fn small_objects_are_found_from_afar() {
     assert!(kernel == by_brute);
     gpu.finish();
 }
+
+/// In the middle of a fine ball all its faces are about as near, and devices that end long loops leave the search for the
+/// nearest one early. What lies there is deep inside all the same.
+#[test]
+fn the_middle_of_a_fine_ball_is_inside() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene(
+        &[
+            ("builtin:icosphere?subdivisions=6", [0.0; 3], [0.0; 3]),
+            (
+                "builtin:icosphere?subdivisions=2",
+                [0.002, 0.0, 0.0],
+                [0.0; 3],
+            ),
+            ("builtin:cube", [0.06, 0.0, 0.0], [10.0, 20.0, 30.0]),
+        ],
+        |s| {
+            s.atlas.size = 384;
+            for object in &mut s.objects[1..] {
+                object.scale = 0.05;
+                object.texel_weight = 100.0;
+            }
+        },
+    );
+    let (kernel, by_twin) = both(&gpu, &scene);
+    let setup = Setup::new(&scene).unwrap();
+    let reach = scene.settings.distance.reach * scene.radius;
+    let (first, _) = setup.surface.objects[1].triangles;
+    let mut deep = 0;
+    for sample in &setup.distance.samples {
+        let texel = sample.texel as usize;
+        if setup.atlas.owner[texel] < first {
+            continue;
+        }
+        assert_eq!(kernel.0[texel], -reach, "texel {texel}");
+        assert_eq!(kernel.1[texel], NONE, "texel {texel}");
+        assert_eq!(by_twin.0[texel], -reach, "texel {texel}");
+        deep += 1;
+    }
+    assert!(deep > 100, "{deep}");
+    gpu.finish();
+}
+
+/// A reference that looks at some of the triangles only would be none.
+#[test]
+fn brute_force_is_refused_where_a_device_would_not_look_at_all() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene(
+        &[
+            ("builtin:icosphere?subdivisions=7", [0.0; 3], [0.0; 3]),
+            ("builtin:cube", [1.0, 0.0, 0.0], [0.0; 3]),
+        ],
+        |s| s.distance.method = DistanceMethod::Brute,
+    );
+    let refused = myxo::sim::memory::check(gpu.ctx.info(), &scene);
+    if gpu.ctx.info().kind == myxo::gpu::DeviceKind::Cpu {
+        let message = refused.expect_err("too many").to_string();
+        assert!(message.contains("327,680 triangles"), "{message}");
+        assert!(message.contains("`cube`"), "{message}");
+    } else {
+        refused.expect("it is no loop's end there");
+    }
+    gpu.finish();
+}

@@ -198,6 +198,47 @@ fn distances_are_right_on_closed_meshes() {
     gpu.finish();
 }
 
+/// Near the centre of a fine ball all faces are about as near, so a search looks at most of them, for longer than some
+/// devices let a loop run. The answers are right all the same, whoever is asked about beside them.
+#[test]
+fn distances_are_right_in_the_middle_of_fine_meshes() {
+    let Some(gpu) = gpu() else { return };
+    for subdivisions in [5, 6] {
+        let mesh = Mesh::builtin(&format!("icosphere?subdivisions={subdivisions}")).unwrap();
+        let model = Model::of(&mesh);
+        let places: Vec<Vec3> = (0..16)
+            .map(|i| {
+                let [x, y, z, _] = random(9, i, 0, Purpose::Start).map(|word| unit(word) - 0.5);
+                0.12 * (i as f32 / 15.0) * Vec3::new(x, y, z).normalize_or_zero()
+            })
+            .collect();
+        for rule in RULES {
+            let question = Question::Nearest(rule);
+            let mut together: Vec<TreeQuery> =
+                places.iter().map(|&p| TreeQuery::nearest(p)).collect();
+            let trees = by_kernel(&gpu, &mesh, question, &mut together);
+            for query in &together {
+                let p = query.place.as_dvec3();
+                let distance = model.distance(p);
+                let got = f64::from(query.result);
+                assert!(
+                    (got + distance).abs() < 1e-6 * model.radius,
+                    "{subdivisions}, {rule:?}, {p}: {got} and not {}",
+                    -distance
+                );
+                let triangle = trees.faces[query.slot as usize].triangle;
+                let of_triangle = to_triangle(p, model.triangles[triangle as usize]);
+                assert!(of_triangle - distance < 1e-6 * model.radius);
+            }
+            let mut alone = [TreeQuery::nearest(places[9])];
+            by_kernel(&gpu, &mesh, question, &mut alone);
+            assert_eq!(alone[0].slot, together[9].slot);
+            assert_eq!(alone[0].result, together[9].result);
+        }
+    }
+    gpu.finish();
+}
+
 /// What other rules get wrong, so that it is clear why they are not the default.
 #[test]
 fn facing_is_wrong_in_creases_and_winding_right_beside_holes() {

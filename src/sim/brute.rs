@@ -1,0 +1,43 @@
+//! What the method `brute` of signed distances can do on a CPU.
+
+use super::setup::others;
+use crate::gpu::{DeviceInfo, DeviceKind};
+use crate::mesh::surface::Surface;
+use crate::scene::parameters::grouped;
+use crate::scene::settings::{DistanceMethod, Settings};
+
+/// Triangles that `distance_brute` looks at in a round of its loop.
+const FACES_A_ROUND: u64 = 4;
+
+/// Rounds of all loops of an invocation, of the 65,535 after which lavapipe leaves them; the rest is for finding the
+/// object and for signs.
+const MOST_ROUNDS: u64 = 60_000;
+
+/// Makes sure that no object's others have more triangles than the device looks at, where that is the method.
+///
+/// # Errors
+/// Names the first such object, how many there are, and what does it.
+pub fn check(device: &DeviceInfo, surface: &Surface, settings: &Settings) -> Result<(), String> {
+    let is_asked = settings.objects.len() > 1 && settings.distance.method == DistanceMethod::Brute;
+    if !is_asked || device.kind != DeviceKind::Cpu {
+        return Ok(());
+    }
+    let triangles = |object: &u32| {
+        let (first, end) = surface.objects[*object as usize].triangles;
+        u64::from(end - first)
+    };
+    for (object, others) in others(settings).into_iter().enumerate() {
+        let in_rounds = |other| triangles(other).div_ceil(FACES_A_ROUND) + 1;
+        if others.iter().map(in_rounds).sum::<u64>() > MOST_ROUNDS {
+            let all = others.iter().map(triangles).sum::<u64>();
+            return Err(format!(
+                "distance.method = \"brute\" looks at all {} triangles of other objects for each texel of `{}`, and this \
+                 device ends loops after about {}: use distance.method = \"bvh\", smaller meshes, or `distance_to`",
+                grouped(all as f64),
+                settings.objects[object].name,
+                grouped((FACES_A_ROUND * MOST_ROUNDS) as f64),
+            ));
+        }
+    }
+    Ok(())
+}
