@@ -10,7 +10,7 @@ use myxo::gpu::{Frames, Limits};
 use myxo::mesh::atlas::Atlas;
 use myxo::render::{Offscreen, Prepared, Quality, Renderer, View, offscreen};
 use myxo::scene::Scene;
-use myxo::scene::settings::{Sensing, Settings, Show, Strategy};
+use myxo::scene::settings::{AtlasMethod, DistanceMethod, Sensing, Settings, Show, Strategy};
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::{Setup, Simulation, atlas_options, memory};
@@ -183,8 +183,51 @@ fn many_particles_change_objects_as_few_do() {
     }
 }
 
+/// Two sheets that own nearly all texels of their texture.
+fn sheets(size: u32, method: DistanceMethod) -> Scene {
+    let sheet = "plane?columns=2&rows=2";
+    let places = [(sheet, [0.0; 3]), (sheet, [0.0, 0.0, 0.1])];
+    scene_of_several(&places, |settings| {
+        settings.particles.count = 500;
+        settings.atlas.method = AtlasMethod::Grid;
+        settings.atlas.size = size;
+        settings.distance.method = method;
+    })
+}
+
 #[test]
 fn distances_between_objects_say_what_texture_fits() {
+    let limits = Limits {
+        storage_buffer_range: 256 << 10,
+        texel_buffer_elements: 1 << 20,
+    };
+    for (method, largest) in [
+        (DistanceMethod::Bvh, 180),
+        (DistanceMethod::Brute, 128),
+        (DistanceMethod::Raster, 128),
+    ] {
+        let fits = sheets(largest, method);
+        let Some((hash, _)) = run(Some(limits), &fits, 2) else {
+            return;
+        };
+        assert_eq!(hash, run(None, &fits, 2).unwrap().0, "{method:?}");
+        let gpu = gpu_within(Some(limits)).unwrap();
+        let larger = sheets(largest + 1, method);
+        let message = Simulation::new(&gpu.ctx, &larger)
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(
+            message.contains(&format!("atlas.size = {}", largest + 1))
+                && message.ends_with(&format!("use at most {largest}")),
+            "{message}"
+        );
+        gpu.finish();
+    }
+}
+
+#[test]
+fn a_method_that_has_no_room_is_refused_while_the_one_before_goes_on() {
     let limits = Limits {
         storage_buffer_range: 256 << 10,
         texel_buffer_elements: 1 << 20,
@@ -192,16 +235,20 @@ fn distances_between_objects_say_what_texture_fits() {
     let Some(gpu) = gpu_within(Some(limits)) else {
         return;
     };
-    let of_size = |size| scene_of_several(&TRIO, |settings| settings.atlas.size = size);
-    assert_eq!(memory::largest_atlas_of(gpu.ctx.info(), 3), 256);
-    assert!(memory::check(gpu.ctx.info(), &of_size(256)).is_ok());
-    let message = memory::check(gpu.ctx.info(), &of_size(257))
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.contains("for distances between objects: use at most 256"),
-        "{message}"
-    );
+    let scene = sheets(180, DistanceMethod::Bvh);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    for method in [DistanceMethod::Brute, DistanceMethod::Raster] {
+        let mut settings = scene.settings.clone();
+        settings.distance.method = method;
+        let message = simulation.apply(&settings).unwrap_err().to_string();
+        let starts = format!("distance.method = \"{}\" takes 1 MiB", method.word());
+        assert!(
+            message.contains(&starts) && message.contains("use distance.method = \"bvh\""),
+            "{message}"
+        );
+        gpu.run(|rec| simulation.record_step(rec));
+    }
+    drop(simulation);
     gpu.finish();
 }
 

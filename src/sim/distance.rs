@@ -12,7 +12,7 @@ use crate::mesh::trees::{Tree, Trees};
 use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 
 /// Invocations of a group of the kernels; a job begins with one.
-const GROUP: u32 = 64;
+pub(super) const GROUP: u32 = 64;
 
 /// Room that a tile has for faces that may be nearest.
 pub const TILE_CANDIDATES: u32 = 32;

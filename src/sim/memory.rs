@@ -2,7 +2,7 @@
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
 use super::brute;
-use super::distance::{DistanceSetup, TILE_CANDIDATES};
+use super::distance::{DistanceSetup, GROUP, TILE_CANDIDATES, TILE_SAMPLES};
 use super::food::Pantry;
 use super::raster::{self, Raster};
 use super::setup::Setup;
@@ -12,7 +12,7 @@ use super::texel_paths::{TexelPaths, Unused};
 use super::transfers::capacity;
 use super::types::{
     DistanceJob, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
-    Seam, Transfer, Triangle, Vertex,
+    Seam, SurfaceSample, Transfer, Triangle, Vertex,
 };
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, DispatchGroups};
@@ -20,7 +20,7 @@ use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries
 use crate::mesh::strip::StripTriangle;
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
-use crate::scene::settings::Settings;
+use crate::scene::settings::{DistanceMethod, Settings};
 
 /// Bytes that the buffers of a simulation take on the device, before anything is painted. Pictures come on top: some bytes a
 /// pixel, and about 4 a texel and 20 a triangle; of quick pictures on a device that is a CPU 28 to 108 a triangle more.
@@ -162,14 +162,88 @@ pub fn largest_atlas(device: &DeviceInfo) -> u64 {
     side_of(texel_limit(device).0)
 }
 
-/// The same for so many objects. Distances between several are in storage blocks, and read one by one.
+/// The same for all objects of a scene, by what distances between several of them are taken from, too.
 #[must_use]
-pub fn largest_atlas_of(device: &DeviceInfo, objects: usize) -> u64 {
+pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
+    let objects = settings.objects.len() as u64;
     if objects < 2 {
         return largest_atlas(device);
     }
-    let texels = largest_buffer(device).0 / TEXEL;
-    side_of(texels.min(device.max_texel_buffer_elements.into()))
+    let block = largest_buffer(device).0;
+    let samples = sample_limit(device, objects).0;
+    let mut size = side_of(texel_limit(device).0.min(samples));
+    if settings.uses_raster() {
+        size = size.min(device.max_image_side.into());
+    }
+    while largest_block(settings, texel_count(size)) > block && size > 0 {
+        size -= 1;
+    }
+    size
+}
+
+/// How many texels may be owned where so many objects have distances between them, and which limit says so.
+fn sample_limit(device: &DeviceInfo, objects: u64) -> (u64, &'static str) {
+    let single = u64::from(device.max_texel_buffer_elements).saturating_sub(objects * PADDING);
+    (single, TEXEL_ELEMENTS).min((device.max_memory_allocation_size / SAMPLE, ALLOCATION))
+}
+
+/// Bytes of the largest storage block that distances between objects are taken from, if all texels are owned.
+fn largest_block(settings: &Settings, texels: u64) -> u64 {
+    // Of all lists of tiles this is the largest, and it is larger than what has a word a texel.
+    let candidates = (texels + settings.objects.len() as u64 * PADDING) * CANDIDATES;
+    match settings.distance.method {
+        DistanceMethod::Bvh => candidates,
+        DistanceMethod::Brute | DistanceMethod::Raster => candidates.max(texels * SAMPLE),
+    }
+}
+
+/// Says why an atlas of the scene's size is too large, and what is not.
+fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
+    let size = u64::from(settings.atlas.size);
+    let texels = texel_count(size);
+    let objects = settings.objects.len() as u64;
+    let method = settings.distance.method;
+    let of = |(texels, limit_name): (u64, &str), what| {
+        format!("{what} holds {} texels ({limit_name})", number(texels))
+    };
+    let block = largest_block(settings, texels);
+    let why = if texels > texel_limit(device).0 {
+        let texture = human(texels * TEXEL);
+        format!(
+            "takes {texture} a texture, and {}",
+            of(texel_limit(device), "a texture")
+        )
+    } else if block > largest_buffer(device).0 {
+        format!(
+            "takes {} for distances between objects, and {}",
+            human(block),
+            holds(device)
+        )
+    } else if settings.uses_raster() && size > device.max_image_side.into() {
+        let most = number(device.max_image_side.into());
+        format!("is drawn into, and an image has {most} pixels a side at the most")
+    } else {
+        let samples = human(texels * SAMPLE);
+        let held = of(sample_limit(device, objects), "one buffer");
+        format!("takes {samples} for distances between objects, and {held}")
+    };
+    let mut by_trees = settings.clone();
+    by_trees.distance.method = DistanceMethod::Bvh;
+    let other_way = if objects > 1 && size <= largest_atlas_of(device, &by_trees) {
+        "take distance.method = \"bvh\", or "
+    } else {
+        ""
+    };
+    let with = if other_way.is_empty() {
+        String::new()
+    } else {
+        format!(" with distance.method = \"{}\"", method.word())
+    };
+    format!(
+        "atlas.size = {}{with} {why}: {other_way}use at most {}",
+        number(size),
+        number(largest_atlas_of(device, settings))
+    )
 }
 
 /// How many particles there may be, and which limit says so.
@@ -200,8 +274,12 @@ fn side_of(texels: u64) -> u64 {
 pub fn most_triangles(device: &DeviceInfo) -> u64 {
     let bytes = largest_buffer(device).0;
     // The table that is a storage block, and the largest that is read as texels of 16 bytes.
-    let texels = u64::from(device.max_texel_buffer_elements);
-    (bytes / CORNERS).min(texels * 16 / STRIP)
+    (bytes / CORNERS).min(quad_bytes(device) / STRIP)
+}
+
+/// How many bytes kernels reach of a buffer that they read as texels of 16 bytes.
+fn quad_bytes(device: &DeviceInfo) -> u64 {
+    (16 * u64::from(device.max_texel_buffer_elements)).min(device.max_memory_allocation_size)
 }
 
 /// How many objects there may be so that one buffer of the device holds all pairs of them.
@@ -235,20 +313,8 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
         ));
     }
     let size = u64::from(scene.settings.atlas.size);
-    let largest = largest_atlas_of(device, scene.surface.objects.len());
-    if size > largest {
-        let why = if largest < largest_atlas(device) {
-            format!("{holds} for distances between objects")
-        } else {
-            let (texels, limit_name) = texel_limit(device);
-            format!("a texture holds {} texels ({limit_name})", number(texels))
-        };
-        problems.push(format!(
-            "atlas.size = {} takes {} a texture, and {why}: use at most {}",
-            number(size),
-            human(texel_count(size) * TEXEL),
-            number(largest)
-        ));
+    if size > largest_atlas_of(device, &scene.settings) {
+        problems.push(too_large_an_atlas(device, &scene.settings));
     }
     let triangles = scene.surface.corners.len() as u64;
     let most = most_triangles(device);
@@ -260,15 +326,26 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
             number(most)
         ));
     }
+    let vertices = scene.surface.positions.len() as u64 * VERTEX;
+    let limit = largest_buffer(device).0;
+    if vertices > limit && triangles <= most {
+        problems.push(format!(
+            "the meshes have {} vertices, which take {}, and {holds}: use at most {}",
+            number(vertices / VERTEX),
+            human(vertices),
+            number(limit / VERTEX)
+        ));
+    }
     let objects = scene.surface.objects.len() as u64;
     if objects > 1 {
         let normals = (3 * triangles + scene.surface.positions.len() as u64) * NORMAL;
-        let limit = largest_buffer(device).0;
+        let limit = quad_bytes(device);
         if normals > limit && triangles <= most {
             problems.push(format!(
-                "the normals of the edges and vertices of {} triangles take {}, and {holds}: use at most {} for distances between objects",
+                "the normals of the edges and vertices of {} triangles take {}, and one buffer holds {}: use at most {} for distances between objects",
                 number(triangles),
                 human(normals),
+                human(limit),
                 number(limit / (4 * NORMAL))
             ));
         }
@@ -338,9 +415,36 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
     ))
 }
 
-/// As the atlas of so many objects says it, but never with a size that this device does not hold.
+/// Makes sure that a simulation that is under way can take distances as the settings say.
+///
+/// # Errors
+/// Names the method, the device's limit, and the way that is left.
+pub fn check_method(device: &DeviceInfo, setup: &Setup, settings: &Settings) -> Result<()> {
+    let method = settings.distance.method;
+    let samples = size_of_val(&setup.distance.samples[..]) as u64;
+    let is_drawn = settings.uses_raster();
+    let (what, limit) = if method != DistanceMethod::Bvh && samples > largest_buffer(device).0 {
+        (format!("takes {}", human(samples)), holds(device))
+    } else if is_drawn && setup.atlas.pitch.max(setup.atlas.size) > device.max_image_side {
+        let most = number(device.max_image_side.into());
+        let size = number(setup.atlas.size.into());
+        let limit = format!("an image has {most} at the most");
+        (format!("draws into {size} texels a side"), limit)
+    } else {
+        return Ok(());
+    };
+    Err(too_large(
+        device,
+        &format!(
+            "distance.method = \"{}\" {what}, and {limit}: use distance.method = \"bvh\", or begin anew with a smaller atlas.size",
+            method.word()
+        ),
+    ))
+}
+
+/// As the atlas of such a scene says it, but never with a size that this device does not hold.
 #[must_use]
-pub fn atlas_error(device: &DeviceInfo, objects: usize, error: AtlasError) -> Error {
+pub fn atlas_error(device: &DeviceInfo, settings: &Settings, error: AtlasError) -> Error {
     let (what, needed, about, advice) = match &error {
         AtlasError::NoRoom {
             triangles, needed, ..
@@ -369,7 +473,7 @@ pub fn atlas_error(device: &DeviceInfo, objects: usize, error: AtlasError) -> Er
         ),
         _ => return Error::Atlas(error),
     };
-    let largest = largest_atlas_of(device, objects);
+    let largest = largest_atlas_of(device, settings);
     if needed <= largest {
         return Error::Atlas(error);
     }
@@ -411,6 +515,12 @@ const PAIR: u64 = size_of::<ObjectPair>() as u64;
 const NORMAL: u64 = size_of::<glam::Vec4>() as u64;
 const CORNERS: u64 = 3 * size_of::<u32>() as u64;
 const STRIP: u64 = size_of::<StripTriangle>() as u64;
+const VERTEX: u64 = size_of::<Vertex>() as u64;
+const SAMPLE: u64 = size_of::<SurfaceSample>() as u64;
+/// Bytes of the faces that may be nearest to a tile, for each of its samples.
+const CANDIDATES: u64 = (TILE_CANDIDATES / TILE_SAMPLES) as u64 * size_of::<u32>() as u64;
+/// Samples that an object's job of distances may have room for beyond its own.
+const PADDING: u64 = GROUP as u64 - 1;
 const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
 
 /// Particles and motions twice, because they are sorted into other buffers.

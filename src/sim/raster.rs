@@ -67,7 +67,7 @@ use super::draws::DistanceRasterParams;
 use super::setup::{Setup, others};
 use super::types::SurfaceSample;
 use crate::gpu::{
-    Buffer, Context, DepthTest, Format, GpuError, Image, RasterOptions, Targets, Texels,
+    Buffer, Context, DepthTest, Domain, Format, GpuError, Image, RasterOptions, Targets, Texels,
 };
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
@@ -366,13 +366,17 @@ impl Raster {
     /// # Errors
     /// When the device has no memory left, or no images of the atlas's size.
     pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
+        let large = Domain::Texels;
         let layout = RasterLayout::new(setup);
         let size = layout.ranges.size;
+        let outlines = Buffer::from_slice_in(ctx, "outlines", &layout.outlines, large)?;
+        let bounds = Buffer::from_slice_in(ctx, "bounds", &layout.bounds, large)?;
+        let places = Buffer::from_slice_in(ctx, "places", &layout.places, large)?;
         Ok(Self {
-            outlines: Texels::new(&Buffer::from_slice(ctx, "outlines", &layout.outlines)?, 4)?,
-            bounds: Texels::new(&Buffer::from_slice(ctx, "bounds", &layout.bounds)?, 4)?,
+            outlines: Texels::new(&outlines, 4)?,
+            bounds: Texels::new(&bounds, 4)?,
             slots: Buffer::from_slice(ctx, "slots", &layout.slots)?,
-            places: Texels::new(&Buffer::from_slice(ctx, "places", &layout.places)?, 4)?,
+            places: Texels::new(&places, 4)?,
             target: Image::new(ctx, "raster.target", size, Format::R32Uint, 1)?,
             depth: Image::new(ctx, "raster.depth", size, Format::Depth32, 1)?,
             winners: Buffer::zeroed(ctx, "winners", layout.places.len())?,

@@ -81,7 +81,7 @@ impl Simulation {
     pub fn set_up(device: &DeviceInfo, scene: &Scene, control: &Control<'_>) -> Result<Setup> {
         memory::check(device, scene)?;
         let setup = Setup::with_control(scene, control).map_err(|error| match error {
-            Error::Atlas(error) => memory::atlas_error(device, scene.surface.objects.len(), error),
+            Error::Atlas(error) => memory::atlas_error(device, &scene.settings, error),
             error => error,
         })?;
         memory::check_atlas(device, &setup.atlas)?;
@@ -273,6 +273,7 @@ impl Simulation {
         let surface = &self.setup.surface;
         raster::check(surface, settings).map_err(Error::Invalid)?;
         brute::check(self.ctx.info(), surface, settings).map_err(Error::Invalid)?;
+        memory::check_method(self.ctx.info(), &self.setup, settings)?;
         let served = self.served(settings, food.as_mut())?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &self.setup))

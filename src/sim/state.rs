@@ -306,7 +306,7 @@ impl State {
         let density = Buffer::from_slice_in(ctx, "density", &setup.atlas.density, large)?;
         let distances: Buffer<f32> = Buffer::zeroed(ctx, "distances", field)?;
         let nearest = Buffer::from_slice(ctx, "nearest", &vec![NONE; field])?;
-        let samples = Buffer::from_slice(ctx, "samples", &setup.distance.samples)?;
+        let samples = Buffer::from_slice_in(ctx, "samples", &setup.distance.samples, large)?;
         let hints: Buffer<u32> = Buffer::zeroed(ctx, "hints", setup.distance.hints_len())?;
         let candidates: Buffer<u32> = Buffer::zeroed(
             ctx,
@@ -374,7 +374,7 @@ impl State {
                 1,
             )?,
             triangles: Texels::new(
-                &Buffer::from_slice(ctx, "triangles", &setup.surface.triangles)?,
+                &Buffer::from_slice_in(ctx, "triangles", &setup.surface.triangles, large)?,
                 4,
             )?,
             halfedges: Texels::new(
@@ -413,19 +413,24 @@ impl State {
             tile_groups: Buffer::zeroed(ctx, "tile_groups", 2)?,
             covered_groups: Buffer::zeroed(ctx, "covered_groups", 2)?,
             faces: Texels::new(
-                &Buffer::from_slice(ctx, "faces", &setup.distance.trees.faces)?,
+                &Buffer::from_slice_in(ctx, "faces", &setup.distance.trees.faces, large)?,
                 4,
             )?,
             nodes: Texels::new(
-                &Buffer::from_slice(ctx, "nodes", &setup.distance.trees.nodes)?,
+                &Buffer::from_slice_in(ctx, "nodes", &setup.distance.trees.nodes, large)?,
                 4,
             )?,
             dipoles: Texels::new(
-                &Buffer::from_slice(ctx, "dipoles", &setup.distance.trees.dipoles)?,
+                &Buffer::from_slice_in(ctx, "dipoles", &setup.distance.trees.dipoles, large)?,
                 4,
             )?,
             pseudonormals: Texels::new(
-                &Buffer::from_slice(ctx, "pseudonormals", &setup.distance.trees.pseudonormals)?,
+                &Buffer::from_slice_in(
+                    ctx,
+                    "pseudonormals",
+                    &setup.distance.trees.pseudonormals,
+                    large,
+                )?,
                 4,
             )?,
             owners: Buffer::from_slice(ctx, "owners", &setup.distance.owners)?,

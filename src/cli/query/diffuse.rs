@@ -109,7 +109,7 @@ impl Diffuse {
         let options = options_of(self.atlas_method, self.atlas_size, GUTTER, self.turn);
         let atlas = SettingUp::new(&mesh.name, atlas_cache())
             .run(|control| Atlas::build_with(&surface, &options, control))
-            .map_err(|error| memory::atlas_error(ctx.info(), 1, error))?;
+            .map_err(|error| memory::atlas_error(ctx.info(), &Settings::default(), error))?;
         if self.device.validate {
             atlas.validate(&surface).map_err(Error::Invalid)?;
         }

@@ -161,6 +161,108 @@ fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
     );
 }
 
+/// Two cubes.
+fn pair(size: u32, method: DistanceMethod) -> Scene {
+    let mut settings = Settings::default();
+    settings.objects[0].mesh = "builtin:cube".to_owned();
+    settings.objects = vec![settings.objects[0].clone(); 2];
+    settings.particles.count = 64;
+    settings.atlas.size = size;
+    settings.distance.method = method;
+    Scene::from_settings("test".to_owned(), settings, "".into()).expect("it loads")
+}
+
+#[test]
+fn every_limit_on_distances_between_objects_is_told_by_its_name() {
+    let bvh = DistanceMethod::Bvh;
+    let blocks = device(1 << 20);
+    let elements = DeviceInfo {
+        max_texel_buffer_elements: 40_126,
+        ..device(1 << 30)
+    };
+    let allocations = DeviceInfo {
+        max_memory_allocation_size: 16 << 16,
+        ..device(1 << 30)
+    };
+    let images = DeviceInfo {
+        max_image_side: 200,
+        ..device(1 << 20)
+    };
+    for (device, method, largest, why) in [
+        (
+            &blocks,
+            bvh,
+            360,
+            "takes 2 MiB for distances between objects, and one buffer holds 1 MiB (maxStorageBufferRange): use",
+        ),
+        (
+            &blocks,
+            DistanceMethod::Brute,
+            256,
+            "takes 2 MiB for distances between objects, and one buffer holds 1 MiB (maxStorageBufferRange): take distance.method = \"bvh\", or use",
+        ),
+        (
+            &blocks,
+            DistanceMethod::Raster,
+            256,
+            "take distance.method = \"bvh\", or use",
+        ),
+        (
+            &elements,
+            bvh,
+            200,
+            "takes 1 MiB for distances between objects, and one buffer holds 40,000 texels (maxTexelBufferElements): use",
+        ),
+        (
+            &allocations,
+            bvh,
+            256,
+            "takes 2 MiB for distances between objects, and one buffer holds 65,536 texels (maxMemoryAllocationSize): use",
+        ),
+        (&images, bvh, 360, "for distances between objects"),
+        (
+            &images,
+            DistanceMethod::Raster,
+            200,
+            "is drawn into, and an image has 200 pixels a side at the most: take distance.method = \"bvh\", or use",
+        ),
+    ] {
+        let too_large = pair(largest + 1, method);
+        assert_eq!(
+            largest_atlas_of(device, &too_large.settings),
+            u64::from(largest),
+            "{method:?} {why}"
+        );
+        let message = refusal(device, &too_large);
+        assert!(message.contains(why), "{why}\nis not in\n{message}");
+        assert_eq!(advised(&message), largest);
+        assert!(check(device, &pair(largest, method)).is_ok());
+    }
+}
+
+#[test]
+fn more_vertices_or_normals_than_a_buffer_holds_are_told() {
+    let mut scene = pair(64, DistanceMethod::Bvh);
+    let vertex = scene.surface.positions[0];
+    scene.surface.positions.resize(5000, vertex);
+    let small = device(4999 * VERTEX);
+    let message = refusal(&small, &scene);
+    assert!(message.contains("the meshes have 5000 vertices, which take 1 MiB, and one buffer holds 1 MiB (maxStorageBufferRange)"), "{message}");
+    assert_eq!(advised(&message), 4999);
+    assert!(check(&device(5000 * VERTEX), &scene).is_ok());
+    let normals = 3 * scene.surface.corners.len() as u32 + 5000;
+    let of = |elements| DeviceInfo {
+        max_texel_buffer_elements: elements,
+        ..device(1 << 20)
+    };
+    let message = refusal(&of(normals - 1), &scene);
+    assert!(
+        message.contains("the normals of the edges and vertices"),
+        "{message}"
+    );
+    assert!(check(&of(normals), &scene).is_ok());
+}
+
 #[test]
 fn no_size_is_advised_that_the_device_does_not_hold() {
     let no_room = |needed| AtlasError::NoRoom {
@@ -171,13 +273,15 @@ fn no_size_is_advised_that_the_device_does_not_hold() {
         size: 64,
         needed,
     };
-    let small = device(1 << 20);
+    let small = device(2_100_000);
+    let mut settings = Settings::default();
+    settings.objects = vec![settings.objects[0].clone(); 2];
     assert!(
-        atlas_error(&small, 2, no_room(500))
+        atlas_error(&small, &settings, no_room(500))
             .to_string()
             .contains("raise atlas.size to 500")
     );
-    let message = atlas_error(&small, 2, no_room(900)).to_string();
+    let message = atlas_error(&small, &settings, no_room(900)).to_string();
     assert!(
         message.ends_with("100,000 triangles must have atlas.size = 900, and the largest that it holds is 512: use meshes with fewer triangles"),
         "{message}"
@@ -201,7 +305,7 @@ fn no_size_is_advised_that_the_device_does_not_hold() {
             (charts, "2000 charts"),
             (own_uvs, "coordinates of object 3"),
         ] {
-            let message = atlas_error(&small, 2, error).to_string();
+            let message = atlas_error(&small, &settings, error).to_string();
             let is_too_large = message.contains("the largest that it holds is 512: ");
             assert_eq!(is_too_large, needed > 512, "{message}");
             assert!(message.contains(what), "{message}");
