@@ -1,6 +1,6 @@
 // defragment_sequential: puts the particles of the transfers that leave into the area given away, one after the other.
-// Reads   flow, windows.
-// Writes  particles, motions, departing, in place; how far it is in the first entries of the two lists.
+// Reads   windows.
+// Writes  particles, motions, departing, in place; flow; how far it is in the first entries of the two lists.
 // One invocation, which does what defragment_scan and defragment_swap do with many. Each part takes so many rounds at the
 // most, because lavapipe leaves every loop after 65,535; the next one goes on.
 // Overflow: cannot happen; nothing is appended.
@@ -21,7 +21,7 @@ layout(push_constant) uniform Params {
     uint rounds;          // of each part
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 2) buffer Departing { Transfer departing[]; };
 layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
@@ -62,4 +62,6 @@ void main() {
     }
     transfer_indices[0] = i;
     particle_indices[0] = next;
+    // Nothing that would have to be exchanged is left by the last part; what is left is told as a mismatch.
+    flow[0].outside = leaving - i;
 }

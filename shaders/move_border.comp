@@ -10,6 +10,7 @@
 #include "types.glsl"
 #include "index.glsl"
 #include "ring.glsl"
+#include "counted.glsl"
 
 layout(local_size_x = 1) in;
 
@@ -35,8 +36,8 @@ void main() {
     uint leaving = min(now.wanted, params.capacity);
     now.leaving = leaving;
     now.carried = now.passing;
-    now.selected += now.wanted - now.passing;
-    now.refused += now.wanted - leaving;
+    now.selected = counted(now.selected, now.wanted - now.passing);
+    now.refused = counted(now.refused, now.wanted - leaving);
     now.asking = now.wanted - now.passing + (params.object == 0u ? 0u : now.asking);
     now.most_wanted = max(now.most_wanted, max(now.wanted, now.refused > 0u ? now.asking : 0u));
     // Those of the turn before, which no kernel needs any more.

@@ -9,6 +9,7 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "counted.glsl"
 #include "rng.glsl"
 #include "ring.glsl"
 
@@ -33,7 +34,7 @@ layout(std430, set = 0, binding = 6) readonly buffer ObjectTriangles { uvec2 obj
 void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving) return;
-    atomicAdd(flow[0].arrived, 1u);
+    count_one(flow[0].arrived)
     int slot = int(particle_indices[i]);
     Particle particle = particle_of(imageLoad(particles, slot));
     uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_RESPAWN);

@@ -9,6 +9,7 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "counted.glsl"
 #include "ring.glsl"
 
 layout(local_size_x = 64) in;
@@ -39,7 +40,7 @@ void main() {
         departing[atomicAdd(flow[0].wanted, 1u)] = transfer;
         return;
     }
-    atomicAdd(flow[0].arrived, 1u);
+    count_one(flow[0].arrived)
     int slot = int(transfer.particle);
     Motion motion = motion_of(imageLoad(motions, slot));
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));

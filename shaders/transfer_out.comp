@@ -15,6 +15,7 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "counted.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -155,7 +156,7 @@ void main() {
             Walker w = walker_on_target(meeting, source, rest);
             triangle = w.triangle;
             left = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
-            atomicAdd(flow[0].crossed, 1u);
+            count_one(flow[0].crossed)
             flight = flight_of_walker(w);
         } else {
             uint face = nearest_on(roots[target], place_of(poses[target], flight), UNLIMITED);
@@ -163,5 +164,5 @@ void main() {
         }
     }
     departing[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, left, 0u, 0u);
-    atomicAdd(flux[source * params.object_count + target], 1u);
+    count_one(flux[source * params.object_count + target])
 }

@@ -193,6 +193,11 @@ fn whatever_is_wrong_with_a_state_is_named() {
     };
     assert!(!state.transfers.in_flight.is_empty());
     state.validate(&setup).unwrap();
+    // Nobody counts any further.
+    let mut late = state.clone();
+    late.transfers.flow.selected = u32::MAX;
+    late.transfers.flow.arrived = u32::MAX - 7;
+    late.validate(&setup).unwrap();
     for (damage, expected) in DAMAGES {
         let mut damaged = state.clone();
         damage(&mut damaged);

@@ -9,6 +9,7 @@ use glam::Affine3A;
 use myxo::gpu::{CopyBandwidth, Statistics};
 use myxo::scene::parameters::grouped;
 use myxo::scene::settings::ObjectSettings;
+use myxo::sim::transfers::told;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -395,7 +396,7 @@ impl Counters {
             format!(
                 "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object; \
                  raise transfer.buffer_size from {} to {}",
-                grouped(transfer_overflow as f64),
+                told(transfer_overflow),
                 grouped(buffer_size.into()),
                 grouped(transfer_buffer_wanted as f64)
             )

@@ -13,6 +13,7 @@ use super::twin::transfer::Ground;
 use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
 use crate::gpu::{Access, Buffer, Context, DispatchGroups, GpuError, Readback, Recorder};
 use crate::mesh::surface::Surface;
+use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
 
 /// What a snapshot holds of transfers.
@@ -107,7 +108,7 @@ impl TransferState {
         self.validate_windows(particles, &flying, setup, objects)
     }
 
-    /// Whoever was selected was refused, has arrived or is under way.
+    /// Whoever was selected was refused, has arrived or is under way, as long as so many are counted.
     fn validate_counts(&self) -> Result<(), String> {
         let Flow {
             selected,
@@ -115,8 +116,9 @@ impl TransferState {
             arrived,
             ..
         } = self.flow;
-        let in_flight = self.in_flight.len() as u32;
-        if selected != refused.wrapping_add(arrived).wrapping_add(in_flight) {
+        let in_flight = self.in_flight.len() as u64;
+        let all = u64::from(refused) + u64::from(arrived) + in_flight;
+        if selected < u32::MAX && u64::from(selected) != all {
             return Err(format!(
                 "{selected} times a particle was selected, and {refused} were refused, {arrived} have arrived, \
                  {in_flight} are in flight"
@@ -174,6 +176,17 @@ impl TransferState {
     }
 }
 
+/// A count of transfers as people are told it: the largest one that there is means that there were more.
+#[must_use]
+pub fn told(count: u64) -> String {
+    let more = if count < u32::MAX.into() {
+        ""
+    } else {
+        " or more"
+    };
+    format!("{}{more}", grouped(count as f64))
+}
+
 /// How many particles the lists hold: as many as are asked for, and at least those in flight; never more than there are.
 #[must_use]
 pub fn capacity(settings: &Settings, setup: &Setup, in_flight: usize) -> u32 {
@@ -223,7 +236,8 @@ fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
             &mut state.particles[slot],
             &mut state.motions[slot],
         );
-        state.transfers.flow.arrived = state.transfers.flow.arrived.wrapping_add(1);
+        let flow = &mut state.transfers.flow;
+        flow.arrived = flow.arrived.saturating_add(1);
     }
     state.transfers.flow.leaving = 0;
     state.transfers.flow.carried = 0;

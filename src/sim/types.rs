@@ -179,7 +179,7 @@ pub struct Flow {
     pub carried: u32,
     /// Particles that stay and lie in the area given away.
     pub stayers: u32,
-    /// Transfers whose particle does not lie there.
+    /// Transfers whose particle does not lie there. Where one invocation puts them in order: those that it did not get to.
     pub outside: u32,
     /// Turns in which these two were not equally many; always 0.
     pub mismatches: u32,
@@ -189,7 +189,8 @@ pub struct Flow {
     /// be under way, so once some were refused it is all that were selected in a step, if that is more: every transfer
     /// arrives before its object has its next turn.
     pub most_wanted: u32,
-    /// Particles that stayed because the lists were full, in all turns so far.
+    /// Particles that stayed because the lists were full, in all turns so far. Like all that follow, it is not counted
+    /// beyond the largest number.
     pub refused: u32,
     /// Particles that were selected so far, the refused ones among them.
     pub selected: u32,

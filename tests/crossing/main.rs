@@ -49,6 +49,8 @@ struct Case<'a> {
     speed: f32,
     /// Transfers that others have brought along.
     carried: u32,
+    /// What every counter holds before.
+    counted: u32,
 }
 
 impl Case<'_> {
@@ -56,6 +58,7 @@ impl Case<'_> {
         Flow {
             leaving: self.particles.len() as u32,
             carried: self.carried,
+            crossed: self.counted,
             ..Flow::default()
         }
     }
@@ -63,6 +66,10 @@ impl Case<'_> {
     /// Every particle leaves, the last one first.
     fn particle_indices(&self) -> Vec<u32> {
         (0..self.particles.len() as u32).rev().collect()
+    }
+
+    fn flux(&self) -> Vec<u32> {
+        vec![self.counted; self.poses.len().pow(2)]
     }
 
     fn params(&self) -> TransferOutParams {
@@ -87,7 +94,7 @@ impl Case<'_> {
         let params = self.params();
         let departing =
             Buffer::<Transfer>::zeroed(ctx, "departing", params.capacity as usize).unwrap();
-        let flux = Buffer::<u32>::zeroed(ctx, "flux", self.poses.len().pow(2)).unwrap();
+        let flux = Buffer::from_slice(ctx, "flux", &self.flux()).unwrap();
         let uploaded = (
             Buffer::from_slice(ctx, "flow", &[self.flow()]).unwrap(),
             Buffer::from_slice(ctx, "particle_indices", &self.particle_indices()).unwrap(),
@@ -138,7 +145,7 @@ impl Case<'_> {
         let mut flow = self.flow();
         let params = self.params();
         let mut departing = vec![Transfer::default(); params.capacity as usize];
-        let mut flux = vec![0; self.poses.len().pow(2)];
+        let mut flux = self.flux();
         let roots = self.setup.distance.roots();
         let constants = &self.constants;
         transfer_out(
@@ -234,6 +241,7 @@ fn transfer_out_agrees_with_its_twin() {
             },
             speed: 0.2,
             carried,
+            counted: 0,
         };
         let (kernel, flux, kernel_crossed) = case.by_kernel(&gpu);
         let (twin, twin_flux, twin_crossed) = case.by_twin();
@@ -259,6 +267,15 @@ fn transfer_out_agrees_with_its_twin() {
         assert!(kernel_crossed.abs_diff(twin_crossed) * 100 <= count);
         crossed += kernel_crossed;
         all += count - carried;
+
+        // Counters that come to the largest number stay there.
+        let counted = u32::MAX - 2;
+        let (_, flux, kernel_crossed) = Case { counted, ..case }.by_kernel(&gpu);
+        let summed = twin_flux.iter().map(|more| counted.saturating_add(*more));
+        assert_eq!(flux, summed.collect::<Vec<_>>());
+        if twin_crossed > 10 {
+            assert_eq!(kernel_crossed, u32::MAX);
+        }
     }
     // Both ways out of the kernel were taken.
     assert!(
@@ -324,6 +341,7 @@ fn particles_go_on_as_the_fold_says() {
             },
             speed: speed as f32,
             carried: 0,
+            counted: 0,
         };
         let (departing, flux, crossed) = case.by_kernel(&gpu);
         assert_eq!(flux, [0, on_first.len() as u32, 0, 0]);
@@ -399,6 +417,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
             },
             speed: 0.1,
             carried: 0,
+            counted: 0,
         };
         let (departing, flux, crossed) = case.by_kernel(&gpu);
         assert_eq!(crossed, 0);

@@ -62,6 +62,7 @@ fn who_was_moved_over_goes_on_from_there() {
             },
             speed: speed as f32,
             carried: 0,
+            counted: 0,
         };
         let (departing, _, crossed) = case.by_kernel(&gpu);
         let mut swept = 0;

@@ -323,7 +323,7 @@ impl Ring {
     pub fn sequential(&mut self, object: u32) {
         defragment_sequential(
             &self.sequential_params(object),
-            &self.flow,
+            &mut self.flow,
             &self.windows,
             &mut self.departing,
             &mut self.particles,

@@ -18,7 +18,7 @@ pub fn respawn(
     object_triangles: &[glam::UVec2],
 ) {
     for &slot in &particle_indices[..flow.leaving.min(params.capacity) as usize] {
-        flow.arrived = flow.arrived.wrapping_add(1);
+        flow.arrived = flow.arrived.saturating_add(1);
         let particle = &mut particles[slot as usize];
         let words = random(params.seed, particle.id, params.time_step, Purpose::Respawn);
         let object = triangles[particle.triangle as usize].object;

@@ -25,8 +25,8 @@ pub fn move_border(
     let leaving = now.wanted.min(params.capacity);
     now.leaving = leaving;
     now.carried = now.passing;
-    now.selected = now.selected.wrapping_add(now.wanted - now.passing);
-    now.refused = now.refused.wrapping_add(now.wanted - leaving);
+    now.selected = now.selected.saturating_add(now.wanted - now.passing);
+    now.refused = now.refused.saturating_add(now.wanted - leaving);
     let asked_before = if params.object == 0 { 0 } else { now.asking };
     now.asking = now.wanted - now.passing + asked_before;
     let all = if now.refused > 0 { now.asking } else { 0 };
@@ -104,7 +104,7 @@ pub fn defragment_swap(
 /// Twin of `shaders/defragment_sequential.comp`: the same as all of its parts, by one pass.
 pub fn defragment_sequential(
     params: &DefragmentSequentialParams,
-    flow: &Flow,
+    flow: &mut Flow,
     windows: &[Window],
     departing: &mut [Transfer],
     particles: &mut [Particle],
@@ -128,4 +128,5 @@ pub fn defragment_sequential(
         particles.swap(inside as usize, outside as usize);
         motions.swap(inside as usize, outside as usize);
     }
+    flow.outside = 0;
 }

@@ -223,7 +223,7 @@ pub fn transfer_in(
             flow.wanted += 1;
             continue;
         }
-        flow.arrived = flow.arrived.wrapping_add(1);
+        flow.arrived = flow.arrived.saturating_add(1);
         let slot = transfer.particle as usize;
         ground.land(transfer, &mut particles[slot], &mut motions[slot]);
     }
@@ -287,7 +287,7 @@ pub fn transfer_out(
                 if w.status == WALK_OUT_OF_ATTEMPTS {
                     left = w.remaining;
                 }
-                flow.crossed = flow.crossed.wrapping_add(1);
+                flow.crossed = flow.crossed.saturating_add(1);
                 flight = terrain.flight_of_walker(&w);
             } else {
                 let Sides { nodes, faces, .. } = terrain.sides;
@@ -308,7 +308,8 @@ pub fn transfer_out(
             rest: left,
             ..Transfer::default()
         };
-        flux[(source * params.object_count + target) as usize] += 1;
+        let left = &mut flux[(source * params.object_count + target) as usize];
+        *left = left.saturating_add(1);
     }
 }
 

@@ -178,7 +178,7 @@ impl Simulation {
     pub(super) fn defragment_sequential(&mut self, turn: &Turn) {
         defragment_sequential(
             &turn.defragment_sequential,
-            &self.transfers.flow,
+            &mut self.transfers.flow,
             &self.transfers.windows,
             &mut self.transfers.departing,
             &mut self.particles,

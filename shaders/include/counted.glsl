@@ -1,0 +1,17 @@
+// counted: counters that stay at the largest number instead of beginning anew. Twin: `saturating_add`.
+
+#ifndef MYXO_COUNTED
+#define MYXO_COUNTED
+
+const uint MOST_COUNTED = 0xffffffffu;
+
+uint counted(uint before, uint more) {
+    return before + min(more, MOST_COUNTED - before);
+}
+
+// One more, by many invocations at once: whoever passes the largest number brings the counter back to it. A macro,
+// because what is added to lies in a buffer.
+#define count_one(counter) \
+    { if (atomicAdd(counter, 1u) == MOST_COUNTED) { atomicMax(counter, MOST_COUNTED); } }
+
+#endif
