@@ -6,6 +6,7 @@ use myxo::scene::parameters::{
     FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle,
 };
 use myxo::scene::settings::{FoodSettings, Settings, Show};
+use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
 use super::checks::Check;
@@ -439,19 +440,26 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         ..
     } = facts.flow;
     if arrived > 0 {
-        let text = format!("{} transfers", grouped(arrived.into()));
+        let text = format!("{} transfers", told(arrived.into()));
         ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
             .on_hover_text(format!(
                 "Particles that have changed objects so far. {} went on from where their walk met the other object; the \
                  others went to its nearest point.",
-                grouped(crossed.into())
+                told(crossed.into())
             ));
     }
     if refused > 0 {
-        let text = format!("{} found the transfer buffer full", grouped(refused.into()));
+        let refused = told(refused.into());
+        let advice = if buffer_size < most_wanted {
+            let wanted = grouped(most_wanted.into());
+            format!("raise its size to {wanted}")
+        } else {
+            "it is large enough now".to_owned()
+        };
+        let text = format!("{refused} found the transfer buffer full: {advice}");
         ui.label(RichText::new(text).color(theme::pending(ui)))
             .on_hover_text(format!(
-                "They stayed on their object. Raise the transfer buffer size from {} to {}.",
+                "They stayed on their object. The transfer buffer has room for {} under way, and {} would have done so far.",
                 grouped(buffer_size.into()),
                 grouped(most_wanted.into())
             ));

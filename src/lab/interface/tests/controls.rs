@@ -1,5 +1,7 @@
 //! Undo, looks, the gallery, loading, and numbers that are typed.
 
+use myxo::sim::types::Flow;
+
 use super::*;
 use crate::lab::presets;
 
@@ -413,4 +415,35 @@ fn what_no_file_has_is_known_until_it_is_saved() {
     harness.interface.saved(None);
     harness.interface.undo(&mut Vec::new());
     assert!(harness.interface.is_unsaved());
+}
+
+/// What to do where the transfer buffer was full is read without pointing at anything.
+#[test]
+fn the_panel_says_how_large_the_transfer_buffer_must_be() {
+    let mut harness = Harness::new();
+    harness.interface.running.transfer.buffer_size = 16;
+    let mut says = |refused, most_wanted, text: &str| {
+        harness.facts.flow = Flow {
+            refused,
+            most_wanted,
+            ..Flow::default()
+        };
+        harness.frame(vec![]);
+        harness.frame(vec![]);
+        assert_eq!(harness.places_of(text).len(), 1, "{text}");
+    };
+    says(
+        11_812,
+        23_456,
+        "11,812 found the transfer buffer full: raise its size to 23,456",
+    );
+    says(
+        u32::MAX,
+        16,
+        "4,294,967,295 or more found the transfer buffer full: it is large enough now",
+    );
+    harness.facts.flow = Flow::default();
+    harness.frame(vec![]);
+    harness.frame(vec![]);
+    assert_eq!(harness.places_of("0 found"), []);
 }
