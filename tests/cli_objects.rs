@@ -95,9 +95,9 @@ fn odd_scenes_run_and_lose_nobody() {
     let same = "mesh_of_the_ball";
     let beside = "position = [1.5, 0.3, 0.0]";
     for (second, set, changes) in [
-        // Farther inside than reach, or in one place: no surface is crossed.
+        // Farther inside than reach, or in one place, where neither covers the other: no surface is crossed.
         (inside, "distance.reach=0.1", Some(false)),
-        (same, "seed=1", None),
+        (same, "seed=1", Some(false)),
         (beside, "particles.count=1", None),
         // All that is within reach goes where it can, or nobody.
         (beside, "transfer.threshold=100", Some(true)),
