@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec2, DVec3};
 
 fn run(folder: &Path, input: &str) -> Output {
     std::fs::write(folder.join("in.csv"), input).unwrap();
@@ -188,6 +188,171 @@ fn walks_end_where_they_are_not_covered() {
         let radius = place(row).length();
         assert!(radius > 0.79, "{row:?}");
     }
+}
+
+/// A bar along Y with a slot in it, as a letter U in X and Z: the arm that stands on X = 0 is so thick, the slot and the
+/// other arm are as wide as they always are. Side `k` of its outline has the faces `2 k` and `2 k + 1`.
+struct Slotted {
+    outline: [[f64; 2]; 10],
+}
+
+impl Slotted {
+    const SLOT: f64 = 0.2;
+    const OTHER_ARM: f64 = 0.6;
+    const FLOOR: f64 = 0.25;
+    const TOP: f64 = 2.0;
+
+    fn new(arm: f64) -> Self {
+        let (far, end) = (arm + Self::SLOT, arm + Self::SLOT + Self::OTHER_ARM);
+        let (floor, top) = (Self::FLOOR, Self::TOP);
+        Self {
+            outline: [
+                [0.0, 0.0],
+                [end, 0.0],
+                [end, floor],
+                [end, top],
+                [far, top],
+                [far, floor],
+                [arm, floor],
+                [arm, top],
+                [0.0, top],
+                [0.0, floor],
+            ],
+        }
+    }
+
+    fn write(&self, path: &Path) {
+        let mut obj = String::new();
+        for y in [-1, 1] {
+            for [x, z] in self.outline {
+                obj += &format!("v {x} {y} {z}\n");
+            }
+        }
+        for i in 0..10 {
+            // Numbers begin with 1; those at Y = 1 come behind the others.
+            let (a, b) = (i + 1, (i + 1) % 10 + 1);
+            obj += &format!("f {} {} {b}\nf {} {b} {a}\n", a + 10, b + 10, a + 10);
+        }
+        let caps = [
+            [0, 1, 2],
+            [0, 2, 5],
+            [0, 5, 6],
+            [0, 6, 9],
+            [2, 3, 4],
+            [2, 4, 5],
+            [6, 7, 8],
+            [6, 8, 9],
+        ];
+        for [a, b, c] in caps {
+            obj += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+            obj += &format!("f {} {} {}\n", c + 11, b + 11, a + 11);
+        }
+        std::fs::write(path, obj).unwrap();
+    }
+
+    /// The signed distance of a place that is not beyond the bar's ends.
+    fn distance(&self, place: DVec3) -> f64 {
+        let at = DVec2::new(place.x, place.z);
+        let mut nearest = f64::INFINITY;
+        let mut is_inside = false;
+        for (i, &a) in self.outline.iter().enumerate() {
+            let a = DVec2::from_array(a);
+            let b = DVec2::from_array(self.outline[(i + 1) % 10]);
+            let share = (at - a).dot(b - a) / a.distance_squared(b);
+            nearest = nearest.min(at.distance(a.lerp(b, share.clamp(0.0, 1.0))));
+            // A way to the right crosses the outline of what it is inside of an odd number of times.
+            let crosses = (a.y > at.y) != (b.y > at.y);
+            is_inside ^= crosses && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x);
+        }
+        assert!(place.y.abs() < 1.0);
+        if is_inside {
+            -nearest.min(1.0 - place.y.abs())
+        } else {
+            nearest
+        }
+    }
+}
+
+/// A bar with a slot, and walks up the wall of the slot onto a square that cuts through all of it. One that goes on
+/// outwards crosses the slot and gets into the other arm; one that goes on inwards comes out of a thin wall behind. The
+/// walk takes the side whose end is less covered by the bar, whichever that is.
+#[test]
+fn walks_go_inwards_where_the_way_out_is_more_covered() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_square(&folder.join("square.obj"), DVec3::ZERO);
+    let anywhere = DAffine3::from_rotation_translation(
+        DQuat::from_axis_angle(DVec3::new(-0.3, 1.0, 0.7).normalize(), 0.8),
+        DVec3::new(-0.4, 0.9, 1.3),
+    );
+    // On the first of the two triangles between the slot and the arm.
+    let (face, [b0, b1, b2]) = (12, [0.5625, 0.0875, 0.35]);
+    let (mut inwards, mut outwards, mut both_covered) = (0, 0, 0);
+    for (arm, angle) in [(0.1, 0.0_f64), (0.1, 25.0), (0.5, -20.0), (0.5, 10.0)] {
+        let bar = Slotted::new(arm);
+        bar.write(&folder.join("bar.obj"));
+        let start = DVec3::new(
+            arm,
+            b0 + b1 - b2,
+            b0 * Slotted::FLOOR + (b1 + b2) * Slotted::TOP,
+        );
+        let middle = DVec3::new(arm, 0.25, 1.3);
+        let turn = DQuat::from_rotation_y(angle.to_radians());
+        let pose = anywhere * DAffine3::from_rotation_translation(turn, middle);
+        write_scene(folder, ["bar.obj", "square.obj"], [anywhere, pose]);
+        let normal = turn * DVec3::Z;
+        let line = DVec3::X.cross(normal).normalize();
+        let up = line.cross(normal);
+        let up = up * up.x.signum();
+        let mut text = String::new();
+        let mut expected = Vec::new();
+        for k in 0..48 {
+            let way = DVec3::new(0.0, 0.2 * f64::from(k % 3 - 1), 1.0).normalize();
+            let reach = (middle - start).dot(normal) / way.dot(normal);
+            let rest = 0.03 + 0.018 * f64::from(k);
+            let d = anywhere.matrix3 * way;
+            let length = reach + rest;
+            text += &format!(
+                "{k},{face},{b0},{b1},{b2},{},{},{},{length}\n",
+                d.x, d.y, d.z
+            );
+            let along = way.dot(line);
+            let across = (1.0 - along * along).sqrt();
+            let end = |side: f64| start + reach * way + rest * (along * line + side * across * up);
+            let ends = [1.0, -1.0].map(end);
+            expected.push((ends, ends.map(|end| bar.distance(end))));
+        }
+        let Some(answers) = answers(folder, &text) else {
+            return;
+        };
+        for (row, ([outer, inner], [outer_distance, inner_distance])) in
+            answers.iter().zip(expected)
+        {
+            if (inner_distance - outer_distance).abs() < 1e-4 {
+                continue;
+            }
+            let goes_in = inner_distance > outer_distance;
+            let (end, other) = if goes_in {
+                (inner, outer)
+            } else {
+                (outer, inner)
+            };
+            inwards += u32::from(goes_in);
+            outwards += u32::from(!goes_in);
+            both_covered += u32::from(goes_in && inner_distance < 0.0);
+            let what = format!(
+                "{arm}, {angle}: {outer_distance} outwards, {inner_distance} inwards, {row:?}"
+            );
+            assert_eq!((row[1], row[13]), (1.0, 0.0), "{what}");
+            let place = anywhere.inverse().transform_point3(place(row));
+            assert!(place.distance(end) < 1e-5, "{what}: {place} and not {end}");
+            assert!(place.distance(other) > 0.05, "{what}");
+        }
+    }
+    assert!(
+        inwards > 30 && outwards > 30 && both_covered > 5,
+        "{inwards} inwards, {both_covered} of them covered, {outwards} outwards"
+    );
 }
 
 /// Walks that stop at a border of either mesh, that meet nothing, and rows that make no walk.
