@@ -196,56 +196,158 @@ fn what_is_seen_follows_changed_settings() {
     gpu.finish();
 }
 
-/// A floor and a wall through it, and particles that want up: on the floor there is no up, but behind the wall sensors
-/// are told how high on the wall they would be. So those near the wall turn to it, if they can change to it.
-#[test]
-fn gravity_pulls_up_a_wall_that_is_near() {
-    let Some(gpu) = gpu() else { return };
+/// A particle that stays on a floor with a wall through it.
+struct OnFloor {
+    /// How far it is from the wall's front, as part of the sensors' offset; negative behind it.
+    before_wall: f32,
+    /// How straight it goes to the wall: 1 head on, -1 away from it.
+    to_wall: f32,
+    /// The same after a step.
+    to_wall_after: f32,
+    /// Has it another heading then?
+    has_turned: bool,
+}
+
+/// Those of a floor with a wall through it, in a first step that they hardly move in. So many have just been on each
+/// texel of the wall.
+fn on_floor(gpu: &Gpu, crowd: u32, change: impl FnOnce(&mut Settings)) -> Vec<OnFloor> {
+    const SENSOR_OFFSET: f32 = 0.1;
     let meshes = [
         ("plane?columns=4&rows=4", [0.0; 3]),
         ("plane?columns=3&rows=5", [0.0; 3]),
     ];
-    for strategy in [Strategy::None, Strategy::Direct] {
-        let scene = scene(&meshes, |s| {
-            s.particles.count = 4000;
-            s.physarum.gravity_weight = 1000.0;
-            s.physarum.sensor_offset = 0.1;
-            s.physarum.speed = 0.001;
-            s.transfer.strategy = strategy;
-            s.objects[0].rotation = [0.0; 3];
-            s.objects[1].rotation = [0.0, 0.0, 90.0];
-        });
-        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        let before = simulation.snapshot().unwrap();
-        gpu.run(|rec| simulation.record_step(rec));
-        let after = simulation.snapshot().unwrap();
-        let setup = simulation.setup();
-        let ground = Ground::of(setup, &setup.poses);
-        let first = setup.surface.objects[1].triangles.0;
-        let scale = setup.surface.positions[0].abs().max_element();
-        let (mut turned, mut towards) = (0, 0);
-        for ((a, a_motion), (b, b_motion)) in by_id(&before).iter().zip(&by_id(&after)) {
-            if a.triangle >= first || b.triangle >= first {
-                continue;
-            }
-            let a = ground.flight(a, a_motion);
-            let b = ground.flight(b, b_motion);
-            // At the floor's border headings turn back.
-            let is_inside = a.position.abs().max_element() < 0.95 * scale;
-            if is_inside && a.heading.dot(b.heading) < 0.999 {
-                turned += 1;
-                let to_wall = -a.position.x.signum();
-                towards += u32::from(to_wall * (b.heading.x - a.heading.x) > 0.0);
-            }
+    let scene = scene(&meshes, |s| {
+        s.particles.count = 4000;
+        s.physarum.sensor_offset = SENSOR_OFFSET;
+        s.physarum.speed = 0.001;
+        s.objects[0].rotation = [0.0; 3];
+        s.objects[1].rotation = [0.0, 0.0, 90.0];
+        change(s);
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let first = simulation.setup().surface.objects[1].triangles.0;
+    let mut before = simulation.snapshot().unwrap();
+    let owners = &simulation.setup().atlas.owner;
+    for (deposits, &owner) in before.deposits.iter_mut().zip(owners) {
+        *deposits = u32::from(owner != NONE && owner >= first) * crowd;
+    }
+    simulation.restore(&before).unwrap();
+    gpu.run(|rec| simulation.record_step(rec));
+    let after = simulation.snapshot().unwrap();
+    let setup = simulation.setup();
+    let ground = Ground::of(setup, &setup.poses);
+    let scale = setup.surface.positions[0].abs().max_element();
+    let mut found = Vec::new();
+    for ((a, a_motion), (b, b_motion)) in by_id(&before).iter().zip(&by_id(&after)) {
+        if a.triangle >= first || b.triangle >= first {
+            continue;
         }
+        let a = ground.flight(a, a_motion);
+        let b = ground.flight(b, b_motion);
+        // At the floor's border headings turn back.
+        if a.position.abs().max_element() < 0.95 * scale {
+            // The wall's front looks along -X.
+            found.push(OnFloor {
+                before_wall: -a.position.x / (SENSOR_OFFSET * setup.radius),
+                to_wall: -a.position.x.signum() * a.heading.x,
+                to_wall_after: -a.position.x.signum() * b.heading.x,
+                has_turned: a.heading.dot(b.heading) < 0.999,
+            });
+        }
+    }
+    found
+}
+
+/// How many have turned, and how many of these to the wall.
+fn turned_to_wall(all: &[OnFloor]) -> (usize, usize) {
+    let turned = || all.iter().filter(|particle| particle.has_turned);
+    let to_wall = turned().filter(|particle| particle.to_wall_after > particle.to_wall);
+    (turned().count(), to_wall.count())
+}
+
+/// Particles that want up: on the floor there is no up, but behind the wall sensors are told how high on the wall they
+/// would be. So those near the wall turn to it, if they can change to it.
+#[test]
+fn gravity_pulls_up_a_wall_that_is_near() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [Strategy::None, Strategy::Direct] {
+        let all = on_floor(&gpu, 0, |s| {
+            s.physarum.gravity_weight = 1000.0;
+            s.transfer.strategy = strategy;
+        });
+        let (turned, to_wall) = turned_to_wall(&all);
         if strategy == Strategy::None {
             assert_eq!(turned, 0, "a floor is level");
         } else {
             assert!(
                 // Some texels beside seams don't tell.
-                turned > 20 && towards * 10 > turned * 9,
-                "{towards} of {turned} to the wall"
+                turned > 20 && to_wall * 10 > turned * 9,
+                "{to_wall} of {turned} to the wall"
             );
+        }
+    }
+    gpu.finish();
+}
+
+/// A crowd on the wall keeps those on the floor away from it, if they can change to it; else it is none of their business.
+#[test]
+fn a_crowd_on_a_wall_keeps_others_on_the_floor() {
+    let Some(gpu) = gpu() else { return };
+    for (strategy, crowd) in [
+        (Strategy::None, 50),
+        (Strategy::Direct, 0),
+        (Strategy::Direct, 50),
+        (Strategy::Parallel, 50),
+    ] {
+        let all = on_floor(&gpu, crowd, |s| {
+            s.particles.count = 30_000;
+            s.atlas.size = 256;
+            s.physarum.decrowding_weight = 10.0;
+            s.transfer.strategy = strategy;
+        });
+        let (turned, to_wall) = turned_to_wall(&all);
+        if strategy == Strategy::None || crowd == 0 {
+            assert_eq!(turned, 0, "nobody is on the floor's texels");
+        } else {
+            assert!(
+                // Nobody is told of in gutters.
+                turned > 100 && to_wall * 4 < turned,
+                "{strategy:?}: {to_wall} of {turned} to the wall"
+            );
+        }
+    }
+    gpu.finish();
+}
+
+/// Particles that keep away from other objects turn round before a wall, since behind it they would be inside of it.
+/// Those that can change to it would be on it instead: the farther up, the farther from the floor.
+#[test]
+fn far_up_a_wall_is_far_from_the_floor() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [Strategy::None, Strategy::Direct] {
+        let all = on_floor(&gpu, 0, |s| {
+            s.particles.count = 30_000;
+            s.atlas.size = 256;
+            s.physarum.distance_weight = 1000.0;
+            s.transfer.strategy = strategy;
+        });
+        // All three sensors of these are behind the wall.
+        let near: Vec<_> = all
+            .into_iter()
+            .filter(|particle| {
+                (0.05..0.3).contains(&particle.before_wall) && particle.to_wall > 0.9
+            })
+            .collect();
+        let away = near
+            .iter()
+            .filter(|particle| particle.to_wall_after < particle.to_wall - 1e-3)
+            .count();
+        let of = near.len();
+        assert!(of > 20, "{of} are near");
+        if strategy == Strategy::None {
+            assert!(away * 10 > of * 9, "{away} of {of} turn away");
+        } else {
+            assert!(away * 10 < of, "{away} of {of} turn away");
         }
     }
     gpu.finish();
