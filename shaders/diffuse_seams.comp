@@ -70,17 +70,27 @@ void main() {
     inside += more_at(mask, 7u, below + params.reach_across, texel, here);
     uint next = row.y;
     precise float across = 0.0;
-    for (; next < row.z; next++) {
-        uvec4 two = texelFetch(entries, int(next));
-        across += uintBitsToFloat(two.y) * (trail_at(two.x) - here);
-        across += uintBitsToFloat(two.w) * (trail_at(two.z) - here);
+    // Both loops are left at their end, because a round that all have left at its beginning would still be run through to
+    // there; what is found by a branch is kept by those who have left, also where a device runs on for others.
+    while (true) {
+        if (next < row.z) {
+            uvec4 two = texelFetch(entries, int(next));
+            across += uintBitsToFloat(two.y) * (trail_at(two.x) - here);
+            across += uintBitsToFloat(two.w) * (trail_at(two.z) - here);
+            next++;
+        }
+        if (next >= row.z) break;
     }
     // Counts and shares are small multiples of a power of two, so the order does not matter here.
     precise float counted = deposits_at(texel);
-    for (; next < row.w; next++) {
-        uvec4 two = texelFetch(entries, int(next));
-        counted += uintBitsToFloat(two.y) * deposits_at(two.x);
-        counted += uintBitsToFloat(two.w) * deposits_at(two.z);
+    while (true) {
+        if (next < row.w) {
+            uvec4 two = texelFetch(entries, int(next));
+            counted += uintBitsToFloat(two.y) * deposits_at(two.x);
+            counted += uintBitsToFloat(two.w) * deposits_at(two.z);
+            next++;
+        }
+        if (next >= row.w) break;
     }
     float own = uintBitsToFloat(more.z);
     precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(more.y) * inside + across);
