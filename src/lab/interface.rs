@@ -387,6 +387,11 @@ impl Interface {
                 KeyAction::Theme => self.set_light(ctx, !self.light),
                 KeyAction::Gallery => self.gallery.open = !self.gallery.open,
                 KeyAction::Help => self.help = !self.help,
+                KeyAction::Brush | KeyAction::Food | KeyAction::Probe
+                    if self.view.show.is_flat() =>
+                {
+                    self.tell_flat(ctx);
+                }
                 KeyAction::Brush => self.hands.toggle_brush(),
                 KeyAction::Food => self.hands.toggle_food(),
                 KeyAction::Probe => self.hands.probe = !self.hands.probe,

@@ -169,6 +169,62 @@ fn hands_paint_what_they_touch() {
 }
 
 #[test]
+fn hands_work_in_every_view() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click("tool=trail");
+    lab.key("i");
+    for show in [
+        "surface",
+        "relief",
+        "glow",
+        "particles",
+        "headings",
+        "density",
+        "wireframe",
+        "charts",
+        "distance",
+        "nearest",
+    ] {
+        lab.click_until(&format!("show={show}"), "show", show);
+        lab.point("picture", 0.5);
+        let before = lab.probed("trail");
+        let camera = lab.value("camera");
+        lab.stroke();
+        let painted = lab.probed("trail");
+        assert!(painted > before + 1.0, "{show}: {painted}, {before} before");
+        assert_eq!(lab.value("camera"), camera, "{show}");
+    }
+    // Picked where nothing else is on.
+    lab.click("tool=look");
+    for show in ["relief", "nearest"] {
+        lab.click_until(&format!("show={show}"), "show", show);
+        lab.pick("ball");
+        lab.key("Escape");
+        lab.wait("it is let go", |seen| seen["values"]["picked"] == "");
+    }
+    // The atlas is flat.
+    lab.key_until("3", "the atlas", "show", "atlas");
+    lab.key("b");
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("the atlas is flat"))
+    });
+    lab.click("tool=erase");
+    let seen = lab.wait("it is grey", |seen| {
+        let why = seen["values"]["tools.why_not"].as_str();
+        why.is_some_and(|why| why.contains("flat"))
+    });
+    assert_eq!(seen["values"]["tool"], "look");
+    lab.quit();
+}
+
+#[test]
 fn hands_move_and_turn_objects() {
     if !can_tour() {
         return;

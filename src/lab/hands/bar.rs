@@ -7,7 +7,7 @@ use super::super::interface::{Command, Interface};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{RADII, Tool, Work};
+use super::{FLAT, RADII, Tool, Work};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
@@ -37,15 +37,22 @@ impl Interface {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.set_width(if is_narrow { NARROW } else { WIDTH });
                     ui.spacing_mut().item_spacing.y = 2.0;
-                    self.tools(ui, is_narrow);
-                    if self.hands.tool.is_brush() {
-                        ui.separator();
-                        self.brush_controls(ui);
-                    }
-                    if self.hands.tool == Tool::Food {
-                        ui.separator();
-                        self.food_controls(ui, WIDTH, commands);
-                    }
+                    let is_solid = !self.view.show.is_flat();
+                    ui.add_enabled_ui(is_solid, |ui| {
+                        self.tools(ui, is_narrow);
+                        if self.hands.tool.is_brush() {
+                            ui.separator();
+                            self.brush_controls(ui);
+                        }
+                        if self.hands.tool == Tool::Food {
+                            ui.separator();
+                            self.food_controls(ui, WIDTH, commands);
+                        }
+                    });
+                    note_value(ui.ctx(), "tools.why_not", || {
+                        let why = if is_solid { "" } else { FLAT };
+                        why.to_owned()
+                    });
                     ui.separator();
                     self.object_controls(ui, is_narrow, commands);
                 });
@@ -66,7 +73,8 @@ impl Interface {
             let is_taken = self.hands.tool == tool;
             let word = tool.word();
             let button = egui::Button::selectable(is_taken, text(sign(tool), word)).min_size(size);
-            let button = ui.add(button).on_hover_text(told(word, tool.hint()));
+            let button = (ui.add(button).on_hover_text(told(word, tool.hint())))
+                .on_disabled_hover_text(FLAT);
             if button.marked(&format!("tool={}", tool.word())).clicked() {
                 self.hands.take(tool);
             }
@@ -75,7 +83,7 @@ impl Interface {
         let probe = text("🔍", "probe");
         let probe = egui::Button::selectable(self.hands.probe, probe).min_size(size);
         let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        let probe = ui.add(probe).on_hover_text(told("probe", hint));
+        let probe = (ui.add(probe).on_hover_text(told("probe", hint))).on_disabled_hover_text(FLAT);
         if probe.marked("probe").clicked() {
             self.hands.probe = !self.hands.probe;
         }

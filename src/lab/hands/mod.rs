@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
@@ -29,6 +29,8 @@ const RADII: (f32, f32) = (0.01, 1.0);
 const RADIUS_PER_POINT: f32 = 0.004;
 /// A picture that took longer does not paint more.
 const LONGEST_FRAME: f32 = 0.1;
+/// Why hands rest in a view that is flat.
+const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
 
 /// What the pointer does in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -323,7 +325,7 @@ impl Interface {
         let hovered = response.hover_pos().map(to_pixel);
         let is_held = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
-        let is_solid = matches!(self.view.show, Show::Surface | Show::Particles);
+        let is_solid = !self.view.show.is_flat();
         let asks = is_solid && (self.hands.tool != Tool::Look || self.hands.probe || is_held);
         self.hands.pointer = hovered.filter(|_| asks);
         if !is_solid {
@@ -375,6 +377,13 @@ impl Interface {
             }
         }
         false
+    }
+
+    /// Says why hands have nothing to do in the view that is shown, if it is a flat one.
+    pub(super) fn tell_flat(&mut self, ctx: &egui::Context) {
+        if self.view.show.is_flat() {
+            self.notice(ctx, FLAT, false);
+        }
     }
 
     /// Shift and the wheel.

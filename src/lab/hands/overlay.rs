@@ -21,6 +21,10 @@ const PROBE_INTERVAL: Duration = Duration::from_millis(50);
 impl Interface {
     /// Draws it over the picture.
     pub(in super::super) fn show_hands(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
+        // Nothing of it has a place on the atlas.
+        if self.view.show.is_flat() {
+            return;
+        }
         let screen = Screen::of(ui, picture);
         if self.performing {
             self.brush_alone(ui, screen, facts);

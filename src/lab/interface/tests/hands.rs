@@ -104,6 +104,88 @@ fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
 }
 
 #[test]
+fn hands_work_in_every_view_of_the_surface() {
+    for &show in Show::ALL.iter().filter(|show| !show.is_flat()) {
+        let word = show.word();
+        let mut harness = harness();
+        harness.interface.view.show = show;
+        let camera = harness.interface.view.camera;
+        // A brush, and its ring.
+        harness.press(Key::B);
+        let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
+        let strokes = commands.iter().filter(|c| matches!(c, Command::Hand(_)));
+        assert!(strokes.count() >= 5, "{word}: {commands:?}");
+        assert_eq!(harness.interface.view.camera, camera, "{word}");
+        let lines = |harness: &Harness| harness.shapes.len();
+        harness.frame(vec![]);
+        let without = lines(&harness);
+        harness.facts.hand.under = Some(under());
+        harness.frame(vec![]);
+        assert!(lines(&harness) > without, "{word}: the ring");
+        harness.press(Key::Escape);
+        // The probe.
+        harness.press(Key::I);
+        for _ in 0..3 {
+            harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+        }
+        assert_eq!(harness.places_of("1.5000").len(), 1, "{word}: the probe");
+        harness.press(Key::I);
+        // A click picks, and a handle moves what was picked.
+        let beside = IN_PICTURE + vec2(-120.0, 150.0);
+        harness.click(beside);
+        harness.facts.hand.looked = harness.interface.hands.pointer;
+        harness.frame(vec![]);
+        assert_eq!(harness.interface.hands.selected, Some(0), "{word}");
+        let from = middle(&mut harness);
+        dragged(&mut harness, from, from + vec2(80.0, 0.0));
+        let position = Vec3::from_array(harness.interface.edited.objects[0].position);
+        assert!(position.length() > 0.1, "{word}: {position}");
+        assert_eq!(harness.interface.view.camera, camera, "{word}");
+        // Food.
+        harness.press(Key::Escape);
+        harness.press(Key::O);
+        harness.time += 2.0;
+        harness.click(IN_PICTURE);
+        harness.facts.hand.looked = harness.interface.hands.pointer;
+        harness.frame(vec![]);
+        assert_eq!(harness.interface.edited.foods.len(), 1, "{word}");
+    }
+}
+
+#[test]
+fn in_the_flat_view_hands_rest_and_it_is_said_why() {
+    let mut harness = harness();
+    harness.interface.hands.take(Tool::Trail);
+    harness.interface.view.show = Show::Atlas;
+    harness.facts.hand.under = Some(under());
+    let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
+    assert_eq!(commands, []);
+    for key in [Key::B, Key::O, Key::I] {
+        harness.interface.notice = None;
+        harness.press(key);
+        let notice = harness.interface.notice.clone();
+        assert!(
+            notice.is_some_and(|notice| notice.text.contains("the atlas is flat")),
+            "{key:?}"
+        );
+    }
+    assert_eq!(harness.interface.hands.tool, Tool::Trail);
+    // Its buttons are grey, and tell it to whoever points at them.
+    harness.interface.notice = None;
+    harness.time += 60.0;
+    let [at] = harness.places_of("✖ erase")[..] else {
+        panic!("{:?}", harness.places_of("✖ erase"))
+    };
+    harness.click(at);
+    assert_eq!(harness.interface.hands.tool, Tool::Trail);
+    harness.frame(vec![Event::PointerMoved(at + vec2(1.0, 0.0))]);
+    for _ in 0..90 {
+        harness.frame(vec![]);
+    }
+    assert_eq!(harness.places_of("Hands work on the surface").len(), 1);
+}
+
+#[test]
 fn shift_and_the_wheel_change_the_brush_and_nothing_else() {
     let mut harness = harness();
     harness.interface.hands.take(Tool::Erase);
