@@ -36,7 +36,7 @@ impl UnderWay {
     }
 }
 
-/// Something to do when the steps are over.
+/// Something to do when the steps are over, and what loads is there.
 pub(super) enum Left {
     /// What the interface asked for, and the size of the picture that it meant.
     Command(Command, [u32; 2]),

@@ -223,7 +223,7 @@ impl Lab {
                 Left::Command(command, size) => {
                     self.obey(&self.egui.egui_ctx().clone(), command, size)?;
                 }
-                Left::File(path) => self.drop_file(path),
+                Left::File(path) => self.take_file(path),
             }
         }
         self.take_loaded();
@@ -343,7 +343,7 @@ impl Lab {
             return Some(now);
         }
         let settles = is_moving.then(|| self.moved + SETTLES_AFTER);
-        let waits = self.loading.is_some() || self.feeder.is_busy();
+        let waits = self.loading.is_some() || self.feeder.is_busy() || !self.left.is_empty();
         let loading = waits.then(|| now + LOADING_INTERVAL);
         let repaint = repaint.and_then(|delay| now.checked_add(delay));
         [settles, loading, repaint].into_iter().flatten().min()

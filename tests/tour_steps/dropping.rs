@@ -13,6 +13,11 @@ use x11rb::wrapper::ConnectionExt as _;
 
 /// Drops one file in the middle of the window, and waits until the window has taken it.
 pub fn drop_on(window: &str, file: &Path) {
+    drop_all_on(window, &[file]);
+}
+
+/// The same with several files at once.
+pub fn drop_all_on(window: &str, files: &[&Path]) {
     let window: Window = window.parse().expect("it is a number");
     let (connection, screen) = x11rb::connect(None).expect("there is a display");
     let root = connection.setup().roots[screen].root;
@@ -58,7 +63,9 @@ pub fn drop_on(window: &str, file: &Path) {
             }
             Some(Event::ClientMessage(event)) if event.type_ == finished => break,
             Some(Event::SelectionRequest(event)) => {
-                let address = format!("file://{}\r\n", file.display());
+                let address: String = (files.iter())
+                    .map(|file| format!("file://{}\r\n", file.display()))
+                    .collect();
                 let (to, property) = (event.requestor, event.property);
                 let put = connection.change_property8(
                     PropMode::REPLACE,

@@ -10,7 +10,7 @@ use myxo::scene::parameters::PARAMETERS;
 use myxo::scene::presets::{is_look, is_preset};
 
 use super::super::*;
-use dropping::drop_on;
+use dropping::{drop_all_on, drop_on};
 
 /// The window that is seen.
 pub fn window_of(lab: &Lab) -> String {
@@ -173,6 +173,51 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         seen["state"]["own"] == serde_json::json!([])
     });
     assert_eq!(std::fs::read_dir(&folder).expect("it is there").count(), 0);
+    lab.quit();
+}
+
+#[test]
+fn files_that_are_dropped_together_all_come() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let names = ["tip.obj", "top.obj", "torn.obj", "tap.obj"];
+    let files = names.map(|name| {
+        let is_torn = name == "torn.obj";
+        lab.folder.with(name, if is_torn { "" } else { mesh })
+    });
+    let look = (lab.folder).with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
+    let all: Vec<&Path> = files.iter().chain([&look]).map(PathBuf::as_path).collect();
+    drop_all_on(&window_of(&lab), &all);
+    lab.wait("all are there", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        let is_last = notice.is_some_and(|text| text.contains("The look of fern"));
+        seen["state"]["loading"] == false && is_last && seen["values"]["objects"] == "4"
+    });
+    // Built-in ones that are asked for while another one is on its way come, too.
+    for name in ["plane", "icosphere"] {
+        lab.click("add");
+        lab.click(&format!("add={name}"));
+    }
+    lab.wait("they are there", |seen| {
+        seen["state"]["loading"] == false && seen["values"]["objects"] == "6"
+    });
+    let saved = lab.save("cube", 1);
+    let meshes = saved.objects.iter().map(|object| object.mesh.as_str());
+    let ends = [
+        "cube",
+        "tip.obj",
+        "top.obj",
+        "tap.obj",
+        "plane",
+        "icosphere",
+    ];
+    for (mesh, end) in meshes.zip(ends) {
+        assert!(mesh.ends_with(end), "{mesh}: {end}");
+    }
+    assert_eq!(saved.trail.decay, 0.375);
     lab.quit();
 }
 

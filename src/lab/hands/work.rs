@@ -12,6 +12,7 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::super::interface::Command;
 use super::super::loading::Origin;
 use super::super::own::preset_in;
 use super::super::stage::Stage;
@@ -94,6 +95,10 @@ impl Lab {
                 radius,
             } => self.stroke([from, to], brush, radius, size),
             Work::Remove(object) => self.remove_object(object),
+            Work::Add(_) if self.loading.is_some() => {
+                // It would take the place of what is on its way.
+                self.left.push(Left::Command(Command::Hand(work), size));
+            }
             Work::Add(mesh) => self.add_object(mesh),
             Work::Scale(object, factor) => {
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
@@ -119,10 +124,23 @@ impl Lab {
         objects.map(|object| place_among(running, object)).collect()
     }
 
-    /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
+    /// A file was dropped onto the window. What is on its way comes first: files that are dropped together all come.
     pub fn drop_file(&mut self, path: PathBuf) {
-        if self.under_way.is_some() || !self.left.is_empty() {
+        if let Some(loading) = &self.loading {
+            let file = path.file_name().unwrap_or(path.as_os_str());
+            let text = format!("{} comes after {}", file.display(), loading.name);
+            let context = self.egui.egui_ctx().clone();
+            self.interface.notice(&context, text, false);
+        }
+        self.take_file(path);
+    }
+
+    /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
+    pub(in super::super) fn take_file(&mut self, path: PathBuf) {
+        let has_to_wait = self.under_way.is_some() || self.loading.is_some();
+        if has_to_wait || !self.left.is_empty() {
             self.left.push(Left::File(path));
+            self.window.request_redraw();
         } else if is_mesh(&path) && self.stage.is_some() {
             self.add_object(mesh_name(&path));
         } else if let Some(text) = preset_in(&path) {
