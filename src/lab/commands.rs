@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
-use myxo::scene::file::Reader;
 use myxo::scene::presets::is_preset;
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
@@ -57,15 +56,7 @@ impl Lab {
             Command::SavePreset(name) => self.save_preset(context, &name),
             Command::RemovePreset(name) => self.remove_preset(context, &name),
             Command::Paste(text) if is_preset(&text) => self.take_look(context, "clipboard", &text),
-            Command::Paste(text) => match read_scene(&text) {
-                Ok(settings) => {
-                    let (name, folder) = (self.name.clone(), self.folder.clone());
-                    self.load(name.clone(), Origin::Clipboard, move || {
-                        Ok(Scene::from_settings(name, settings, folder)?)
-                    });
-                }
-                Err(error) => self.interface.notice(context, error.to_string(), true),
-            },
+            Command::Paste(text) => self.paste(context, &text),
             Command::Open(name) => self.open_file(name.into()),
             Command::OpenLeft(left) => {
                 LeftScenes::opened(&left);
@@ -294,16 +285,4 @@ impl Lab {
         self.moved = std::time::Instant::now();
         Ok(())
     }
-}
-
-/// A scene's settings from text, such as the clipboard's.
-fn read_scene(text: &str) -> Result<Settings> {
-    let mut reader = Reader::new(Settings::default());
-    reader.text("clipboard", text);
-    Ok(reader
-        .finish()
-        .map_err(|problems| myxo::scene::SceneError::Problems {
-            scene: "clipboard".into(),
-            problems,
-        })?)
 }

@@ -187,6 +187,22 @@ impl Interface {
     /// Another scene has been loaded: its settings and its view.
     pub fn open(&mut self, scene: &Scene) {
         self.loaded = scene.settings.clone();
+        self.see_as(scene);
+        self.restarted(scene);
+        self.find_preset();
+        self.undo = Undo::new(&self.edited, &self.view);
+    }
+
+    /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
+    pub fn go_on_as(&mut self, scene: &Scene) {
+        self.morph = None;
+        self.edited = scene.settings.clone();
+        self.see_as(scene);
+        self.find_preset();
+    }
+
+    /// The view that a scene's file asks for.
+    fn see_as(&mut self, scene: &Scene) {
         self.view = View::of(scene, Vec2::ONE);
         if matches!(self.view.exposure, Exposure::Auto { .. }) {
             self.view.exposure = Exposure::following();
@@ -198,9 +214,6 @@ impl Interface {
         // Only the first frame knows the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
         self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
-        self.restarted(scene);
-        self.find_preset();
-        self.undo = Undo::new(&self.edited, &self.view);
     }
 
     /// The scene runs from step 0, with its settings.

@@ -22,6 +22,7 @@ mod overlays;
 mod own;
 mod pacing;
 mod panel;
+mod pasting;
 mod place;
 mod places;
 mod plot;

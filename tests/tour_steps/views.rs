@@ -147,9 +147,22 @@ fn every_view_can_be_chosen_and_told() {
         notice.is_some_and(|text| text.contains("clipboard"))
     });
     lab.key_until("4", "relief", "show", "relief");
+    lab.find("trail.decay");
+    lab.place("trail.decay");
+    let decay = lab.value("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
     lab.key("ctrl+v");
-    lab.wait("the view is back", |seen| {
-        seen["state"]["show"] == "nearest"
+    let seen = lab.wait("the view is back", |seen| {
+        seen["state"]["show"] == "nearest" && seen["values"]["trail.decay"] == decay.as_str()
+    });
+    // What can change while it runs is no reason to begin anew.
+    assert_eq!(seen["state"]["loading"], false);
+    assert!(seen["state"]["step"].as_u64() >= before, "{seen}");
+    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    lab.key("ctrl+z");
+    lab.wait("it can be undone", |seen| {
+        seen["state"]["show"] == "relief" && seen["values"]["trail.decay"] == "0.5"
     });
     lab.quit();
 }

@@ -1,0 +1,137 @@
+//! Scenes from the clipboard: one that differs from what runs only in what can change while it runs is taken over by it;
+//! any other one is loaded and begins at step 0.
+
+use std::path::{Path, PathBuf};
+
+use myxo::Result;
+use myxo::scene::file::Reader;
+use myxo::scene::foods;
+use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::{Scene, SceneError};
+
+use super::loading::Origin;
+use super::window::Lab;
+
+impl Lab {
+    /// Takes a scene from text. What is wrong with it is said, and changes nothing.
+    pub(super) fn paste(&mut self, context: &egui::Context, text: &str) {
+        let settings = match read_scene(text) {
+            Ok(settings) => settings,
+            Err(error) => return self.interface.notice(context, error.to_string(), true),
+        };
+        // What is on its way is not there to be compared with.
+        let stage = self.stage.as_ref().filter(|_| self.loading.is_none());
+        let live = stage.and_then(|stage| {
+            let runs = stage.simulation.settings();
+            let settings = as_it_runs(runs, &settings, &self.folder)?;
+            Some(Scene {
+                settings,
+                ..stage.scene.clone()
+            })
+        });
+        if let Some(scene) = live {
+            self.interface.go_on_as(&scene);
+            self.apply(context);
+            let text = format!("{} goes on as pasted (R begins anew)", self.name);
+            self.interface.notice(context, text, false);
+            return;
+        }
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        self.load(name.clone(), Origin::Clipboard, move || {
+            Ok(Scene::from_settings(name, settings, folder)?)
+        });
+    }
+}
+
+/// What was read, with the names that the running scene has for it, if that can take it over without a restart. Relative
+/// paths of meshes begin at `folder`.
+fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Settings> {
+    if read.objects.len() != running.objects.len() {
+        return None;
+    }
+    let mut settings = read.clone();
+    if settings.radius == 0.0 {
+        // It was measured.
+        settings.radius = running.radius;
+    }
+    let pairs = settings.objects.iter_mut().zip(&running.objects);
+    for (object, runs) in pairs {
+        if mesh_file(object, folder) != mesh_file(runs, folder) {
+            return None;
+        }
+        object.mesh.clone_from(&runs.mesh);
+        if object.name.is_empty() {
+            object.name.clone_from(&runs.name);
+        }
+        let restarts = OBJECT_PARAMETERS.iter().any(|p| p.restarts(runs, object));
+        if restarts || object.name != runs.name || object.distance_to != runs.distance_to {
+            return None;
+        }
+    }
+    if let [only] = &running.objects[..] {
+        for food in settings.foods.iter_mut().filter(|f| f.object.is_empty()) {
+            food.object.clone_from(&only.name);
+        }
+    }
+    let restarts = PARAMETERS.iter().any(|p| p.restarts(running, &settings));
+    // What is wrong with food is told by who loads it.
+    (!restarts && foods::problems(&settings).is_empty()).then_some(settings)
+}
+
+/// Where a mesh is to be found, wherever its path begins.
+fn mesh_file(object: &ObjectSettings, folder: &Path) -> PathBuf {
+    if object.mesh.starts_with("builtin:") {
+        return PathBuf::from(&object.mesh);
+    }
+    let path = folder.join(&object.mesh);
+    std::path::absolute(&path).unwrap_or(path)
+}
+
+/// A scene's settings from text.
+fn read_scene(text: &str) -> Result<Settings> {
+    let mut reader = Reader::new(Settings::default());
+    reader.text("clipboard", text);
+    Ok(reader.finish().map_err(|problems| SceneError::Problems {
+        scene: "clipboard".into(),
+        problems,
+    })?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_can_change_while_it_runs_goes_on() {
+        let folder = Path::new("scenes");
+        let read = |text: &str| read_scene(text).expect("it is a scene");
+        let mut running = read("[[object]]\nname = \"ball\"\nmesh = \"ball.obj\"\n");
+        running.radius = 2.5;
+        let mesh = std::path::absolute("scenes/ball.obj").expect("there is a folder");
+        let object = format!("[[object]]\nmesh = '{}'\n", mesh.display());
+        let pasted = |text: &str| as_it_runs(&running, &read(text), folder);
+        // Wherever its mesh is named from, and however it is looked at.
+        let live = "[trail]\ndecay = 0.5\n[picture]\nshow = \"glow\"\n[camera]\ndistance = 9\n";
+        let taken = pasted(&format!("{live}{object}position = [1, 0, 0]\n")).expect("it is live");
+        assert_eq!(taken.objects[0].mesh, "ball.obj");
+        assert_eq!(taken.objects[0].name, "ball");
+        assert_eq!(taken.objects[0].position, [1.0, 0.0, 0.0]);
+        assert_eq!((taken.radius, taken.trail.decay), (2.5, 0.5));
+        assert_eq!(taken.camera.distance, 9.0);
+        // Everything else begins anew.
+        for text in [
+            format!("[particles]\ncount = 7000\n{object}"),
+            format!("[atlas]\nsize = 64\n{object}"),
+            format!("seed = 8\n{object}"),
+            format!("radius = 3\n{object}"),
+            format!("{object}scale = 2\n"),
+            format!("{object}name = \"other\"\n"),
+            format!("{object}{object}"),
+            "[[object]]\nmesh = \"other.obj\"\n".to_owned(),
+            "[[object]]\nmesh = \"builtin:cube\"\n".to_owned(),
+        ] {
+            assert_eq!(pasted(&text), None, "{text}");
+        }
+    }
+}
