@@ -251,16 +251,28 @@ impl Lab {
         self.carry_over(&mut stage)?;
         let is_new_scene = origin != Origin::Shown;
         let left = is_new_scene.then(|| self.keep_left()).flatten();
-        if let Some(left) = left {
-            let context = self.egui.egui_ctx().clone();
-            match left {
+        let mut is_error = false;
+        let mut texts: Vec<String> = left
+            .map(|left| match left {
                 Ok(_) => {
                     let without = self.without_painted();
-                    let text = format!("{} as you left it is in the gallery{without}", self.name);
-                    self.interface.notice(&context, text, false);
+                    format!("{} as you left it is in the gallery{without}", self.name)
                 }
-                Err(error) => self.interface.notice(&context, error.to_string(), true),
-            }
+                Err(error) => {
+                    is_error = true;
+                    error.to_string()
+                }
+            })
+            .into_iter()
+            .collect();
+        // What was told of these meshes is not told again.
+        let told = self.stage.as_ref().map(|stage| stage.remarks.as_slice());
+        let told = told.unwrap_or_default();
+        let new = stage.remarks.iter().filter(|text| !told.contains(text));
+        texts.extend(new.cloned());
+        if !texts.is_empty() {
+            let context = self.egui.egui_ctx().clone();
+            self.interface.notice(&context, texts.join("\n"), is_error);
         }
         self.feeder.leave();
         stage.take_canvas(self.stage.take());

@@ -1,5 +1,6 @@
 //! What the picture shows: the running simulation, its renderer, and the canvas, drawn again only when it must be.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -37,6 +38,8 @@ pub struct Stage {
     pub scene: Scene,
     /// The simulation of it.
     pub simulation: Simulation,
+    /// What is odd about the scene and was done about it, one sentence each.
+    pub remarks: Vec<String>,
     renderer: Renderer,
     format: Format,
     canvas: Option<(Quality, Canvas)>,
@@ -61,7 +64,11 @@ impl Stage {
             prepared,
         } = loaded;
         let simulation = Simulation::from_setup(ctx, &scene, setup)?;
+        let warnings = [simulation.setup().atlas.warning(), prepared.warning()];
         Ok(Self {
+            remarks: oddities(&scene)
+                .chain(warnings.into_iter().flatten())
+                .collect(),
             renderer: Renderer::from_prepared(ctx, simulation.setup(), &prepared, format)?,
             ctx: Arc::clone(ctx),
             scene,
@@ -197,6 +204,15 @@ impl Stage {
         self.renderer
             .draw_rows(rec, self.simulation.state(), view, canvas, rows);
     }
+}
+
+/// What is odd about the meshes of a scene, each mesh once.
+fn oddities(scene: &Scene) -> impl Iterator<Item = String> {
+    let odd = scene.meshes.iter().filter_map(|mesh| {
+        let oddities = mesh.report.oddities();
+        (!oddities.is_empty()).then(|| format!("{}: {}", mesh.name, oddities.join("; ")))
+    });
+    odd.collect::<BTreeSet<String>>().into_iter()
 }
 
 #[cfg(test)]

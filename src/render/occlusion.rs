@@ -17,16 +17,15 @@ const RAYS: (usize, usize) = (8, 48);
 /// Rays of all places together, about: a fifth of a second on two cores; more would be felt when a scene is opened.
 const ALL_RAYS: usize = 500_000;
 /// With more places than this nothing is looked for, and everything sees the whole sky.
-const MOST_PLACES: usize = 200_000;
+pub(super) const MOST_PLACES: usize = 200_000;
 /// What is farther hides nothing, in radii of the object.
 const REACH: f32 = 0.8;
 /// How far from the surface rays begin, in radii of the object.
 const OFF: f32 = 2e-3;
 
-/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open: 0 to 255.
-/// `normals` has one for each.
-#[must_use]
-pub fn openness(surface: &Surface, normals: &[Vec3]) -> Vec<u8> {
+/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open: 0 to 255; the
+/// number of places where there are too many to look for it. `normals` has one for each.
+pub fn openness(surface: &Surface, normals: &[Vec3]) -> Result<Vec<u8>, usize> {
     let mut open = vec![255; normals.len()];
     let mut places: Vec<Vec<(u32, Vec3)>> = Vec::new();
     let mut place_of = vec![0_u32; normals.len()];
@@ -46,7 +45,7 @@ pub fn openness(surface: &Surface, normals: &[Vec3]) -> Vec<u8> {
     }
     let count: usize = places.iter().map(Vec::len).sum();
     if count > MOST_PLACES {
-        return open;
+        return Err(count);
     }
     let rays = (ALL_RAYS / count.max(1)).clamp(RAYS.0, RAYS.1);
     for (object, own) in surface.objects.iter().zip(&places) {
@@ -56,7 +55,7 @@ pub fn openness(surface: &Surface, normals: &[Vec3]) -> Vec<u8> {
             open[corner] = found[place_of[corner] as usize];
         }
     }
-    open
+    Ok(open)
 }
 
 /// The same for places of one object, each a vertex and a normal.
@@ -117,8 +116,17 @@ mod tests {
         settings.objects[0].mesh = mesh.to_owned();
         let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
         let normals = corner_normals(&scene.surface, CREASE_ANGLE);
-        let open = openness(&scene.surface, &normals);
+        let open = openness(&scene.surface, &normals).unwrap();
         (scene, open)
+    }
+
+    #[test]
+    fn of_too_many_places_it_is_said_how_many_there_are() {
+        let mut settings = Settings::default();
+        settings.objects[0].mesh = "builtin:torus?major=700&minor=300".to_owned();
+        let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
+        let normals = corner_normals(&scene.surface, CREASE_ANGLE);
+        assert_eq!(openness(&scene.surface, &normals), Err(210_000));
     }
 
     #[test]

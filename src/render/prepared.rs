@@ -9,9 +9,10 @@ use super::backs;
 use super::charts;
 use super::hues::object_light;
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
-use super::occlusion::openness;
+use super::occlusion::{MOST_PLACES, openness};
 use super::shared_vertices::{Corners, SharedVertex, share};
 use crate::mesh::surface::Surface;
+use crate::scene::parameters::grouped;
 use crate::sim::Setup;
 
 /// What a [`Renderer`](super::Renderer) puts on the device.
@@ -23,6 +24,8 @@ pub struct Prepared {
     pub(super) normals: Vec<u32>,
     /// How much of the sky each corner sees, four to a word.
     pub(super) openness: Vec<u32>,
+    /// Where nobody has looked for it, in how many places that would have been.
+    unlooked: Option<usize>,
     /// One an object.
     pub(super) object_colors: Vec<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
@@ -39,7 +42,10 @@ impl Prepared {
     pub fn new(setup: &Setup) -> Self {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
         let normals = corner_normals(surface, CREASE_ANGLE);
-        let mut openness = openness(surface, &normals);
+        let (mut openness, unlooked) = match openness(surface, &normals) {
+            Ok(found) => (found, None),
+            Err(places) => (vec![u8::MAX; normals.len()], Some(places)),
+        };
         let normals: Vec<u32> = normals.into_iter().map(pack_normal).collect();
         openness.resize(openness.len().next_multiple_of(4), u8::MAX);
         let objects = 0..setup.poses.len();
@@ -48,6 +54,7 @@ impl Prepared {
             shared: None,
             normals,
             openness: pod_collect_to_vec::<u8, u32>(&openness),
+            unlooked,
             object_colors: objects
                 .clone()
                 .map(|i| object_light(i).extend(1.0))
@@ -56,6 +63,18 @@ impl Prepared {
             charts: charts::triangle_words(surface, atlas, &chart_colors),
             boxes: objects.map(|i| box_of_solid(surface, i)).collect(),
         }
+    }
+
+    /// What pictures have to do without, if anything.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        self.unlooked.map(|places| {
+            format!(
+                "ambient occlusion is left out: there are {} corners to look from, more than {}",
+                grouped(places as f64),
+                grouped(MOST_PLACES as f64)
+            )
+        })
     }
 
     /// The same for somebody who draws many quick pictures on a device that is a CPU: those take a fifth to a third less time,
@@ -83,4 +102,40 @@ fn box_of_solid(surface: &Surface, object: usize) -> Option<[Vec3; 2]> {
     let corners = &surface.corners[first as usize..end as usize];
     let is_solid = surface.is_closed(object) && !backs::are_seen(&surface.positions, corners);
     is_solid.then(|| surface.bounds(object))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Context, ContextOptions};
+    use crate::mesh::atlas::Control;
+    use crate::scene::{Overrides, Scene};
+    use crate::sim::Simulation;
+    use std::path::Path;
+
+    #[test]
+    fn what_is_left_out_is_said() {
+        let ctx = match Context::new(&ContextOptions::default()) {
+            Ok(ctx) => ctx,
+            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+                return eprintln!("skipped: {error}");
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let set = ["particles.count=500", "atlas.size=64"].map(str::to_owned);
+        let overrides = Overrides {
+            set: set.into(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new("cube"), &overrides).unwrap();
+        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
+        let mut prepared = Prepared::for_quick(&setup);
+        assert_eq!(prepared.warning(), None);
+        prepared.unlooked = Some(210_000);
+        let warning = prepared.warning().unwrap();
+        assert!(
+            warning.contains("210,000 corners") && warning.contains("more than 200,000"),
+            "{warning}"
+        );
+    }
 }

@@ -212,6 +212,7 @@ impl Renderer {
             texels,
             charts,
             boxes,
+            ..
         } = prepared;
         let atlas = &setup.atlas;
         let shared = { shared.as_ref() }.map(|shared| SharedVertices::new(ctx, shared));
