@@ -1,7 +1,6 @@
 //! Food that the hand has changed, measured by another thread. Until it is ready what there was stays; the newest change
 //! wins.
 
-use std::panic::resume_unwind;
 use std::thread::{self, JoinHandle};
 
 use myxo::scene::settings::Settings;
@@ -9,6 +8,7 @@ use myxo::sim::{FoodOrder, PreparedFood, Simulation};
 use myxo::{Error, Result};
 
 use super::window::Lab;
+use super::worker::joined;
 
 /// What is being measured, and what is wanted.
 #[derive(Default)]
@@ -51,7 +51,7 @@ impl Feeder {
         self.leave();
         for worker in self.left.drain(..) {
             // Nobody wants what came of it.
-            drop(worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            drop(worker.join());
         }
     }
 
@@ -67,7 +67,7 @@ impl Feeder {
             return None;
         }
         let (asked, worker) = self.worker.take()?;
-        let measured = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let measured = joined("measuring food", worker);
         let same =
             |wanted: &Settings| (&wanted.foods, &wanted.feeding) == (&asked.foods, &asked.feeding);
         if !self.wanted.as_ref().is_some_and(same) {

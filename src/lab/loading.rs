@@ -1,6 +1,5 @@
 //! A scene that is made ready on another thread, while the window goes on.
 
-use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -15,6 +14,7 @@ use myxo::scene::Scene;
 use myxo::sim::{Setup, Simulation};
 
 use super::interface::Waiting;
+use super::worker::joined;
 
 /// What a device needs to begin.
 pub struct Loaded {
@@ -113,7 +113,7 @@ impl Loading {
     /// What came of it, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Loaded>> {
         let worker = self.worker.take_if(|worker| worker.is_finished())?;
-        Some(worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        Some(joined(&format!("loading {}", self.name), worker))
     }
 }
 
@@ -144,15 +144,34 @@ mod tests {
         }
     }
 
-    #[test]
-    fn scenes_arrive_or_are_cancelled() {
-        let ctx = match Context::new(&ContextOptions::default()) {
-            Ok(ctx) => ctx,
+    fn context() -> Option<Arc<Context>> {
+        match Context::new(&ContextOptions::default()) {
+            Ok(ctx) => Some(ctx),
             Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                return eprintln!("skipped: {error}");
+                eprintln!("skipped: {error}");
+                None
             }
             Err(error) => panic!("{error}"),
-        };
+        }
+    }
+
+    #[test]
+    fn a_panic_on_the_way_is_an_error() {
+        let Some(ctx) = context() else { return };
+        let name = "knot".to_owned();
+        let load = || panic!("there is a knot in it");
+        let mut loading = Loading::begin(name, Origin::File, ctx.info(), None, load);
+        let error = ended(&mut loading).err().expect("it has failed");
+        let error = error.to_string();
+        assert!(
+            error.contains("loading knot has failed: there is a knot in it"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn scenes_arrive_or_are_cancelled() {
+        let Some(ctx) = context() else { return };
         let load = || {
             let set = ["particles.count=500", "atlas.size=64"].map(str::to_owned);
             let overrides = Overrides {

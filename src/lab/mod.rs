@@ -41,6 +41,7 @@ mod view_rows;
 mod views;
 mod widgets;
 mod window;
+mod worker;
 
 use std::path::PathBuf;
 

@@ -1,7 +1,6 @@
 //! A film that another thread writes while the window goes on.
 
 use std::collections::VecDeque;
-use std::panic::resume_unwind;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
@@ -11,6 +10,7 @@ use myxo::Result;
 use myxo::render::output::{Output, OutputError, Written};
 
 use super::names::Reserved;
+use crate::lab::worker::joined;
 
 /// Pictures that wait take no more than this, but for the first few.
 const MOST_WAITING: usize = 256 << 20;
@@ -140,12 +140,13 @@ impl Encoder {
     /// What came of it, once, when it has ended: nothing where it was cancelled.
     pub fn take(&mut self) -> Option<Result<Written>> {
         let worker = self.worker.take_if(|worker| worker.is_finished())?;
-        Some(joined(worker))
+        Some(joined("writing the film", worker))
     }
 
     /// Waits for it.
     pub fn wait(mut self) -> Option<Result<Written>> {
-        self.worker.take().map(joined)
+        let worker = self.worker.take()?;
+        Some(joined("writing the film", worker))
     }
 }
 
@@ -157,11 +158,6 @@ impl Drop for Encoder {
             let _ = worker.join();
         }
     }
-}
-
-fn joined(worker: JoinHandle<Result<Written, OutputError>>) -> Result<Written> {
-    let written = worker.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-    Ok(written)
 }
 
 fn write(mut output: Output, size: [u32; 2], shared: &Shared) -> Result<Written, OutputError> {
@@ -299,6 +295,20 @@ mod tests {
             }
             assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
         }
+    }
+
+    #[test]
+    fn a_panic_of_the_writer_is_an_error_and_leaves_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let encoder = begin(folder.path(), [8, 4]);
+        let torn = Frame {
+            pixels: vec![0; 5],
+            ..frame(0, [8, 4], 10)
+        };
+        assert!(encoder.push(torn));
+        encoder.end(1);
+        let error = encoder.wait().unwrap().unwrap_err();
+        assert!(error.to_string().contains("four bytes a pixel"), "{error}");
     }
 
     #[test]

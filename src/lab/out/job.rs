@@ -1,7 +1,6 @@
 //! What is being made: a picture, a film or an export. The window's thread does the part that needs the device, in small
 //! pieces; other threads do the rest.
 
-use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -24,6 +23,7 @@ use super::shot::Shot;
 use super::{Making, Model};
 use crate::lab::stage::Stage;
 use crate::lab::undo::State;
+use crate::lab::worker::joined;
 
 /// What of a window's frame is spent on it.
 const MOMENT: Duration = Duration::from_millis(45);
@@ -151,14 +151,14 @@ impl Writer {
             return None;
         };
         let thread = thread.take_if(|thread| thread.is_finished())?;
-        Some(thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        Some(joined("writing the file", thread))
     }
 
     fn wait(self) -> Option<Result<Written>> {
         let Self::Thread(Some(thread)) = self else {
             return None;
         };
-        Some(thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        Some(joined("writing the file", thread))
     }
 }
 
@@ -411,5 +411,27 @@ impl ExportJob {
             done: None,
             is_cancelled: self.watch.is_cancelled(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_of_a_writer_is_an_error() {
+        let writer = Writer::begin(|| panic!("out of ink"));
+        let error = writer.wait().expect("it has begun").unwrap_err();
+        assert!(error.to_string().contains("out of ink"), "{error}");
+        let mut writer = Writer::begin(|| panic!("out of ink"));
+        let begun = Instant::now();
+        let ended = loop {
+            if let Some(ended) = writer.take() {
+                break ended;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(60), "it hangs");
+            thread::sleep(Duration::from_millis(2));
+        };
+        assert!(ended.is_err());
     }
 }
