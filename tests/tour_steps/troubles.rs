@@ -94,9 +94,12 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
     }
     let lab = Lab::open(&[
         "torus",
-        "--set=particles.count=20000",
+        "--set=particles.count=400000",
         "--set=atlas.size=2048",
     ]);
+    // Steps would take longer than what is to be interrupted.
+    lab.key_until("space", "it is held", "playing", false);
+    sleep(Duration::from_secs(1));
     lab.click_until("out", "out", true);
     lab.click("out.kind=PNG");
     lab.key_until("F9", "it is recorded", "recording", true);
@@ -104,24 +107,51 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
         seen["state"]["recorded"].as_u64() >= Some(3)
     });
     lab.click("out.export=NPZ");
+    let name = "torus_000001.npz";
+    lab.wait("it is made", |seen| seen["state"]["making"] == name);
     let begun = Instant::now();
     let lab = lab.quit_and_keep();
     let took = begun.elapsed();
     for file in frames_in(lab.folder.path()) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         assert!(!name.starts_with('.'), "{name}");
-        if name.ends_with(".npz") {
-            // It was quicker than the hand, and is whole.
-            let archive = zip::ZipArchive::new(std::fs::File::open(&file).unwrap());
-            assert!(archive.expect("it is whole").len() > 5);
-        }
     }
+    let archive = File::open(lab.folder.file(name)).expect("it was finished");
+    let archive = zip::ZipArchive::new(archive);
+    assert!(archive.expect("it is whole").len() > 5);
     let frames = frames_in(&lab.folder.file("recording_000001"));
     assert!(frames.len() >= 3, "{frames:?}");
-    for frame in frames {
-        image::open(&frame).expect("it is whole");
+    for frame in &frames {
+        image::open(frame).expect("it is whole");
+    }
+    // Whoever looks at the terminal knows where they are.
+    let said = said(&lab.said);
+    for file in [&lab.folder.file(name), &frames[0]] {
+        let told = format!("saved {}", file.display());
+        assert!(said.contains(&told), "{told}: {said}");
     }
     assert!(took < PATIENCE, "it ends");
+}
+
+/// A picture that was asked for a moment before.
+#[test]
+fn a_window_that_is_closed_finishes_its_picture() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click_until("out", "out", true);
+    lab.click("out.size=4K");
+    xdotool(&["key", "F12", "ctrl+q"]);
+    let status = lab.ended();
+    assert!(status.success(), "{status}");
+    let file = lab.folder.file("screenshot_000001.png");
+    let picture = image::open(&file).expect("it is whole");
+    assert_eq!((picture.width(), picture.height()), (3840, 2160));
+    let said = said(&lab.said);
+    let told = format!("saved {}", file.display());
+    assert!(said.contains(&told), "{told}: {said}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A film that another thread writes while the window goes on.
 
 use std::collections::VecDeque;
+use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
@@ -79,8 +80,8 @@ impl Shared {
 pub struct Encoder {
     shared: Arc<Shared>,
     worker: Option<JoinHandle<Result<Written, OutputError>>>,
-    /// The name is somebody else's when the film is written.
-    _name: Reserved,
+    /// It is somebody else's when the film is written.
+    name: Reserved,
 }
 
 impl Encoder {
@@ -92,8 +93,13 @@ impl Encoder {
         Self {
             shared,
             worker: Some(worker),
-            _name: name,
+            name,
         }
+    }
+
+    /// The file, or the folder of files, that it writes.
+    pub fn path(&self) -> &Path {
+        self.name.path()
     }
 
     /// May another picture wait?
@@ -233,7 +239,6 @@ fn fitted(picture: RgbaImage, size: [u32; 2]) -> RgbaImage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
     use std::time::{Duration, Instant};
 
     fn frame(number: u64, size: [u32; 2], red: u8) -> Frame {

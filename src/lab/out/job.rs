@@ -1,7 +1,7 @@
 //! What is being made: a picture, a film or an export. The window's thread does the part that needs the device, in small
 //! pieces; other threads do the rest.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -100,7 +100,31 @@ impl Job {
         }
     }
 
-    /// Ends it with the window.
+    /// The file, or the folder of files, that it makes.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Picture(picture) => picture.name.path(),
+            Self::Film(film) => &film.path,
+            Self::Export(export) => &export.path,
+        }
+    }
+
+    /// Is it not wanted any more?
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Picture(picture) => picture.is_cancelled,
+            Self::Film(film) => film.encoder.is_cancelled(),
+            Self::Export(export) => export.watch.is_cancelled(),
+        }
+    }
+
+    /// Is there a picture whose parts are still to be drawn?
+    pub fn draws(&self) -> bool {
+        matches!(self, Self::Picture(picture) if matches!(picture.writer, Writer::NotYet))
+    }
+
+    /// Ends it with the window, and waits until its file is whole: a film has the pictures that it has. Nothing where there
+    /// is nothing to be written yet.
     pub fn close(self) -> Option<Result<Written>> {
         match self {
             Self::Picture(picture) => picture.writer.wait(),
@@ -108,11 +132,7 @@ impl Job {
                 film.stop();
                 film.encoder.wait()
             }
-            Self::Export(mut export) => {
-                export.cancel();
-                // That it was cancelled is no news.
-                export.writer.wait().filter(Result::is_ok)
-            }
+            Self::Export(export) => export.writer.wait(),
         }
     }
 }
@@ -221,7 +241,7 @@ pub struct Film {
     shot: Shot,
     view: View,
     encoder: Encoder,
-    name: String,
+    path: PathBuf,
     /// Steps from one picture to the next.
     every: u64,
     /// Pictures in all, and those that were handed over.
@@ -249,7 +269,7 @@ impl Film {
         Ok(Self {
             shot,
             view,
-            name: name_of(name.path()),
+            path: name.path().to_owned(),
             encoder: Encoder::begin(output, size, name),
             every: u64::from(panel.every),
             all: panel.film_frames(),
@@ -308,7 +328,7 @@ impl Film {
             String::new()
         };
         Making {
-            name: self.name.clone(),
+            name: name_of(&self.path),
             doing: format!("frame {} of {}{left}", written, self.all),
             done: Some(self.done as f32 / self.all.max(1) as f32),
             is_cancelled: self.encoder.is_cancelled(),
@@ -320,7 +340,7 @@ impl Film {
 pub struct ExportJob {
     watch: Arc<Watch>,
     writer: Writer,
-    name: String,
+    path: PathBuf,
     /// What the next frame is asked for.
     asked: Option<(Model, Colors, Reserved)>,
     /// Of a scene file: all that it has of what can be undone.
@@ -333,7 +353,7 @@ impl ExportJob {
         Self {
             watch: Arc::default(),
             writer: Writer::NotYet,
-            name: name_of(name.path()),
+            path: name.path().to_owned(),
             asked: Some((model, colors, name)),
             saves: None,
         }
@@ -406,7 +426,7 @@ impl ExportJob {
             bytes => format!("{:.1} MB written", bytes as f64 / 1e6),
         };
         Making {
-            name: self.name.clone(),
+            name: name_of(&self.path),
             doing,
             done: None,
             is_cancelled: self.watch.is_cancelled(),

@@ -1,6 +1,7 @@
 //! Taking out: pictures of any size, recordings of the window, films at a fixed step, models and data; all beside what
 //! runs.
 
+mod closing;
 mod encoder;
 mod job;
 mod names;
@@ -267,17 +268,21 @@ impl Lab {
 
     /// Records what an export takes of the state, if one is asked for; no memory for it is said.
     pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
+        if let Err(error) = self.record_asked(rec) {
+            self.out.job = None;
+            self.interface.notice(context, error.to_string(), true);
+        }
+    }
+
+    fn record_asked(&mut self, rec: &mut myxo::gpu::Recorder) -> Result<()> {
         let (Some(Job::Export(job)), Some(stage)) = (&mut self.out.job, &self.stage) else {
-            return;
+            return Ok(());
         };
         if job.is_asked_for(Model::Scene) && !self.interface.is_pending() {
             job.saves = Some(self.interface.state_to_save());
         }
         let Interface { view, edited, .. } = &self.interface;
-        if let Err(error) = job.record(rec, stage, view, edited) {
-            self.out.job = None;
-            self.interface.notice(context, error.to_string(), true);
-        }
+        job.record(rec, stage, view, edited)
     }
 
     /// Goes on with what is being made, for a moment, and tells what has come of it.
@@ -341,28 +346,6 @@ impl Lab {
                 }
             }
             _ => {}
-        }
-    }
-
-    /// The window closes: what is being recorded or filmed becomes a whole file, anything else leaves nothing. What went
-    /// wrong is said in the log.
-    pub(super) fn end_taking_out(&mut self) {
-        let mut results = Vec::new();
-        if let Some(mut recording) = self.out.recording.take() {
-            if !recording.is_ending() {
-                recording.stop();
-            }
-            results.extend(recording.wait());
-        }
-        if let Some(job) = self.out.job.take() {
-            results.extend(job.close());
-        }
-        for result in results {
-            match result {
-                Ok(written) if written.frames > 0 => log::info!("saved {written}"),
-                Ok(_) => {}
-                Err(error) => log::error!("{error}"),
-            }
         }
     }
 

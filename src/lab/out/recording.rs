@@ -1,6 +1,7 @@
 //! A video of what the window shows, as it shows it: copies of its pictures go through a ring, and another thread writes
 //! them. The simulation waits for neither.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -128,6 +129,11 @@ impl Recording {
     /// What came of it, once, when it has ended: by itself only if something is wrong.
     pub fn take(&mut self) -> Option<Result<Written>> {
         self.encoder.take()
+    }
+
+    /// The file, or the folder of files, that it becomes.
+    pub fn path(&self) -> &Path {
+        self.encoder.path()
     }
 
     /// Waits for the whole file.
