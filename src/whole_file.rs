@@ -75,8 +75,18 @@ impl WholeFile {
     /// # Errors
     /// When the file cannot be cut.
     pub fn restart(&mut self) -> io::Result<()> {
-        self.file.as_file().set_len(0)?;
-        self.file.as_file_mut().rewind()
+        self.cut(0)
+    }
+
+    /// Throws away what was written behind so many bytes, to go on from there.
+    ///
+    /// # Errors
+    /// When the file cannot be cut.
+    pub fn cut(&mut self, size_in_bytes: u64) -> io::Result<()> {
+        let file = self.file.as_file_mut();
+        file.set_len(size_in_bytes)?;
+        file.seek(SeekFrom::Start(size_in_bytes))?;
+        Ok(())
     }
 
     /// Gives the file its name, replacing what had it before.

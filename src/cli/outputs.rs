@@ -63,19 +63,19 @@ impl Outputs {
     }
 
     fn take(&mut self, picture: &RgbaImage, progress: &Progress, wanted: impl Fn(&Output) -> bool) {
-        let failed = &mut self.failed;
-        self.open.retain_mut(|output| {
-            let taken = if wanted(output) {
-                output.frame(picture)
-            } else {
-                Ok(())
-            };
-            if let Err(error) = &taken {
-                *failed = true;
-                progress.say(&failure(error));
+        for mut output in std::mem::take(&mut self.open) {
+            if !wanted(&output) {
+                self.open.push(output);
+                continue;
             }
-            taken.is_ok()
-        });
+            match output.frame(picture) {
+                Ok(()) => self.open.push(output),
+                Err(error) => {
+                    self.failed = true;
+                    progress.say(&failure(&output.cut(error)));
+                }
+            }
+        }
     }
 
     /// Makes whole files of them all.

@@ -2,7 +2,7 @@
 //! says what happened, nothing hangs, and nothing half-written has a name.
 
 use super::super::*;
-use super::{arrived, frames_in};
+use super::{arrived, frames_in, shown_of};
 
 #[track_caller]
 fn hear(lab: &Lab, part: &str) {
@@ -62,6 +62,39 @@ fn where_the_disk_is_full_it_is_said_and_the_simulation_goes_on() {
         .collect();
     assert!(left.is_empty(), "{left:?}");
     drop(lab);
+}
+
+/// A disk that has room for some frames keeps them.
+#[test]
+fn a_recording_that_finds_the_disk_full_keeps_what_is_whole() {
+    if !can_tour() {
+        return;
+    }
+    // Files end at 1 MiB.
+    let lab = Lab::start(program_with_little_room(2048), &SMALL);
+    lab.click_until("out", "out", true);
+    for (kind, ending) in [("GIF", "gif"), ("MP4", "mp4")] {
+        lab.click(&format!("out.kind={kind}"));
+        lab.key_until("F9", "it is recorded", "recording", true);
+        hear(&lab, "what came before is whole");
+        let notice = lab.seen().expect("it is told")["state"]["notice"].to_string();
+        let name = format!("recording_000001.{ending}");
+        assert!(
+            notice.contains(&name) && notice.contains("frames"),
+            "{notice}"
+        );
+        let file = arrived(&lab, &name);
+        let told = notice
+            .rsplit_once('(')
+            .and_then(|(_, rest)| rest.split_once(' '));
+        let told: Option<u64> = told.and_then(|(frames, _)| frames.parse().ok());
+        // Frames that are alike are one in a GIF.
+        let (_, shown) = shown_of(&file);
+        assert!(shown >= 1 && Some(shown) <= told, "{shown}: {notice}");
+        assert!(ending == "gif" || Some(shown) == told, "{shown}: {notice}");
+        goes_on(&lab);
+    }
+    lab.quit();
 }
 
 #[test]

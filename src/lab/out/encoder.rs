@@ -203,15 +203,20 @@ fn write(mut output: Output, size: [u32; 2], shared: &Shared) -> Result<Written,
         let end = queue.end;
         drop(queue);
         let Some(frame) = frame else {
-            repeat(&mut output, &last, end.unwrap_or_default())?;
+            if let Err(error) = repeat(&mut output, &last, end.unwrap_or_default()) {
+                return Err(output.cut(error));
+            }
             if shared.lock().cancelled {
                 continue;
             }
             return output.finish();
         };
-        repeat(&mut output, &last, frame.number)?;
+        let number = frame.number;
         let picture = fitted(frame.into_picture(), size);
-        output.frame(&picture)?;
+        let taken = repeat(&mut output, &last, number).and_then(|()| output.frame(&picture));
+        if let Err(error) = taken {
+            return Err(output.cut(error));
+        }
         shared.lock().written = output.frames();
         last = Some(picture);
     }

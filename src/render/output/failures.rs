@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::tests::{RED, names_in, plain};
+use image::{Rgba, RgbaImage};
+
+use super::tests::{RED, names_in, plain, read_gif, read_video};
 use super::{Output, OutputError};
 
 #[test]
@@ -209,6 +211,89 @@ fn encoder_that_gives_up_is_quoted() {
             "{script}: {text}"
         );
     }
+}
+
+/// What nobody can make smaller.
+fn noise(size: (u32, u32), seed: u32) -> RgbaImage {
+    let mut bits = seed.wrapping_mul(0x9e37_79b9) | 1;
+    let mut next = move || {
+        bits ^= bits << 13;
+        bits ^= bits >> 17;
+        bits ^= bits << 5;
+        bits as u8
+    };
+    RgbaImage::from_fn(size.0, size.1, |_, _| Rgba([next(), next(), next(), 255]))
+}
+
+/// A disk that has room for some frames keeps them, as a video that can be played.
+#[cfg(unix)]
+#[test]
+fn video_that_breaks_off_keeps_its_whole_frames() {
+    let tools = tempfile::tempdir().unwrap();
+    // Blocks of 512 bytes, as `sh` counts them: the file ends at 1 MiB.
+    let script = "trap \"\" XFSZ; ulimit -f 2048; exec ffmpeg \"$@\"";
+    let encoder = fake_encoder(tools.path(), script);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mp4");
+    let size = (128, 96);
+    let mut output = Output::create_with_encoder(&path, size, 30.0, &encoder).unwrap();
+    let failed = (0..400).find_map(|i| output.frame(&noise(size, i)).err());
+    let error = match failed {
+        Some(error) => output.cut(error),
+        None => output.finish().unwrap_err(),
+    };
+    let OutputError::Cut { source, kept } = &error else {
+        panic!("{error}");
+    };
+    assert!(matches!(**source, OutputError::Encoder { .. }), "{error}");
+    assert_eq!(kept.files, [path.clone()]);
+    assert!(kept.frames >= 15, "{error}");
+    let says = format!("({} frames, ", kept.frames);
+    assert!(error.to_string().contains(&says), "{error}");
+    assert_eq!(names_in(folder.path()), ["x.mp4"]);
+    let frames = read_video(&path, size);
+    assert_eq!(frames.len() as u64, kept.frames);
+}
+
+#[test]
+fn gif_that_breaks_off_keeps_its_whole_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = (16, 12);
+    for count in [1, 5] {
+        let path = folder.path().join(format!("{count}.gif"));
+        let mut gif = super::gif::Gif::create(&path, size, 25.0).unwrap();
+        for i in 0..count {
+            gif.frame(&noise(size, i)).unwrap();
+        }
+        // The last one waits for its length.
+        gif.write_half();
+        let kept = gif.cut();
+        if count == 1 {
+            assert_eq!(kept, None);
+            assert!(!path.exists());
+        } else {
+            assert_eq!(kept, Some((path.clone(), 4)));
+            let frames = read_gif(&path);
+            let delays: Vec<u16> = frames.iter().map(|frame| frame.1).collect();
+            assert_eq!(delays, [4; 4]);
+        }
+    }
+    assert_eq!(names_in(folder.path()), ["5.gif"]);
+}
+
+/// A sequence has its frames in files of their own.
+#[test]
+fn sequence_that_breaks_off_tells_what_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut output = Output::create(&folder.path().join("s/%d.png"), (16, 12), 25.0).unwrap();
+    output.frame(&noise((16, 12), 1)).unwrap();
+    output.frame(&noise((16, 12), 2)).unwrap();
+    std::fs::create_dir(folder.path().join("s/2.png")).unwrap();
+    let error = output.frame(&noise((16, 12), 3)).unwrap_err();
+    let OutputError::Cut { kept, .. } = output.cut(error) else {
+        panic!("two frames are whole");
+    };
+    assert_eq!((kept.frames, kept.files.len()), (2, 2));
 }
 
 #[cfg(unix)]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::io::{self, BufWriter};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use color_quant::NeuQuant;
@@ -18,12 +18,18 @@ const UNCHANGED: u8 = 255;
 /// Viewers slow down frames that are shorter than this; in hundredths of a second.
 const SHORTEST_FRAME: u64 = 2;
 
+/// The end of every GIF.
+const TRAILER: [u8; 1] = [0x3b];
+
 /// A GIF that is being written.
 pub(super) struct Gif {
-    path: PathBuf,
-    encoder: Encoder<BufWriter<WholeFile>>,
+    file: WholeFile,
+    /// By way of memory: what of a frame does not fit on the disk is known to be the end of that frame only.
+    encoder: Encoder<Vec<u8>>,
     frames_per_second: f64,
     frames: u64,
+    /// Bytes of the file that are whole, and how many frames they show.
+    whole: (u64, u64),
     /// The last frame that was taken, and when it begins. How long it lasts is known when the next one is.
     waiting: Option<(Frame<'static>, u64)>,
     shown: Option<RgbaImage>,
@@ -32,7 +38,7 @@ pub(super) struct Gif {
 impl fmt::Debug for Gif {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Gif")
-            .field("path", &self.path)
+            .field("path", &self.file.path())
             .finish_non_exhaustive()
     }
 }
@@ -44,25 +50,27 @@ impl Gif {
         frames_per_second: f64,
     ) -> Result<Self, OutputError> {
         let begin = || {
-            let file = BufWriter::new(WholeFile::create(path)?);
+            let file = WholeFile::create(path)?;
             // `Output` has checked the size.
             let mut encoder =
-                Encoder::new(file, width as u16, height as u16, &[]).map_err(io_error)?;
+                Encoder::new(Vec::new(), width as u16, height as u16, &[]).map_err(io_error)?;
             encoder.set_repeat(Repeat::Infinite).map_err(io_error)?;
-            Ok(encoder)
+            Ok((file, encoder))
         };
+        let (file, encoder) = begin().map_err(OutputError::file(path))?;
         Ok(Self {
-            path: path.to_owned(),
-            encoder: begin().map_err(OutputError::file(path))?,
+            file,
+            encoder,
             frames_per_second,
             frames: 0,
+            whole: (0, 0),
             waiting: None,
             shown: None,
         })
     }
 
     pub(super) fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
-        let begins = self.now();
+        let (begins, before) = (self.now(), self.frames);
         self.frames += 1;
         if let Some((_, before)) = self.waiting
             && begins < before + SHORTEST_FRAME
@@ -72,22 +80,33 @@ impl Gif {
         let Some(frame) = indexed_frame(image, self.shown.as_ref()) else {
             return Ok(());
         };
-        self.write_waiting(begins)?;
+        self.write_waiting(begins, before)?;
         self.waiting = Some((frame, begins));
         self.shown = Some(image.clone());
         Ok(())
     }
 
-    pub(super) fn finish(mut self) -> Result<PathBuf, OutputError> {
-        self.write_waiting(self.now())?;
-        let end = || {
-            let file = self.encoder.into_inner().map_err(io_error)?;
-            file.into_inner()
-                .map_err(|error| error.into_error())?
-                .finish()
-        };
-        end().map_err(OutputError::file(&self.path))?;
-        Ok(self.path)
+    /// Writes what is left to write.
+    pub(super) fn end(&mut self) -> Result<(), OutputError> {
+        self.write_waiting(self.now(), self.frames)?;
+        self.write(&TRAILER)
+    }
+
+    pub(super) fn finish(self) -> Result<PathBuf, OutputError> {
+        let path = self.file.path().to_owned();
+        self.file.finish().map_err(OutputError::file(&path))?;
+        Ok(path)
+    }
+
+    /// Writing has failed: keeps the frames that are whole, and says how many. None where there are none.
+    pub(super) fn cut(mut self) -> Option<(PathBuf, u64)> {
+        let (bytes, frames) = self.whole;
+        if frames == 0 {
+            return None;
+        }
+        self.file.cut(bytes).ok()?;
+        self.write(&TRAILER).ok()?;
+        Some((self.finish().ok()?, frames))
     }
 
     /// When the next frame begins, in hundredths of a second, the unit of GIF.
@@ -95,16 +114,30 @@ impl Gif {
         (self.frames as f64 * 100.0 / self.frames_per_second).round() as u64
     }
 
-    fn write_waiting(&mut self, until: u64) -> Result<(), OutputError> {
+    /// Writes the frame that waits. With it, the file shows so many frames.
+    fn write_waiting(&mut self, until: u64, frames: u64) -> Result<(), OutputError> {
         let Some((mut frame, since)) = self.waiting.take() else {
             return Ok(());
         };
         let duration = (until - since).max(SHORTEST_FRAME);
         frame.delay = u16::try_from(duration).unwrap_or(u16::MAX);
-        self.encoder
-            .write_frame(&frame)
-            .map_err(io_error)
-            .map_err(OutputError::file(&self.path))
+        let encoded = self.encoder.write_frame(&frame).map_err(io_error);
+        encoded.map_err(OutputError::file(self.file.path()))?;
+        let bytes = std::mem::take(self.encoder.get_mut());
+        self.write(&bytes)?;
+        self.whole = (self.whole.0 + bytes.len() as u64, frames);
+        Ok(())
+    }
+
+    /// As a disk does that has no more room in the middle of a frame.
+    #[cfg(test)]
+    pub(super) fn write_half(&mut self) {
+        self.write(b"half a frame").unwrap();
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        let written = self.file.write_all(bytes);
+        written.map_err(OutputError::file(self.file.path()))
     }
 }
 

@@ -138,8 +138,8 @@ impl Output {
     /// Takes the next frame: sRGB, the first row on top. A GIF and a video ignore its alpha.
     ///
     /// # Errors
-    /// When the disk is full, or the encoder stops. The output takes no more frames then; drop it.
-    /// Of a sequence, the frames before stay.
+    /// When the disk is full, or the encoder stops. The output takes no more frames then; [`cut`](Self::cut) keeps those
+    /// that are whole, and dropping it those of a sequence only.
     ///
     /// # Panics
     /// When the frame is of another size than the output.
@@ -165,8 +165,18 @@ impl Output {
     /// A run that is interrupted calls this too: what it has drawn so far is a whole file then.
     ///
     /// # Errors
-    /// When the disk is full, or the encoder fails; the unfinished file is removed.
-    pub fn finish(self) -> Result<Written, OutputError> {
+    /// When the disk is full, or the encoder fails; the error tells what is kept of it, if anything is.
+    pub fn finish(mut self) -> Result<Written, OutputError> {
+        if self.frames > 0 {
+            let ended = match &mut self.writer {
+                Writer::Picture(_) | Writer::Sequence(_) => Ok(()),
+                Writer::Gif(gif) => gif.end(),
+                Writer::Video(video) => video.end(),
+            };
+            if let Err(error) = ended {
+                return Err(self.cut(error));
+            }
+        }
         let files = if self.frames == 0 {
             Vec::new()
         } else {
@@ -181,6 +191,31 @@ impl Output {
             files,
             frames: self.frames,
         })
+    }
+}
+
+impl Output {
+    /// After an error, keeps what is whole under the name that was asked for: a GIF and a video end with their last whole
+    /// frame. The error then tells how many frames there are.
+    #[must_use]
+    pub fn cut(self, error: OutputError) -> OutputError {
+        let kept = match self.writer {
+            Writer::Picture(_) => None,
+            Writer::Sequence(sequence) => {
+                let files = sequence.finish();
+                let frames = files.len() as u64;
+                (frames > 0).then_some((files, frames))
+            }
+            Writer::Gif(gif) => gif.cut().map(|(file, frames)| (vec![file], frames)),
+            Writer::Video(video) => video.cut().map(|(file, frames)| (vec![file], frames)),
+        };
+        match kept {
+            Some((files, frames)) => OutputError::Cut {
+                source: Box::new(error),
+                kept: Written { files, frames },
+            },
+            None => error,
+        }
     }
 }
 
@@ -277,6 +312,14 @@ pub enum OutputError {
         program: PathBuf,
         /// What the system said.
         source: io::Error,
+    },
+    /// The end is missing.
+    #[error("{source}; what came before is whole: {kept}")]
+    Cut {
+        /// Why it could not be written.
+        source: Box<OutputError>,
+        /// What there is of it.
+        kept: Written,
     },
     /// The program that makes videos has given up.
     #[error(

@@ -41,7 +41,7 @@ fn mean_difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
 }
 
 /// The frames of a GIF as a viewer shows them, each with its time in hundredths of a second.
-fn read_gif(path: &Path) -> Vec<(RgbaImage, u16)> {
+pub(super) fn read_gif(path: &Path) -> Vec<(RgbaImage, u16)> {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
     let mut decoder = options
@@ -212,7 +212,7 @@ fn probe(path: &Path, entries: &str) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-fn read_video(path: &Path, size: (u32, u32)) -> Vec<RgbaImage> {
+pub(super) fn read_video(path: &Path, size: (u32, u32)) -> Vec<RgbaImage> {
     let output = Command::new("ffmpeg")
         .args(["-v", "error", "-i"])
         .arg(path)

@@ -29,6 +29,8 @@ pub(super) struct Video {
     encoder: Encoder,
     file: WholeFile,
     frames: u64,
+    /// What encodes.
+    program: PathBuf,
 }
 
 impl Video {
@@ -42,10 +44,7 @@ impl Video {
         let mut command = Command::new(program);
         command.args(input_arguments(size, frames_per_second));
         command.args(output_arguments(size));
-        // Without the prefix, a colon in the path would be taken for a protocol.
-        let mut target = OsString::from("file:");
-        target.push(file.hidden_path());
-        command.arg(target);
+        command.arg(in_files(file.hidden_path()));
 
         let encoder = Encoder::start(command).map_err(|source| OutputError::NoEncoder {
             path: path.to_owned(),
@@ -56,6 +55,7 @@ impl Video {
             encoder,
             file,
             frames: 0,
+            program: program.to_owned(),
         })
     }
 
@@ -68,16 +68,49 @@ impl Video {
         Ok(())
     }
 
-    pub(super) fn finish(mut self) -> Result<PathBuf, OutputError> {
+    /// Waits for what is left to be encoded.
+    pub(super) fn end(&mut self) -> Result<(), OutputError> {
         let status = self.encoder.wait();
         // On a full disk ffmpeg complains, and says by its status that all is well.
-        let whole = is_whole_mp4(self.file.hidden_path()).unwrap_or(false);
-        if !status.is_some_and(|status| status.success()) || !whole {
+        let is_whole = Whole::of(self.file.hidden_path()).is_ok_and(|whole| whole.is_all);
+        if !status.is_some_and(|status| status.success()) || !is_whole {
             return Err(self.failure(status));
         }
+        Ok(())
+    }
+
+    /// Gives the video its name, with its index at the beginning, as players want it; with an index in parts, which they
+    /// take, too, where there is no room for two of them.
+    pub(super) fn finish(self) -> Result<PathBuf, OutputError> {
         let path = self.file.path().to_owned();
-        self.file.finish().map_err(OutputError::file(&path))?;
+        let file = self.with_index_in_front().unwrap_or(self.file);
+        file.finish().map_err(OutputError::file(&path))?;
         Ok(path)
+    }
+
+    fn with_index_in_front(&self) -> Option<WholeFile> {
+        let file = WholeFile::create(self.file.path()).ok()?;
+        let mut command = Command::new(&self.program);
+        command.args("-hide_banner -nostdin -loglevel error -y -i".split(' '));
+        command.arg(in_files(self.file.hidden_path()));
+        command.args("-c copy -movflags +faststart -f mp4".split(' '));
+        command.arg(in_files(file.hidden_path()));
+        let status = Encoder::start(command).ok()?.wait()?;
+        let whole = Whole::of(file.hidden_path()).ok()?;
+        (status.success() && whole.is_all).then_some(file)
+    }
+
+    /// Writing has failed: keeps the frames that are whole, and says how many. None where there are none.
+    pub(super) fn cut(mut self) -> Option<(PathBuf, u64)> {
+        self.encoder.end();
+        let whole = Whole::of(self.file.hidden_path()).ok()?;
+        if whole.frames == 0 {
+            return None;
+        }
+        self.file.cut(whole.bytes).ok()?;
+        let path = self.file.path().to_owned();
+        self.file.finish().ok()?;
+        Some((path, whole.frames))
     }
 
     fn failure(&mut self, status: Option<ExitStatus>) -> OutputError {
@@ -94,32 +127,97 @@ impl Video {
     }
 }
 
-/// Is the file a chain of whole boxes (ISO/IEC 14496-12), with the index, without which nobody can play it, among them?
-fn is_whole_mp4(path: &Path) -> io::Result<bool> {
-    let mut file = File::open(path)?;
-    let end = file.metadata()?.len();
-    let (mut at, mut has_index) = (0, false);
-    while at < end {
-        let mut head = [0; 16];
-        file.seek(SeekFrom::Start(at))?;
-        file.read_exact(&mut head[..8])?;
-        let (size, name) = (
-            u32::from_be_bytes([head[0], head[1], head[2], head[3]]),
-            &head[4..8],
-        );
-        has_index |= name == b"moov";
-        at = match size {
-            // To the end of the file.
-            0 => end,
-            1 => {
-                file.read_exact(&mut head[8..])?;
-                let [.., a, b, c, d, e, f, g, h] = head;
-                at.saturating_add(u64::from_be_bytes([a, b, c, d, e, f, g, h]).max(16))
+/// What of an MP4 is whole: a chain of boxes (ISO/IEC 14496-12), with the index, without which nobody can play it, or with an
+/// index for each part.
+#[derive(Debug, Default, PartialEq)]
+struct Whole {
+    /// Nothing is missing.
+    is_all: bool,
+    /// To the end of the last whole part.
+    bytes: u64,
+    /// Frames of whole parts; 0 where there are no parts.
+    frames: u64,
+}
+
+impl Whole {
+    fn of(path: &Path) -> io::Result<Self> {
+        let mut file = File::open(path)?;
+        let end = file.metadata()?.len();
+        let mut whole = Self::default();
+        let (mut at, mut has_index) = (0, false);
+        // Of the part whose pictures come next.
+        let mut frames = 0;
+        while at < end {
+            let mut head = [0; 16];
+            file.seek(SeekFrom::Start(at))?;
+            // Fewer bytes than a head are no box.
+            if file.read_exact(&mut head[..8]).is_err() {
+                return Ok(whole);
             }
-            size => at + u64::from(size.max(8)),
-        };
+            let [a, b, c, d, name @ ..] = *head.first_chunk::<8>().expect("it is longer");
+            let size = u32::from_be_bytes([a, b, c, d]);
+            let next = match size {
+                // To the end of the file.
+                0 => end,
+                1 => {
+                    if file.read_exact(&mut head[8..]).is_err() {
+                        return Ok(whole);
+                    }
+                    let [.., a, b, c, d, e, f, g, h] = head;
+                    at.saturating_add(u64::from_be_bytes([a, b, c, d, e, f, g, h]).max(16))
+                }
+                size => at + u64::from(size.max(8)),
+            };
+            if next > end {
+                return Ok(whole);
+            }
+            match &name {
+                b"moov" => has_index = true,
+                b"moof" => {
+                    let mut part = vec![0; usize::try_from(next - at).unwrap_or(usize::MAX) - 8];
+                    file.read_exact(&mut part)?;
+                    frames = frames_of(&part);
+                }
+                b"mdat" if has_index && frames > 0 => {
+                    whole.frames += std::mem::take(&mut frames);
+                    whole.bytes = next;
+                }
+                _ => {}
+            }
+            at = next;
+        }
+        whole.is_all = has_index;
+        Ok(whole)
     }
-    Ok(at == end && has_index)
+}
+
+/// The frames of one part: of each run of samples (`trun`) of each track (`traf`), in the boxes of its index.
+fn frames_of(mut boxes: &[u8]) -> u64 {
+    let mut frames = 0;
+    while let Some((head, _)) = boxes.split_first_chunk::<8>() {
+        let size = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
+        let Some(content) = boxes.get(8..size) else {
+            break;
+        };
+        frames += match &head[4..] {
+            b"traf" => frames_of(content),
+            // Version and flags, then the count.
+            b"trun" => match content {
+                [_, _, _, _, a, b, c, d, ..] => u64::from(u32::from_be_bytes([*a, *b, *c, *d])),
+                _ => 0,
+            },
+            _ => 0,
+        };
+        boxes = &boxes[size..];
+    }
+    frames
+}
+
+/// A path for ffmpeg: without the prefix, a colon in it would be taken for a protocol.
+fn in_files(path: &Path) -> OsString {
+    let mut target = OsString::from("file:");
+    target.push(path);
+    target
 }
 
 fn input_arguments((width, height): (u32, u32), frames_per_second: f64) -> Vec<String> {
@@ -134,7 +232,8 @@ fn input_arguments((width, height): (u32, u32), frames_per_second: f64) -> Vec<S
     arguments
 }
 
-/// H.264 that every player and browser shows: 4:2:0, BT.709 and said so, playable while it loads.
+/// H.264 that every player and browser shows: 4:2:0, BT.709 and said so. In parts of half a second, each with its index, so
+/// that it can be played wherever it breaks off.
 fn output_arguments((width, height): (u32, u32)) -> Vec<String> {
     // 4:2:0 needs even sides: an odd one repeats its last pixel.
     let (right, bottom) = (width % 2, height % 2);
@@ -149,7 +248,7 @@ fn output_arguments((width, height): (u32, u32)) -> Vec<String> {
     );
     let text = "-an -c:v libx264 -preset fast -crf 18 \
                 -colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv \
-                -movflags +faststart -f mp4";
+                -movflags +empty_moov+delay_moov+default_base_moof -frag_duration 500000 -f mp4";
     let mut arguments = vec!["-vf".to_owned(), filter];
     arguments.extend(text.split_whitespace().map(str::to_owned));
     arguments
