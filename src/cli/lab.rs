@@ -6,12 +6,13 @@ use clap::Args;
 use myxo::Result;
 use myxo::scene::Scene;
 use myxo::scene::builtin::DEFAULT_SCENE;
+use myxo::sim::checkpoint::Checkpoint;
 
 use super::Outcome;
 use super::interrupt;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
-use crate::lab::{self, LabOptions, LeftScenes, Preferences};
+use crate::lab::{self, LabOptions, LeftScenes, Opened, Preferences};
 
 /// Of what opens where no scene is named: trails as they are by themselves draw together to a few lines within a minute.
 const FIRST_LOOK: &str = "cells";
@@ -22,10 +23,14 @@ const FIRST_LOOK: &str = "cells";
 Examples:
   myxo lab                              the scene torus with the look cells
   myxo lab cube --preset cells
-  myxo lab fish.glb --set particles.count=2_000_000")]
+  myxo lab fish.glb --set particles.count=2_000_000
+  myxo lab --resume fish_000001.ckpt    goes on where the file was written")]
 pub struct Lab {
     /// A built-in name, a .toml file or a model; without one the torus, with a look that lasts
     scene: Option<PathBuf>,
+    /// Goes on from the state in this file, with the scene that it was written with if none is named
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Size of the window, in pixels; else that of last time
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
@@ -50,21 +55,20 @@ pub struct Lab {
 impl Lab {
     /// Loads the scene and opens the window with it.
     pub fn run(&self) -> Result<Outcome> {
-        let mut overrides = self.changes.overrides();
-        let scene = self.scene.clone().unwrap_or_else(|| {
-            overrides
-                .preset
-                .get_or_insert_with(|| FIRST_LOOK.to_owned());
-            DEFAULT_SCENE.into()
-        });
-        let mut loaded = Scene::load(&scene, &overrides)?;
-        if let Some(name) = LeftScenes::name_of(&scene) {
-            loaded.name = name;
-        }
+        let opened = match (&self.scene, &self.resume) {
+            (None, Some(file)) => Opened::resumed(file.clone(), &self.changes.overrides())?,
+            (_, file) => Opened {
+                scene: self.load()?,
+                from: match file {
+                    Some(file) => Some((file.clone(), Checkpoint::read(file)?)),
+                    None => None,
+                },
+            },
+        };
         let size = self.size.map(|size| [size.width, size.height]);
         let preferences = Preferences::file().filter(|_| !self.no_preferences);
         lab::run(
-            loaded,
+            opened,
             LabOptions {
                 device: self.device.device.clone(),
                 validation: self.device.validate,
@@ -82,5 +86,20 @@ impl Lab {
         } else {
             Outcome::Done
         })
+    }
+
+    fn load(&self) -> Result<Scene> {
+        let mut overrides = self.changes.overrides();
+        let scene = self.scene.clone().unwrap_or_else(|| {
+            overrides
+                .preset
+                .get_or_insert_with(|| FIRST_LOOK.to_owned());
+            DEFAULT_SCENE.into()
+        });
+        let mut loaded = Scene::load(&scene, &overrides)?;
+        if let Some(name) = LeftScenes::name_of(&scene) {
+            loaded.name = name;
+        }
+        Ok(loaded)
     }
 }

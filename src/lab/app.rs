@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use myxo::Error;
-use myxo::scene::Scene;
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
 use super::LabOptions;
+use super::loading::Opened;
 use super::window::Lab;
 
 /// Somebody outside the window asks that it be closed.
@@ -19,7 +19,7 @@ pub struct Close;
 /// What winit calls.
 pub struct App {
     options: LabOptions,
-    scene: Option<Scene>,
+    opened: Option<Opened>,
     lab: Option<Lab>,
     /// When to draw next, if nothing happens before.
     wake: Option<Instant>,
@@ -29,10 +29,10 @@ pub struct App {
 
 impl App {
     /// An app that opens its window when the event loop runs.
-    pub fn new(scene: Scene, options: LabOptions) -> Self {
+    pub fn new(opened: Opened, options: LabOptions) -> Self {
         Self {
             options,
-            scene: Some(scene),
+            opened: Some(opened),
             lab: None,
             wake: None,
             error: None,
@@ -47,10 +47,10 @@ impl App {
 
 impl ApplicationHandler<Close> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some(scene) = self.scene.take() else {
+        let Some(opened) = self.opened.take() else {
             return;
         };
-        match Lab::open(events, scene, &self.options) {
+        match Lab::open(events, opened, &self.options) {
             Ok(lab) => self.lab = Some(lab),
             Err(error) => self.fail(events, error),
         }

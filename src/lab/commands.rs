@@ -8,13 +8,14 @@ use myxo::mesh::atlas::AtlasError;
 use myxo::scene::presets::is_preset;
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
+use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
 use super::interface::Command;
 use super::interface::Interface;
 use super::left::LeftScenes;
-use super::loading::{Loaded, Loading, Origin};
+use super::loading::{Loaded, Loading, Opened, Origin};
 use super::out::put_look;
 use super::saving::save_scene;
 use super::stage::Stage;
@@ -166,7 +167,7 @@ impl Lab {
         }
     }
 
-    /// Begins to load a scene by name, or from a file: a scene or a model.
+    /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
     pub fn open_file(&mut self, path: PathBuf) {
         let name = LeftScenes::name_of(&path).unwrap_or_else(|| {
             let name = path.file_stem().unwrap_or(path.as_os_str());
@@ -177,9 +178,12 @@ impl Lab {
 
     fn open_as(&mut self, name: String, path: PathBuf) {
         self.load(name.clone(), Origin::File, move || {
+            if Checkpoint::is_one(&path) {
+                return Opened::resumed(path, &Overrides::default());
+            }
             let mut scene = Scene::load(&path, &Overrides::default())?;
             scene.name = name;
-            Ok(scene)
+            Ok(scene.into())
         });
     }
 
@@ -209,11 +213,11 @@ impl Lab {
     }
 
     /// Begins to load a scene; one that is on its way is given up for it.
-    pub(super) fn load(
+    pub(super) fn load<T: Into<Opened>>(
         &mut self,
         name: String,
         origin: Origin,
-        load: impl FnOnce() -> Result<Scene> + Send + 'static,
+        load: impl FnOnce() -> Result<T> + Send + 'static,
     ) {
         self.hand.carry = None;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
@@ -270,6 +274,7 @@ impl Lab {
         let told = told.unwrap_or_default();
         let new = stage.remarks.iter().filter(|text| !told.contains(text));
         texts.extend(new.cloned());
+        texts.extend(stage.resumed.take());
         if !texts.is_empty() {
             let context = self.egui.egui_ctx().clone();
             self.interface.notice(&context, texts.join("\n"), is_error);

@@ -6,15 +6,41 @@ use std::thread::{self, JoinHandle};
 
 use std::path::PathBuf;
 
-use myxo::Result;
 use myxo::gpu::{DeviceInfo, DeviceKind};
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::render::Prepared;
-use myxo::scene::Scene;
-use myxo::sim::{Setup, Simulation};
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::{Setup, Simulation, Snapshot};
+use myxo::{Error, Result};
 
 use super::interface::Waiting;
 use super::worker::joined;
+
+/// What is to be shown.
+pub struct Opened {
+    /// With its meshes.
+    pub scene: Scene,
+    /// It goes on from here.
+    pub from: Option<(PathBuf, Checkpoint)>,
+}
+
+impl From<Scene> for Opened {
+    fn from(scene: Scene) -> Self {
+        Self { scene, from: None }
+    }
+}
+
+impl Opened {
+    /// What was written into a checkpoint, by its own scene.
+    pub fn resumed(path: PathBuf, overrides: &Overrides) -> Result<Self> {
+        let checkpoint = Checkpoint::read(&path)?;
+        Ok(Self {
+            scene: checkpoint.own_scene(&path, overrides)?,
+            from: Some((path, checkpoint)),
+        })
+    }
+}
 
 /// What a device needs to begin.
 pub struct Loaded {
@@ -24,6 +50,8 @@ pub struct Loaded {
     pub setup: Setup,
     /// What pictures need of it.
     pub prepared: Prepared,
+    /// The state that it goes on from, and what differs since.
+    pub from: Option<(Snapshot, Vec<String>)>,
 }
 
 /// Where a scene on its way comes from.
@@ -51,18 +79,18 @@ pub struct Loading {
 
 impl Loading {
     /// Begins to load; `load` reads the scene's files. Layouts that take long to make are kept in `atlases`.
-    pub fn begin(
+    pub fn begin<T: Into<Opened>>(
         name: String,
         origin: Origin,
         info: &DeviceInfo,
         atlases: Option<PathBuf>,
-        load: impl FnOnce() -> Result<Scene> + Send + 'static,
+        load: impl FnOnce() -> Result<T> + Send + 'static,
     ) -> Self {
         let told = Arc::new(Mutex::new(("reading", 0.0)));
         let cancelled = Arc::new(AtomicBool::new(false));
         let (tell, stop, info) = (Arc::clone(&told), Arc::clone(&cancelled), info.clone());
         let worker = thread::spawn(move || {
-            let scene = load()?;
+            let Opened { scene, from } = load()?.into();
             let control = Control {
                 progress: Some(&|doing, done| {
                     *tell.lock().unwrap_or_else(PoisonError::into_inner) = (doing, done);
@@ -74,6 +102,14 @@ impl Loading {
             if stop.load(Ordering::Relaxed) {
                 return Err(AtlasError::Cancelled.into());
             }
+            let from = from.map(|(path, checkpoint)| {
+                let fits = checkpoint.check(&scene, &setup);
+                let changes = fits.map_err(|problem| {
+                    Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
+                })?;
+                Ok::<_, Error>((checkpoint.snapshot, changes))
+            });
+            let from = from.transpose()?;
             *tell.lock().unwrap_or_else(PoisonError::into_inner) = ("light", 1.0);
             let prepared = match info.kind {
                 DeviceKind::Cpu => Prepared::for_quick(&setup),
@@ -83,6 +119,7 @@ impl Loading {
                 scene,
                 setup,
                 prepared,
+                from,
             })
         });
         Self {
@@ -126,9 +163,7 @@ impl Drop for Loading {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::Error;
-    use myxo::gpu::{Context, ContextOptions};
-    use myxo::scene::Overrides;
+    use myxo::gpu::{Context, ContextOptions, Frames};
     use std::path::Path;
     use std::sync::mpsc;
     use std::time::{Duration, Instant};
@@ -159,12 +194,61 @@ mod tests {
     fn a_panic_on_the_way_is_an_error() {
         let Some(ctx) = context() else { return };
         let name = "knot".to_owned();
-        let load = || panic!("there is a knot in it");
+        let load = || -> Result<Scene> { panic!("there is a knot in it") };
         let mut loading = Loading::begin(name, Origin::File, ctx.info(), None, load);
         let error = ended(&mut loading).err().expect("it has failed");
         let error = error.to_string();
         assert!(
             error.contains("loading knot has failed: there is a knot in it"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_checkpoint_goes_on_with_its_own_scene_or_says_why_not() {
+        let Some(ctx) = context() else { return };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grown.ckpt");
+        let overrides = |set: &[&str]| Overrides {
+            set: set.iter().map(|text| (*text).to_owned()).collect(),
+            ..Overrides::default()
+        };
+        let small = overrides(&["particles.count=500", "atlas.size=64"]);
+        let scene = Scene::load(Path::new("cube"), &small).unwrap();
+        let control = Control::default();
+        let mut simulation = Simulation::with_control(&ctx, &scene, &control).unwrap();
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let mut rec = frames.begin().unwrap();
+        (0..3).for_each(|_| simulation.record_step(&mut rec));
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let snapshot = simulation.snapshot().unwrap();
+        let checkpoint = Checkpoint::new(&scene, simulation.setup(), snapshot);
+        checkpoint.write(&path).unwrap();
+        assert!(Checkpoint::is_one(&path) && !Checkpoint::is_one(folder.path()));
+        let opened = |set: &[&str]| {
+            let opened = Opened::resumed(path.clone(), &overrides(set)).unwrap();
+            assert_eq!(opened.scene.name, "grown");
+            let name = opened.scene.name.clone();
+            let load = move || Ok(opened);
+            ended(&mut Loading::begin(
+                name,
+                Origin::File,
+                ctx.info(),
+                None,
+                load,
+            ))
+        };
+        let loaded = opened(&["trail.decay=0.5"]).unwrap();
+        assert_eq!(loaded.scene.settings.particles.count, 500);
+        let (snapshot, changes) = loaded.from.expect("it goes on");
+        assert_eq!(snapshot.step, 3);
+        assert_eq!(changes.len(), 1);
+        assert!(changes[0].starts_with("trail.decay = 0.5"), "{changes:?}");
+        let error = opened(&["atlas.size=128"]).err().expect("it is another");
+        let error = error.to_string();
+        assert!(
+            error.contains("cannot resume from") && error.contains("grown.ckpt"),
             "{error}"
         );
     }

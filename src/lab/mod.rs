@@ -45,11 +45,11 @@ mod worker;
 
 use std::path::PathBuf;
 
-use myxo::scene::Scene;
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
 
 pub use left::LeftScenes;
+pub use loading::Opened;
 pub use looks::summary;
 pub use own::OwnPresets;
 pub use preferences::Preferences;
@@ -78,7 +78,7 @@ pub struct LabOptions {
 
 /// Opens the window and runs until it is closed. `listen` is given what closes it from any thread, as the user would.
 pub fn run(
-    scene: Scene,
+    opened: Opened,
     options: LabOptions,
     listen: impl FnOnce(Box<dyn Fn() + Send>) -> Result<()>,
 ) -> Result<()> {
@@ -90,7 +90,7 @@ pub fn run(
     listen(Box::new(move || {
         let _ = proxy.send_event(app::Close);
     }))?;
-    let mut app = app::App::new(scene, options);
+    let mut app = app::App::new(opened, options);
     let ended = events.run_app(&mut app);
     if let Some(error) = app.error {
         return Err(error);

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
-use myxo::Result;
 use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Quality, Renderer, View};
@@ -13,6 +12,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{Show, Strategy};
 use myxo::sim::Simulation;
 use myxo::sim::types::{Flow, Pose};
+use myxo::{Error, Result};
 
 use super::loading::Loaded;
 
@@ -38,6 +38,8 @@ pub struct Stage {
     pub scene: Scene,
     /// The simulation of it.
     pub simulation: Simulation,
+    /// What it goes on from, if not from the beginning.
+    pub resumed: Option<String>,
     /// What is odd about the scene and was done about it, one sentence each.
     pub remarks: Vec<String>,
     renderer: Renderer,
@@ -62,10 +64,19 @@ impl Stage {
             scene,
             setup,
             prepared,
+            from,
         } = loaded;
-        let simulation = Simulation::from_setup(ctx, &scene, setup)?;
+        let mut simulation = Simulation::from_setup(ctx, &scene, setup)?;
+        let resumed = from.map(|(snapshot, changes)| {
+            simulation.restore(&snapshot)?;
+            let changes = changes.iter().map(|change| format!("; {change}"));
+            let changes: String = changes.collect();
+            Ok::<_, Error>(format!("Going on from step {}{changes}", snapshot.step))
+        });
+        let resumed = resumed.transpose()?;
         let warnings = [simulation.setup().atlas.warning(), prepared.warning()];
         Ok(Self {
+            resumed,
             remarks: oddities(&scene)
                 .chain(warnings.into_iter().flatten())
                 .collect(),
@@ -254,6 +265,7 @@ mod tests {
             scene,
             setup,
             prepared,
+            from: None,
         };
         let mut stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
         let mut frames = Frames::new(&ctx, 2).unwrap();

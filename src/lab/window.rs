@@ -8,7 +8,6 @@ use myxo::gpu::{Context, ContextOptions, DeviceKind, Format, Frames, Swapchain};
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
-use myxo::scene::Scene;
 use myxo::{Error, Result};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::dpi::{LogicalSize, PhysicalSize, Size};
@@ -23,7 +22,7 @@ use super::feeding::Feeder;
 use super::hands::Hand;
 use super::interface::Interface;
 use super::left::LeftScenes;
-use super::loading::{Loading, Origin};
+use super::loading::{Loading, Opened, Origin};
 use super::order::{Asked, Order, Task};
 use super::out::TakeOut;
 use super::own::OwnPresets;
@@ -103,7 +102,8 @@ pub struct Lab {
 
 impl Lab {
     /// Opens the window, and begins to load the scene.
-    pub fn open(events: &ActiveEventLoop, scene: Scene, options: &LabOptions) -> Result<Self> {
+    pub fn open(events: &ActiveEventLoop, opened: Opened, options: &LabOptions) -> Result<Self> {
+        let scene = &opened.scene;
         let preferences = options.preferences.as_deref();
         let preferences = preferences.map(Preferences::read).unwrap_or_default();
         let attributes = Window::default_attributes()
@@ -154,7 +154,7 @@ impl Lab {
             None,
             Some(ctx.info().max_image_side as usize),
         );
-        let mut interface = Interface::new(&scene);
+        let mut interface = Interface::new(scene);
         interface.panel = preferences.panel;
         interface.light = preferences.light;
         interface.out.folder = preferences.folder.clone();
@@ -197,7 +197,7 @@ impl Lab {
             ctx,
             window,
         };
-        lab.load(scene.name.clone(), Origin::File, move || Ok(scene));
+        lab.load(lab.name.clone(), Origin::File, move || Ok(opened));
         Ok(lab)
     }
 

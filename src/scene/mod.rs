@@ -117,20 +117,22 @@ impl Scene {
                     .into_owned()
             }
         };
-        if let Some(wanted) = &overrides.preset {
-            reader.preset(&format!("preset {wanted}"), &presets::text_of(wanted)?);
-        }
-        for assignment in &overrides.set {
-            reader.assignment(assignment);
-        }
-        if let Some(seed) = overrides.seed {
-            reader.seed(seed);
-        }
-        let settings = reader.finish().map_err(|problems| SceneError::Problems {
-            scene: scene.to_owned(),
-            problems,
-        })?;
+        let settings = overridden(reader, scene, overrides)?;
         Ok((name, settings, folder))
+    }
+
+    /// The same of the text of a scene file, which `scene` names in errors.
+    ///
+    /// # Errors
+    /// When a key is unknown, or a value is not allowed.
+    pub fn read_text(
+        scene: &Path,
+        text: &str,
+        overrides: &Overrides,
+    ) -> Result<Settings, SceneError> {
+        let mut reader = Reader::new(Settings::default());
+        reader.text("", text);
+        overridden(reader, scene, overrides)
     }
 
     /// Loads the meshes of settings that have been read or changed. Relative mesh paths begin at `folder`.
@@ -257,6 +259,27 @@ impl Scene {
         starts::from_everywhere(&mut settings, &self.folder);
         settings.to_toml()
     }
+}
+
+/// What was read, with what the user wants otherwise.
+fn overridden(
+    mut reader: Reader,
+    scene: &Path,
+    overrides: &Overrides,
+) -> Result<Settings, SceneError> {
+    if let Some(wanted) = &overrides.preset {
+        reader.preset(&format!("preset {wanted}"), &presets::text_of(wanted)?);
+    }
+    for assignment in &overrides.set {
+        reader.assignment(assignment);
+    }
+    if let Some(seed) = overrides.seed {
+        reader.seed(seed);
+    }
+    reader.finish().map_err(|problems| SceneError::Problems {
+        scene: scene.to_owned(),
+        problems,
+    })
 }
 
 const BUILTIN: &str = "builtin:";

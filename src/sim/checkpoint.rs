@@ -7,7 +7,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
@@ -17,10 +17,10 @@ use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
 use crate::error::{Error, Result};
-use crate::scene::Scene;
 use crate::scene::file::Reader;
 use crate::scene::parameters::{Effect, PARAMETERS, Parameter};
 use crate::scene::settings::Settings;
+use crate::scene::{Overrides, Scene};
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
@@ -191,6 +191,26 @@ impl Checkpoint {
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
         out.inner.flush()
+    }
+
+    /// Does the file begin as checkpoints do?
+    #[must_use]
+    pub fn is_one(path: &Path) -> bool {
+        let mut begins = [0; MAGIC.len()];
+        File::open(path).is_ok_and(|mut file| file.read_exact(&mut begins).is_ok())
+            && begins == *MAGIC
+    }
+
+    /// The scene that it was written with, and what the user wants otherwise; `path` is where it lies.
+    ///
+    /// # Errors
+    /// When the scene cannot be read, or a mesh is no longer where it was.
+    pub fn own_scene(&self, path: &Path, overrides: &Overrides) -> Result<Scene> {
+        let settings = Scene::read_text(path, &self.scene, overrides)?;
+        let name = path.file_stem().unwrap_or(path.as_os_str());
+        let name = name.to_string_lossy().into_owned();
+        // Its paths are absolute.
+        Ok(Scene::from_settings(name, settings, PathBuf::new())?)
     }
 
     /// Reads a file back.

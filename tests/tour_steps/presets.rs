@@ -212,6 +212,56 @@ fn files_that_are_dropped_together_all_come() {
 }
 
 #[test]
+fn checkpoints_come_back() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    lab.key_until("space", "it is held", "playing", false);
+    let step = |lab: &Lab| lab.seen().expect("it is told")["state"]["step"].as_u64();
+    let then = step(&lab).expect("it has grown");
+    lab.click_until("out", "out", true);
+    // It has just come, and may still be finding its width.
+    sleep(Duration::from_millis(600));
+    lab.click("out.export=Checkpoint");
+    let file = super::arrived(&lab, "cube_000001.ckpt");
+    lab.key_until("Escape", "the panel goes", "out", false);
+
+    // Dropped, it goes on where it was, with what was set.
+    lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
+    lab.key_until("space", "it runs", "playing", true);
+    lab.wait("it goes on", |seen| {
+        seen["state"]["step"].as_u64() > Some(then + 10)
+    });
+    lab.key_until("space", "it is held", "playing", false);
+    let told = format!("Going on from step {then}");
+    drop_and_hear(&lab, &file, &told);
+    lab.wait("it is there", |seen| {
+        seen["state"]["scene"] == "cube_000001" && seen["state"]["step"] == then
+    });
+    assert_eq!(lab.save("cube_000001", 1).trail.decay, 0.5);
+    lab.key("period");
+    lab.wait("one step", |seen| seen["state"]["step"] == then + 1);
+    let lab = lab.quit_and_keep();
+
+    // The same from the command line, which may be in another folder.
+    let kept = Folder::new();
+    let again = kept.file("again.ckpt");
+    std::fs::copy(&file, &again).expect("it is there");
+    drop(lab);
+    let lab = Lab::open(&["--resume", path(&again)]);
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        seen["state"]["scene"] == "again" && notice.is_some_and(|text| text.contains(&told))
+    });
+    assert!(step(&lab) >= Some(then));
+    assert_eq!(lab.save("again", 1).trail.decay, 0.5);
+    lab.quit();
+}
+
+#[test]
 fn scenes_that_are_left_with_changes_are_kept() {
     if !can_tour() {
         return;
