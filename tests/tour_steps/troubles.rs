@@ -134,6 +134,8 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
     lab.key_until("space", "it is held", "playing", false);
     sleep(Duration::from_secs(1));
     lab.click_until("out", "out", true);
+    // It has just come, and may still be finding its width.
+    sleep(Duration::from_millis(600));
     lab.click("out.kind=PNG");
     lab.key_until("F9", "it is recorded", "recording", true);
     lab.wait("frames come", |seen| {
