@@ -70,8 +70,8 @@ fn a_recording_that_finds_the_disk_full_keeps_what_is_whole() {
     if !can_tour() {
         return;
     }
-    // Files end at 1 MiB.
-    let lab = Lab::start(program_with_little_room(2048), &SMALL);
+    // Files end at 256 KiB.
+    let lab = Lab::start(program_with_little_room(512), &SMALL);
     lab.click_until("out", "out", true);
     for (kind, ending) in [("GIF", "gif"), ("MP4", "mp4")] {
         lab.click(&format!("out.kind={kind}"));
