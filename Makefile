@@ -1,10 +1,10 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long mutants bench atlases gallery guide clean
+.PHONY: help demo test long mutants bench atlases gallery guide window clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 16
 
 demo: ## set up what is missing, build, open the window (or render to out/ where there is no display)
 	@.ci/setup demo
@@ -73,6 +73,11 @@ gallery: ## draw the small pictures of the lab's gallery, and all presets on one
 guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (a quarter of an hour)
 	@.ci/setup demo
 	cargo run --release --example guide -- docs/guide.toml assets/guide
+
+window: ## take the picture of the window in docs/guide.md
+	@.ci/setup test
+	cargo build --release
+	xvfb-run -a -s "-screen 0 1280x800x24 -noreset" .ci/window assets/guide/window.png
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean
