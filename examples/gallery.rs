@@ -3,13 +3,13 @@
 //! `cargo run --release --example gallery -- FOLDER [NAME...]`
 //!
 //! Without names all are drawn, which takes minutes without a graphics card; `make gallery` does that. The sheet,
-//! `presets.png`, shows the presets among them from the left to the right and from the top down.
+//! `presets.png`, shows the presets among them from the left to the right and from the top down, each with its name.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec2;
-use image::{Rgba, RgbaImage, imageops};
+use image::{DynamicImage, RgbImage, RgbaImage, imageops};
 use myxo::gpu::{Context, ContextOptions, Frames, default_cache_folder};
 use myxo::render::offscreen::{FORMAT, Offscreen};
 use myxo::render::{Renderer, View};
@@ -17,15 +17,23 @@ use myxo::scene::builtin::{PRESETS, SCENES};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::Simulation;
 use myxo::{Error, Result};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const SIZE: [u32; 2] = [300, 200];
 /// Until a scene's own look can be seen.
 const SCENE_STEPS: u32 = 90;
 /// Until a preset's can.
 const PRESET_STEPS: u32 = 160;
-/// Pictures in a row of the sheet, and pixels between them.
+/// Pictures in a row of the sheet, and pixels between them and below each for its name.
 const COLUMNS: u32 = 4;
 const GAP: u32 = 6;
+const BAND: u32 = 30;
+/// The sheet's own colours and letters.
+const GROUND: RGBColor = RGBColor(14, 15, 19);
+const INK: RGBColor = RGBColor(222, 224, 228);
+const FONT: &str = "sans-serif";
+const LETTERS: i32 = 20;
 
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
@@ -53,24 +61,23 @@ fn main() -> Result<()> {
     let mut sheet = Vec::new();
     for preset in PRESETS.iter().filter(|preset| is_wanted(preset.name)) {
         // Those that are about several objects are shown on some.
-        let (scene, distance) = match preset.name {
-            "shy" | "meeting" => ("trio", "3.2"),
-            _ => ("sphere", "2.4"),
+        let scene = match preset.name {
+            "shy" | "meeting" => "trio",
+            _ => "sphere",
         };
         let overrides = Overrides {
             preset: Some(preset.name.to_owned()),
-            set: vec![
-                "particles.count=400000".to_owned(),
-                format!("camera.distance={distance}"),
-            ],
+            set: vec!["particles.count=400000".to_owned()],
             seed: None,
         };
         let picture = picture(&ctx, scene, &overrides, PRESET_STEPS)?;
         save(&folder, preset.name, &picture)?;
-        sheet.push(picture);
+        sheet.push((preset.name, picture));
     }
     if !sheet.is_empty() {
-        save(&folder, "presets", &on_one_sheet(&sheet))?;
+        let sheet = on_one_sheet(&sheet)
+            .map_err(|problem| Error::Invalid(format!("the sheet of presets: {problem}")))?;
+        save(&folder, "presets", &sheet)?;
     }
     Ok(())
 }
@@ -101,20 +108,47 @@ fn picture(
     Ok(offscreen.image())
 }
 
-fn on_one_sheet(pictures: &[RgbaImage]) -> RgbaImage {
-    let columns = COLUMNS.min(pictures.len() as u32);
-    let rows = (pictures.len() as u32).div_ceil(columns);
-    let [width, height] = SIZE.map(|side| side + GAP);
-    let mut sheet = RgbaImage::from_pixel(
-        columns * width - GAP,
-        rows * height - GAP,
-        Rgba([0, 0, 0, 0]),
-    );
-    for (i, picture) in (0..).zip(pictures) {
-        let [x, y] = [i % columns * width, i / columns * height].map(i64::from);
-        imageops::replace(&mut sheet, picture, x, y);
+type Problem = Box<dyn std::error::Error>;
+
+/// Each with its name below.
+fn on_one_sheet(pictures: &[(&str, RgbaImage)]) -> Result<RgbaImage, Problem> {
+    load_font();
+    let count = pictures.len() as u32;
+    let columns = COLUMNS.min(count);
+    let [across, down] = [SIZE[0] + GAP, SIZE[1] + BAND];
+    let size = (columns * across - GAP, count.div_ceil(columns) * down);
+    let place = |i: u32| (i % columns * across, i / columns * down);
+    let mut pixels = vec![0; (3 * size.0 * size.1) as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
+    area.fill(&GROUND)?;
+    let style = TextStyle::from((FONT, LETTERS).into_font())
+        .color(&INK)
+        .pos(Pos::new(HPos::Center, VPos::Center));
+    for (i, (name, _)) in (0..).zip(pictures) {
+        let (x, y) = place(i);
+        let middle = ((x + SIZE[0] / 2) as i32, (y + SIZE[1] + BAND / 2) as i32);
+        area.draw(&Text::new((*name).to_owned(), middle, style.clone()))?;
     }
-    sheet
+    area.present()?;
+    drop(area);
+    let sheet = RgbImage::from_raw(size.0, size.1, pixels).expect("three bytes a pixel");
+    let mut sheet = DynamicImage::ImageRgb8(sheet).into_rgba8();
+    for (i, (_, picture)) in (0..).zip(pictures) {
+        let (x, y) = place(i);
+        imageops::replace(&mut sheet, picture, x.into(), y.into());
+    }
+    Ok(sheet)
+}
+
+/// The letters of the interface.
+fn load_font() {
+    let fonts = egui::FontDefinitions::default();
+    let Some(font) = fonts.font_data.get("Ubuntu-Light") else {
+        return;
+    };
+    let bytes = font.font.to_vec().leak();
+    // Without it, drawing fails and says so.
+    let _ = plotters::style::register_font(FONT, FontStyle::Normal, bytes);
 }
 
 fn save(folder: &Path, name: &str, picture: &RgbaImage) -> Result<()> {
