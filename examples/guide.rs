@@ -36,6 +36,8 @@ const INK: RGBColor = RGBColor(222, 224, 228);
 const COLORS: usize = 256;
 const FONT: &str = "sans-serif";
 const LETTERS: i32 = 15;
+/// A number with more letters than this is shown with four decimals: 1/60 is 0.0167.
+const LONG: usize = 7;
 
 /// What is drawn.
 #[derive(Debug, Deserialize)]
@@ -77,7 +79,11 @@ impl Strip {
             .find(|parameter| parameter.key == self.key);
         let is_default =
             parameter.is_some_and(|parameter| parameter.value(&Settings::default()) == value);
-        let shown = if value.is_empty() { "\"\"" } else { value };
+        let shown = match value.parse::<f64>() {
+            _ if value.is_empty() => "\"\"".to_owned(),
+            Ok(number) if value.len() > LONG => format!("{number:.4}"),
+            _ => value.to_owned(),
+        };
         format!("{shown}{}", if is_default { " (default)" } else { "" })
     }
 }

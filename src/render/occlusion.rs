@@ -23,8 +23,9 @@ const REACH: f32 = 0.8;
 /// How far from the surface rays begin, in radii of the object.
 const OFF: f32 = 2e-3;
 
-/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open: 0 to 255; the
-/// number of places where there are too many to look for it. `normals` has one for each.
+/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open, squared so that
+/// hollows can be told at a glance: 0 to 255; the number of places where there are too many to look for it. `normals` has
+/// one for each.
 pub fn openness(surface: &Surface, normals: &[Vec3]) -> Result<Vec<u8>, usize> {
     let mut open = vec![255; normals.len()];
     let mut places: Vec<Vec<(u32, Vec3)>> = Vec::new();
@@ -83,7 +84,8 @@ fn of_object(
                 .map(|ray| ray.x * side + ray.y * other + ray.z * normal)
                 .map(|direction| 1.0 - object.free(from, direction, 0.0, reach) / reach)
                 .sum();
-            (255.0 * (1.0 - hidden / rays as f32)).round() as u8
+            let open = 1.0 - hidden / rays as f32;
+            (255.0 * open * open).round() as u8
         })
         .collect()
 }
