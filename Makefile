@@ -1,10 +1,10 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long mutants bench atlases gallery guide window clean
+.PHONY: help demo test long mutants bench atlases gallery guide window window-times clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
-	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 21
 
 demo: ## set up what is missing, build, open the window (or render to out/ where there is no display)
 	@.ci/setup demo
@@ -78,6 +78,11 @@ window: ## take the picture of the window in docs/guide.md
 	@.ci/setup test
 	cargo build --release
 	xvfb-run -a -s "-screen 0 1280x800x24 -noreset" .ci/window assets/guide/window.png
+
+window-times: ## time the window: its start, keys, a large picture and a film; the tables go to the terminal (minutes)
+	@.ci/setup test
+	xvfb-run -a -s "$(DISPLAY_OF_TESTS)" \
+		cargo test --release --test tour window_times -- --ignored --nocapture
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean

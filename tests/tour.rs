@@ -17,6 +17,8 @@ mod parameters;
 mod program;
 #[path = "tour_steps/views.rs"]
 mod views;
+#[path = "tour_steps/window_times.rs"]
+mod window_times;
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -101,7 +103,18 @@ impl Lab {
         Self::start(program(), arguments)
     }
 
-    fn start(mut program: Command, arguments: &[&str]) -> Self {
+    fn start(program: Command, arguments: &[&str]) -> Self {
+        let usual = ["--size=900x760", "--validate"];
+        let lab = Self::begin(program, &[&usual, arguments].concat());
+        lab.wait("the scene is there", |seen| {
+            seen["state"]["loading"] == false && seen["state"]["step"].as_u64() > Some(0)
+        });
+        lab.take_hold();
+        lab
+    }
+
+    /// Does not wait for anything.
+    fn begin(mut program: Command, arguments: &[&str]) -> Self {
         let hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = Folder::new();
         let places = folder.file("places.json");
@@ -109,28 +122,27 @@ impl Lab {
         let child = program
             .current_dir(folder.path())
             .env("XDG_DATA_HOME", folder.path())
-            .args(["lab", "--no-preferences", "--size=900x760", "--validate"])
-            .args(["--places", path(&places)])
+            .args(["lab", "--no-preferences", "--places", path(&places)])
             .args(arguments)
             .stderr(said.try_clone().expect("another handle"))
             .spawn()
             .expect("the program starts");
-        let lab = Self {
+        Self {
             child: RefCell::new(child),
             said,
             folder,
             places,
             _hand: hand,
-        };
-        lab.wait("the scene is there", |seen| {
-            seen["state"]["loading"] == false && seen["state"]["step"].as_u64() > Some(0)
-        });
-        let window = xdotool(&["search", "--onlyvisible", "--pid", &lab.pid()]);
+        }
+    }
+
+    /// The window to the corner, where the pointer looks for it, and the keys to it.
+    fn take_hold(&self) {
+        let window = xdotool(&["search", "--onlyvisible", "--pid", &self.pid()]);
         let window = window.lines().last().unwrap_or_default().to_owned();
         xdotool(&["windowmove", &window, "0", "0"]);
         xdotool(&["windowfocus", &window]);
         sleep(Duration::from_millis(300));
-        lab
     }
 
     fn pid(&self) -> String {

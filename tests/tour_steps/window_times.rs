@@ -1,0 +1,119 @@
+//! How long the window takes: until it is there, for a large picture, for a film, and from a key to its answer, while a scene
+//! runs. `make window-times` prints them as tables; what was measured is in `benches/results/README.md`.
+
+use std::path::PathBuf;
+
+use super::*;
+use crate::program::shown_of;
+
+const SIZE: &str = "--size=1280x800";
+/// Scenes that answer keys, with so many particles.
+const SCENES: [&str; 3] = ["torus", "trio", "gears"];
+const COUNT: &str = "--set=particles.count=500000";
+const KEYS: usize = 60;
+/// Seconds of a film, and its frames in each.
+const FILM: [u64; 2] = [10, 30];
+
+/// An open lab, its scene running, and the seconds until its first frame and its first step.
+fn opened(scene: &str) -> (Lab, [f64; 2]) {
+    let begun = Instant::now();
+    let lab = Lab::begin(program(), &[SIZE, scene, COUNT]);
+    let mut seconds = [0.0; 2];
+    lab.wait("a frame", |_| true);
+    seconds[0] = begun.elapsed().as_secs_f64();
+    lab.wait("a step", |seen| {
+        seen["state"]["loading"] == false && seen["state"]["step"].as_u64() > Some(0)
+    });
+    seconds[1] = begun.elapsed().as_secs_f64();
+    lab.take_hold();
+    (lab, seconds)
+}
+
+/// Milliseconds from before a key is sent to the frame that shows what it did, least first.
+fn answers(lab: &Lab) -> Vec<f64> {
+    let mut times = Vec::new();
+    let mut lost = 0;
+    let mut shown = false;
+    while times.len() < KEYS {
+        assert!(lost < KEYS, "keys do not come");
+        // At any time of a step.
+        let pause = 120 + 37 * (times.len() as u64 * 7 % 11);
+        sleep(Duration::from_millis(pause));
+        let begun = Instant::now();
+        xdotool(&["key", "--delay", "0", "h"]);
+        let is_answered = || {
+            let seen = lab.seen();
+            seen.is_some_and(|seen| seen["state"]["help"] == !shown)
+        };
+        while !is_answered() && begun.elapsed() < Duration::from_secs(10) {
+            sleep(Duration::from_millis(1));
+        }
+        if is_answered() {
+            times.push(1000.0 * begun.elapsed().as_secs_f64());
+            shown = !shown;
+        } else {
+            lost += 1;
+        }
+    }
+    if lost > 0 {
+        println!("{lost} keys were lost on the way");
+    }
+    times.sort_by(f64::total_cmp);
+    times
+}
+
+/// Seconds from a click to the whole file.
+fn made(lab: &Lab, button: &str, file: &str) -> (f64, PathBuf) {
+    let place = lab.folder.file(file);
+    lab.point(button, 0.5);
+    let begun = Instant::now();
+    lab.press();
+    while !place.exists() {
+        assert!(begun.elapsed() < 20 * PATIENCE, "{file}: {:?}", lab.seen());
+        lab.is_open();
+        sleep(Duration::from_millis(5));
+    }
+    (begun.elapsed().as_secs_f64(), place)
+}
+
+#[test]
+#[ignore = "takes minutes, and tells of the machine; `make window-times` runs it"]
+fn times_of_the_window() {
+    if !can_tour() {
+        return;
+    }
+    println!("| scene | first frame, s | first step, s | key to answer: median, 95 %, most, ms |");
+    println!("| --- | --- | --- | --- |");
+    for scene in SCENES {
+        let (lab, [frame, step]) = opened(scene);
+        let times = answers(&lab);
+        let [median, most_of, most] = [KEYS / 2, KEYS * 95 / 100, KEYS - 1].map(|i| times[i]);
+        println!("| `{scene}` | {frame:.2} | {step:.2} | {median:.0}, {most_of:.0}, {most:.0} |");
+        lab.quit();
+    }
+
+    let (lab, _) = opened("torus");
+    lab.click_until("out", "out", true);
+    lab.click("out.size=4K");
+    for number in 1..=3 {
+        let name = format!("screenshot_{number:06}.png");
+        let (seconds, picture) = made(&lab, "out.picture", &name);
+        let picture = image::image_dimensions(&picture).expect("it is a picture");
+        assert_eq!(picture, (3840, 2160));
+        println!("a picture of 3840 x 2160: {seconds:.2} s");
+    }
+    lab.click("out.kind=MP4");
+    lab.click("out.film_size=1080p");
+    let [length, fps] = FILM;
+    for (row, number) in [("out.seconds", length), ("out.film_fps", fps)] {
+        let number = number.to_string();
+        lab.type_until(row, 0.5, &number, row, &number);
+    }
+    let (seconds, film) = made(&lab, "out.film", "film_000001.mp4");
+    assert_eq!(shown_of(&film), ([1920, 1080], length * fps));
+    println!(
+        "a film of 1920 x 1080, {length} s: {} frames, none left out, in {seconds:.0} s",
+        length * fps
+    );
+    lab.quit();
+}
