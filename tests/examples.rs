@@ -271,10 +271,11 @@ fn the_gallery_draws_what_is_named_and_no_more() {
         let picture = image::open(out.join(name)).expect("it is a picture");
         picture.into_rgba8()
     });
-    let on_sheet = imageops::crop_imm(&sheet, 0, 0, one.width(), one.height());
-    assert_eq!(one, on_sheet.to_image(), "alone on the sheet");
-    let below = imageops::crop_imm(&sheet, 0, one.height(), one.width(), sheet.height());
-    let letters = below.pixels().filter(|(.., pixel)| pixel.0[0] > 150);
+    let (width, height) = one.dimensions();
+    let on_sheet = imageops::crop_imm(&sheet, 0, 0, width, height).to_image();
+    assert_eq!(one, on_sheet, "alone on the sheet");
+    let below = imageops::crop_imm(&sheet, 0, height, width, sheet.height() - height).to_image();
+    let letters = below.pixels().filter(|pixel| pixel.0[0] > 150);
     assert!(letters.count() > 20, "its name stands below");
     assert!(sheet.pixels().all(|pixel| pixel.0[3] == 255), "no gaps");
     let lit = one.pixels().filter(|pixel| pixel.0[0] > 100).count();
