@@ -39,6 +39,10 @@ mutants: ## break a constant of every shader in turn and list the tests that tur
 	@.ci/setup test
 	.ci/mutants
 
+MYXO := cargo run --release --quiet --
+# Three times from the beginning, each past the steps in which particles are not yet in the order of the atlas.
+MEASURE := $(MYXO) profile --steps 100 --warmup 34 --repeat 3
+
 bench: ## time every kernel on the reference scenes, and how times grow; the figures go to benches/results/ (minutes)
 	@.ci/setup demo
 	cargo build --release
@@ -51,10 +55,6 @@ bench: ## time every kernel on the reference scenes, and how times grow; the fig
 	$(MEASURE) torus --set particles.count=1000000 --set physarum.sensing=walk --report benches/results/torus-walk-1m.json
 	$(MYXO) bench particles texture edges objects transfer distance mesh --quick --out benches/results/scaling
 	$(MYXO) bench choices --out benches/results/scaling
-
-MYXO := cargo run --release --quiet --
-# Three times from the beginning, each past the steps in which particles are not yet in the order of the atlas.
-MEASURE := $(MYXO) profile --steps 100 --warmup 34 --repeat 3
 
 # Every mesh that comes with the program.
 MESHES := $(addprefix builtin:,cube torus icosphere plane capsule suzanne trefoil gyroid) assets/hand_animated.glb

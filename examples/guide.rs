@@ -36,8 +36,8 @@ const INK: RGBColor = RGBColor(222, 224, 228);
 const COLORS: usize = 256;
 const FONT: &str = "sans-serif";
 const LETTERS: i32 = 15;
-/// A number with more letters than this is shown with four decimals: 1/60 is 0.0167.
-const LONG: usize = 7;
+/// A number with more digits than this behind its point is shown with so many: 1/60 is 0.0167.
+const DECIMALS: usize = 4;
 
 /// What is drawn.
 #[derive(Debug, Deserialize)]
@@ -79,9 +79,11 @@ impl Strip {
             .find(|parameter| parameter.key == self.key);
         let is_default =
             parameter.is_some_and(|parameter| parameter.value(&Settings::default()) == value);
+        let behind = value.split_once('.').map_or("", |(_, behind)| behind);
+        let decimals = behind.bytes().take_while(u8::is_ascii_digit).count();
         let shown = match value.parse::<f64>() {
             _ if value.is_empty() => "\"\"".to_owned(),
-            Ok(number) if value.len() > LONG => format!("{number:.4}"),
+            Ok(number) if decimals > DECIMALS => format!("{number:.DECIMALS$}"),
             _ => value.to_owned(),
         };
         format!("{shown}{}", if is_default { " (default)" } else { "" })

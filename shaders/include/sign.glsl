@@ -130,12 +130,15 @@ bool any_nearest_faces_place(uint root, vec3 place, float distance) {
 
 // Is a place outside? `slot` is the nearest face, and `point` the nearest point on it.
 bool is_outside(uint root, uint slot, vec3 place, vec4 point, uint first_vertex_normal) {
+    // A search that was left early leaves no rounds for another one: then the nearest feature tells, which needs none.
     if (SIGN_RULE == SIGN_WINDING) {
         // Half of the whole sphere.
-        return solid_angle_of_tree(root, place) < 6.28318530718;
+        bool is_outside_by_winding = solid_angle_of_tree(root, place) < 6.28318530718;
+        if (!left_early) return is_outside_by_winding;
     }
     if (SIGN_RULE == SIGN_FACING) {
-        return any_nearest_faces_place(root, place, sqrt(point.z));
+        bool faces = any_nearest_faces_place(root, place, sqrt(point.z));
+        if (!left_early) return faces;
     }
     return outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal);
 }

@@ -93,7 +93,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
             mirrored = crosses ? over : mirrored;
             stays = stays && !crosses;
             attempts -= 1u;
-            float ahead = way_to(right, left);
+            ahead = way_to(right, left);
             ends = ahead >= w.remaining;
             end = ends ? w.remaining : max(ahead, 0.0);
         }

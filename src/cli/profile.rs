@@ -14,7 +14,7 @@ use myxo::{Error, Result};
 use super::files::{Sink, check_distinct};
 use super::host::Watch;
 use super::options::CommonOptions;
-use super::report::{Repetition, Report, Times};
+use super::report::{HostTimes, Repetition, Report, Times};
 use super::session::{Ending, Session};
 use super::times::Run;
 use super::{Outcome, console, interrupt, ratios};
@@ -200,6 +200,7 @@ impl Profile {
             report.alone.clone_from(&self.kernel);
             report.gpu_ms_per_step = None;
             report.gpu_step = Times::default();
+            report.host_step = HostTimes::default();
         }
         if let Some(warning) = load.warning() {
             console::message(&warning);

@@ -49,7 +49,7 @@ pub struct Report {
     /// The same with its spread.
     #[serde(default)]
     pub gpu_step: Times,
-    /// What the host takes for a step, of the last repetition.
+    /// What the host takes for a step where steps were measured, of the last repetition.
     #[serde(default)]
     pub host_step: HostTimes,
     /// Time of a step as people experience it.

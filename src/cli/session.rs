@@ -49,8 +49,8 @@ pub struct Session {
     is_alone: bool,
     /// What the device's own copies get through, once it was measured.
     bandwidth: Option<Bandwidth>,
-    /// What the host has taken for each frame so far, milliseconds: to record it, and to submit it.
-    host_ms: Vec<[f64; 2]>,
+    /// While it is measured: what the host has taken for each frame, milliseconds, to record it and to submit it.
+    host_ms: Option<Vec<[f64; 2]>>,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -138,7 +138,7 @@ impl Session {
             options: options.clone(),
             started: Instant::now(),
             trace: None,
-            host_ms: Vec::new(),
+            host_ms: None,
         })
     }
 
@@ -184,7 +184,9 @@ impl Session {
         let begun = Instant::now();
         spanned(trace, "submit", || self.frames.submit(rec))?;
         let took = [recording, begun.elapsed()].map(|time| time.as_secs_f64() * 1e3);
-        self.host_ms.push(took);
+        if let Some(host_ms) = &mut self.host_ms {
+            host_ms.push(took);
+        }
         self.tell_debug_entries();
         Ok(())
     }
@@ -201,7 +203,7 @@ impl Session {
     /// trace if there is to be one.
     pub fn begin_measuring(&mut self, steps: usize, traced: bool) -> Result<()> {
         self.forget_times()?;
-        self.host_ms.clear();
+        self.host_ms = Some(Vec::with_capacity(steps));
         self.frames.timings_mut().set_window(steps);
         if traced {
             self.trace = Some(Tracing {
@@ -331,7 +333,7 @@ impl Session {
                 Times::from(&times.step)
             },
             copy_bandwidth: self.bandwidth,
-            host_step: HostTimes::of(&self.host_ms),
+            host_step: HostTimes::of(self.host_ms.as_deref().unwrap_or_default()),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),

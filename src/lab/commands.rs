@@ -19,6 +19,7 @@ use super::loading::{Loaded, Loading, Opened, Origin};
 use super::out::put_look;
 use super::saving::save_scene;
 use super::stage::Stage;
+use super::under_way::Left;
 use super::window::{Lab, title};
 
 impl Lab {
@@ -30,7 +31,9 @@ impl Lab {
         picture_size: [u32; 2],
     ) -> Result<()> {
         match command {
-            Command::Apply => self.apply(context),
+            Command::Apply => {
+                self.apply(context);
+            }
             Command::Restart => self.restart(),
             Command::Step => self.single_steps += u32::from(self.stage.is_some()),
             Command::Screenshot => self.picture(context, picture_size),
@@ -80,10 +83,10 @@ impl Lab {
         Ok(())
     }
 
-    /// Lets the running simulation take over what can change while it runs.
-    pub(super) fn apply(&mut self, context: &egui::Context) {
+    /// Lets the running simulation take over what can change while it runs. Where it cannot, that is said, and false.
+    pub(super) fn apply(&mut self, context: &egui::Context) -> bool {
         let Some(stage) = &mut self.stage else {
-            return;
+            return false;
         };
         let wanted = self.interface.live_settings();
         let mut live = wanted.clone();
@@ -91,14 +94,19 @@ impl Lab {
         let runs = stage.simulation.settings();
         live.foods.clone_from(&runs.foods);
         live.feeding = runs.feeding.clone();
-        match stage.simulation.apply(&live) {
+        let is_taken = match stage.simulation.apply(&live) {
             Ok(()) => {
                 self.interface.running = live;
                 stage.forget_picture();
+                true
             }
-            Err(error) => self.interface.notice(context, error.to_string(), true),
-        }
+            Err(error) => {
+                self.interface.notice(context, error.to_string(), true);
+                false
+            }
+        };
         self.feeder.want(&stage.simulation, &wanted);
+        is_taken
     }
 
     /// From step 0, with the settings as they are edited.
@@ -219,10 +227,39 @@ impl Lab {
         origin: Origin,
         load: impl FnOnce() -> Result<T> + Send + 'static,
     ) {
+        self.make_room(&name, origin);
         self.hand.carry = None;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
         self.loading = Some(Loading::begin(name, origin, info, atlases, load));
         self.window.request_redraw();
+    }
+
+    /// What is on its way is given up. An object that was to come or to go does so afterwards, if it is the same scene; what
+    /// is lost is said.
+    fn make_room(&mut self, name: &str, origin: Origin) {
+        let is_same = origin == Origin::Shown;
+        if !is_same {
+            self.left.retain(|left| !matches!(left, Left::Removal(_)));
+        }
+        let coming = self.hand.coming.take();
+        let loading = self.loading.as_ref();
+        let Some(loading) = loading.filter(|loading| !loading.told().is_cancelled) else {
+            return;
+        };
+        let lost = match coming {
+            Some((_, again)) if is_same => {
+                self.left.insert(0, again);
+                return;
+            }
+            Some((what, _)) => what,
+            None if is_same && loading.origin != Origin::Shown && loading.name != name => {
+                loading.name.clone()
+            }
+            None => return,
+        };
+        let context = self.egui.egui_ctx().clone();
+        let text = format!("{lost} was on its way, and was given up");
+        self.interface.notice(&context, text, false);
     }
 
     /// Shows the scene that was loaded, if it is ready. If something was wrong with it, what runs goes on.

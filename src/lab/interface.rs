@@ -127,6 +127,8 @@ pub struct Interface {
     /// Is the key held?
     shift: bool,
     pub(super) notice: Option<Notice>,
+    /// What was wrong with files that were dropped, until all of them are there.
+    dropped: Option<Vec<String>>,
     /// What is taken out, and how.
     pub out: OutPanel,
 }
@@ -178,6 +180,7 @@ impl Interface {
             filter: String::new(),
             shift: false,
             notice: None,
+            dropped: None,
             out: OutPanel::default(),
         };
         interface.open(scene);
@@ -199,6 +202,12 @@ impl Interface {
         self.edited = scene.settings.clone();
         self.see_as(scene);
         self.find_preset();
+    }
+
+    /// It cannot: everything is as it was before, but for what is said of it.
+    pub fn put_back(&mut self, before: Self) {
+        let notice = self.notice.take();
+        *self = Self { notice, ..before };
     }
 
     /// The view that a scene's file asks for.
@@ -241,9 +250,33 @@ impl Interface {
         self.undo.note(&self.edited, &self.view);
     }
 
+    /// Files are dropped: what is wrong with one stays before what is said of the next.
+    pub fn begin_drop(&mut self) {
+        if self.dropped.is_none() {
+            self.dropped = Some(Vec::new());
+        }
+    }
+
+    /// All that were dropped are there, or will never be.
+    pub fn end_drop(&mut self) {
+        self.dropped = None;
+    }
+
     /// Shows a line for a while.
     pub fn notice(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
-        let text = text.into();
+        let mut text: String = text.into();
+        let mut is_error = is_error;
+        if let Some(errors) = &mut self.dropped {
+            if is_error {
+                if !errors.contains(&text) {
+                    errors.push(text);
+                }
+                text = errors.join("\n");
+            } else if !errors.is_empty() {
+                text = format!("{}\n{text}", errors.join("\n"));
+                is_error = true;
+            }
+        }
         let seconds = 3.0 + 0.05 * text.len() as f64;
         self.notice = Some(Notice {
             text,

@@ -31,10 +31,18 @@ impl Lab {
             })
         });
         if let Some(scene) = live {
+            let before = self.interface.clone();
             self.interface.go_on_as(&scene);
-            self.apply(context);
-            let text = format!("{} goes on as pasted (R begins anew)", self.name);
-            self.interface.notice(context, text, false);
+            if self.apply(context) {
+                let text = format!("{} goes on as pasted (R begins anew)", self.name);
+                self.interface.notice(context, text, false);
+            } else {
+                self.interface.put_back(before);
+                let wanted = self.interface.live_settings();
+                if let Some(stage) = &self.stage {
+                    self.feeder.want(&stage.simulation, &wanted);
+                }
+            }
             return;
         }
         let (name, folder) = (self.name.clone(), self.folder.clone());

@@ -1,10 +1,12 @@
 //! Steps that take longer than a hand waits: they go to the device in slices, and between these the window answers over the
 //! picture that is there.
 
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use myxo::Result;
 use myxo::gpu::Recorder;
+use myxo::scene::settings::ObjectSettings;
 
 use super::interface::Command;
 use super::show::{Seen, Shot};
@@ -42,6 +44,8 @@ pub(super) enum Left {
     Command(Command, [u32; 2]),
     /// A file that was dropped onto the window.
     File(std::path::PathBuf),
+    /// An object that is to go, wherever it stands then.
+    Removal(Box<ObjectSettings>),
 }
 
 impl Lab {
@@ -86,6 +90,43 @@ impl Lab {
         }
         self.under_way = Some(under_way);
         Ok(true)
+    }
+
+    /// Does the rest of the steps at once.
+    pub(super) fn finish_steps(&mut self) -> Result<()> {
+        let Some(mut under_way) = self.under_way.take() else {
+            return Ok(());
+        };
+        while self.frames.run_slice(&mut under_way.rec)? {}
+        self.frames.submit(under_way.rec)?;
+        self.frames.wait_idle()?;
+        self.have_stepped(under_way.steps)
+    }
+
+    /// Does what had to wait. Where something fails the rest goes on waiting.
+    pub(super) fn do_what_was_left(&mut self) -> Result<()> {
+        let mut left = VecDeque::from(std::mem::take(&mut self.left));
+        while let Some(next) = left.pop_front() {
+            let done = match next {
+                Left::Command(command, size) => {
+                    let context = self.egui.egui_ctx().clone();
+                    self.obey(&context, command, size)
+                }
+                Left::File(path) => {
+                    self.take_file(path);
+                    Ok(())
+                }
+                Left::Removal(object) => {
+                    self.remove_object(object);
+                    Ok(())
+                }
+            };
+            if let Err(error) = done {
+                self.left.extend(left);
+                return Err(error);
+            }
+        }
+        Ok(())
     }
 
     /// The interface as it is now, over the picture that is there. What it asks for has to wait.

@@ -218,14 +218,10 @@ impl Lab {
             return Ok(Some(Instant::now()));
         }
         let since_last = self.clocks.tick();
-        for left in std::mem::take(&mut self.left) {
-            match left {
-                Left::Command(command, size) => {
-                    self.obey(&self.egui.egui_ctx().clone(), command, size)?;
-                }
-                Left::File(path) => self.take_file(path),
-            }
+        if self.left.is_empty() && self.loading.is_none() {
+            self.interface.end_drop();
         }
+        self.do_what_was_left()?;
         self.take_loaded();
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
         self.take_food(&self.egui.egui_ctx().clone());
@@ -435,6 +431,7 @@ impl Lab {
 
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
     pub fn close(mut self) -> Result<()> {
+        self.obey_what_writes();
         // What was not begun of a step is left.
         self.under_way = None;
         let _ = self.frames.wait_idle();

@@ -13,7 +13,7 @@ where
     match worker.join() {
         Ok(made) => Ok(made?),
         Err(panic) => Err(Error::Invalid(format!(
-            "{work} has failed: {}; this is a bug in myxo, please report it: everything else goes on",
+            "{work} has failed: {}; this is a bug in myxo, please report it; nothing else is affected",
             words(&*panic)
         ))),
     }

@@ -16,7 +16,7 @@ use crate::mesh::surface::Surface;
 const RAYS: (usize, usize) = (8, 48);
 /// Rays of all places together, about: a fifth of a second on two cores; more would be felt when a scene is opened.
 const ALL_RAYS: usize = 500_000;
-/// With more places than this nothing is looked for, and everything sees the whole sky.
+/// With more places than this pictures look for nothing, and everything sees the whole sky.
 pub(super) const MOST_PLACES: usize = 200_000;
 /// What is farther hides nothing, in radii of the object.
 const REACH: f32 = 0.8;
@@ -24,9 +24,9 @@ const REACH: f32 = 0.8;
 const OFF: f32 = 2e-3;
 
 /// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open, squared so that
-/// hollows can be told at a glance: 0 to 255; the number of places where there are too many to look for it. `normals` has
-/// one for each.
-pub fn openness(surface: &Surface, normals: &[Vec3]) -> Result<Vec<u8>, usize> {
+/// hollows can be told at a glance: 0 to 255; the number of places where there are more than `most_places`. `normals` has one
+/// for each.
+pub fn openness(surface: &Surface, normals: &[Vec3], most_places: usize) -> Result<Vec<u8>, usize> {
     let mut open = vec![255; normals.len()];
     let mut places: Vec<Vec<(u32, Vec3)>> = Vec::new();
     let mut place_of = vec![0_u32; normals.len()];
@@ -45,7 +45,7 @@ pub fn openness(surface: &Surface, normals: &[Vec3]) -> Result<Vec<u8>, usize> {
         places.push(own);
     }
     let count: usize = places.iter().map(Vec::len).sum();
-    if count > MOST_PLACES {
+    if count > most_places {
         return Err(count);
     }
     let rays = (ALL_RAYS / count.max(1)).clamp(RAYS.0, RAYS.1);
@@ -69,25 +69,29 @@ fn of_object(
     let Some(object) = Rays::new(&surface.positions, &surface.corners[first..end]) else {
         return vec![255; places.len()];
     };
-    let reach = REACH * object.radius;
     let fan = fan(rays);
     places
         .par_iter()
         .map(|&(vertex, normal)| {
-            let normal = Vec3A::from(normal);
-            let corner = Vec3A::from(surface.positions[vertex as usize]);
-            let from = corner + OFF * object.radius * normal;
-            let (side, other) = normal.any_orthonormal_pair();
-            // 1 by what is close, 0 by what is as far as `reach`, or by nothing.
-            let hidden: f32 = fan
-                .iter()
-                .map(|ray| ray.x * side + ray.y * other + ray.z * normal)
-                .map(|direction| 1.0 - object.free(from, direction, 0.0, reach) / reach)
-                .sum();
-            let open = 1.0 - hidden / rays as f32;
+            let corner = surface.positions[vertex as usize];
+            let open = open_share(&object, corner.into(), normal.into(), &fan);
             (255.0 * open * open).round() as u8
         })
         .collect()
+}
+
+/// The share of the sky that one place sees.
+fn open_share(object: &Rays, corner: Vec3A, normal: Vec3A, fan: &[Vec3]) -> f32 {
+    let reach = REACH * object.radius;
+    let from = corner + OFF * object.radius * normal;
+    let (side, other) = normal.any_orthonormal_pair();
+    // 1 by what is close, 0 by what is as far as `reach`, or by nothing.
+    let hidden: f32 = fan
+        .iter()
+        .map(|ray| ray.x * side + ray.y * other + ray.z * normal)
+        .map(|direction| 1.0 - object.free(from, direction, 0.0, reach) / reach)
+        .sum();
+    1.0 - hidden / fan.len() as f32
 }
 
 /// Directions about +Z, each with the weight of its cosine: Malley's method on the points of a sunflower (Vogel 1979).
@@ -118,7 +122,7 @@ mod tests {
         settings.objects[0].mesh = mesh.to_owned();
         let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
         let normals = corner_normals(&scene.surface, CREASE_ANGLE);
-        let open = openness(&scene.surface, &normals).unwrap();
+        let open = openness(&scene.surface, &normals, MOST_PLACES).unwrap();
         (scene, open)
     }
 
@@ -128,7 +132,25 @@ mod tests {
         settings.objects[0].mesh = "builtin:torus?major=700&minor=300".to_owned();
         let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
         let normals = corner_normals(&scene.surface, CREASE_ANGLE);
-        assert_eq!(openness(&scene.surface, &normals), Err(210_000));
+        let found = openness(&scene.surface, &normals, MOST_PLACES);
+        assert_eq!(found, Err(210_000));
+    }
+
+    #[test]
+    fn the_open_share_of_the_sky_is_squared() {
+        let (scene, open) = open_of("builtin:torus?major=48&minor=24&tube=0.7");
+        let surface = &scene.surface;
+        let (darkest, &found) = (open.iter().enumerate())
+            .min_by_key(|(_, open)| **open)
+            .unwrap();
+        let normal = corner_normals(surface, CREASE_ANGLE)[darkest];
+        let vertex = surface.corners[darkest / 3][darkest % 3];
+        let corner = surface.positions[vertex as usize];
+        let object = Rays::new(&surface.positions, &surface.corners).unwrap();
+        let share = open_share(&object, corner.into(), normal.into(), &fan(RAYS.1));
+        assert!((0.2..0.8).contains(&share), "{share}");
+        let expected = 255.0 * share * share;
+        assert!((f32::from(found) - expected).abs() <= 1.0, "{found}");
     }
 
     #[test]

@@ -40,9 +40,14 @@ impl Prepared {
     /// Finds it for pictures of a setup.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
+        Self::with_most_places(setup, MOST_PLACES)
+    }
+
+    /// The same with another number of places from which it looks for what is open, at the most.
+    fn with_most_places(setup: &Setup, most_places: usize) -> Self {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
         let normals = corner_normals(surface, CREASE_ANGLE);
-        let (mut openness, unlooked) = match openness(surface, &normals) {
+        let (mut openness, unlooked) = match openness(surface, &normals, most_places) {
             Ok(found) => (found, None),
             Err(places) => (vec![u8::MAX; normals.len()], Some(places)),
         };
@@ -129,12 +134,17 @@ mod tests {
         };
         let scene = Scene::load(Path::new("cube"), &overrides).unwrap();
         let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
-        let mut prepared = Prepared::for_quick(&setup);
-        assert_eq!(prepared.warning(), None);
-        prepared.unlooked = Some(210_000);
+        assert_eq!(Prepared::for_quick(&setup).warning(), None);
+        let normals = corner_normals(&setup.surface, CREASE_ANGLE);
+        let places = openness(&setup.surface, &normals, 0).unwrap_err();
+        let most = |places| Prepared::with_most_places(&setup, places);
+        assert_eq!(most(places).warning(), None);
+        let prepared = most(places - 1);
+        assert!(prepared.openness.iter().all(|&four| four == u32::MAX));
         let warning = prepared.warning().unwrap();
+        let there_are = format!("there are {} corners", grouped(places as f64));
         assert!(
-            warning.contains("210,000 corners") && warning.contains("more than 200,000"),
+            warning.contains(&there_are) && warning.contains("more than 200,000"),
             "{warning}"
         );
     }

@@ -191,11 +191,16 @@ fn files_that_are_dropped_together_all_come() {
     let look = (lab.folder).with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
     let all: Vec<&Path> = files.iter().chain([&look]).map(PathBuf::as_path).collect();
     drop_all_on(&window_of(&lab), &all);
-    lab.wait("all are there", |seen| {
+    let seen = lab.wait("all are there", |seen| {
         let notice = seen["state"]["notice"].as_str();
         let is_last = notice.is_some_and(|text| text.contains("The look of fern"));
         seen["state"]["loading"] == false && is_last && seen["values"]["objects"] == "4"
     });
+    let notice = seen["state"]["notice"].as_str().expect("it is told");
+    assert!(
+        notice.contains("torn.obj"),
+        "what is wrong with it is told, too: {notice}"
+    );
     let saved = lab.save("cube", 1);
     let meshes = saved.objects.iter().map(|object| object.mesh.as_str());
     let ends = ["cube", "tip.obj", "top.obj", "tap.obj"];

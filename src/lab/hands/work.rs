@@ -9,7 +9,7 @@ use myxo::sim::carry::carried;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::interface::Command;
@@ -43,6 +43,8 @@ pub struct Hand {
     probe: Option<Probe>,
     /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
     pub carry: Option<Vec<Option<usize>>>,
+    /// The object that comes or goes with the scene on its way: how it is told of, and what asks for it again.
+    pub(in super::super) coming: Option<(String, Left)>,
 }
 
 /// Trail and distance at one texel, read some frames later.
@@ -94,7 +96,12 @@ impl Lab {
                 brush,
                 radius,
             } => self.stroke([from, to], brush, radius, size),
-            Work::Remove(object) => self.remove_object(object),
+            Work::Remove(object) => {
+                let object = self.interface.edited.objects.get(object).cloned();
+                if let Some(object) = object {
+                    self.remove_object(Box::new(object));
+                }
+            }
             Work::Add(_) if self.loading.is_some() => {
                 // It would take the place of what is on its way.
                 self.left.push(Left::Command(Command::Hand(work), size));
@@ -126,9 +133,17 @@ impl Lab {
 
     /// A file was dropped onto the window. What is on its way comes first: files that are dropped together all come.
     pub fn drop_file(&mut self, path: PathBuf) {
-        if let Some(loading) = &self.loading {
+        self.interface.begin_drop();
+        self.window.request_redraw();
+        let before = self.loading.as_ref().and_then(|loading| {
+            let coming = self.hand.coming.as_ref().map(|(what, _)| what);
+            // The scene that is shown is there already.
+            let other = (loading.origin != Origin::Shown).then_some(&loading.name);
+            coming.or(other)
+        });
+        if let Some(before) = before {
             let file = path.file_name().unwrap_or(path.as_os_str());
-            let text = format!("{} comes after {}", file.display(), loading.name);
+            let text = format!("{} comes after {before}", file.display());
             let context = self.egui.egui_ctx().clone();
             self.interface.notice(&context, text, false);
         }
@@ -296,6 +311,8 @@ impl Lab {
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let count = settings.objects.len();
         let mut from = self.where_they_run(&settings.objects);
+        let what = short_name(&mesh).to_owned();
+        let again = Command::Hand(Work::Add(mesh.clone()));
         // Picked when it is there.
         self.interface.hands.selected = Some(count);
         self.load(name.clone(), Origin::Shown, move || {
@@ -318,20 +335,35 @@ impl Lab {
         });
         from.push(None);
         self.hand.carry = Some(from);
+        self.hand.coming = Some((what, Left::Command(again, [0; 2])));
     }
 
-    fn remove_object(&mut self, object: usize) {
-        let settings = &self.interface.edited;
-        if object >= settings.objects.len() || settings.objects.len() < 2 {
+    /// An object goes. Those that come or go already do so first.
+    pub(in super::super) fn remove_object(&mut self, object: Box<ObjectSettings>) {
+        let loading = self.loading.as_ref();
+        if loading.is_some_and(|loading| loading.origin == Origin::Shown) {
+            self.left.push(Left::Removal(object));
             return;
         }
-        let settings = without_object(settings, object);
+        let settings = &self.interface.edited;
+        let Some(place) = place_among(&settings.objects, &object) else {
+            return;
+        };
+        if settings.objects.len() < 2 {
+            let text = format!("{} stays: a scene has at least one object", object.name);
+            let context = self.egui.egui_ctx().clone();
+            self.interface.notice(&context, text, true);
+            return;
+        }
+        let settings = without_object(settings, place);
         let from = self.where_they_run(&settings.objects);
         let (name, folder) = (self.name.clone(), self.folder.clone());
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
         self.hand.carry = Some(from);
+        let what = format!("the removal of {}", object.name);
+        self.hand.coming = Some((what, Left::Removal(object)));
     }
 
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning.
@@ -348,6 +380,13 @@ impl Lab {
         );
         carried.map_or(Ok(()), |state| next.simulation.restore(&state))
     }
+}
+
+/// What a mesh is called where it is told of.
+fn short_name(mesh: &str) -> &str {
+    let builtin = mesh.strip_prefix("builtin:");
+    let file = || Path::new(mesh).file_name().and_then(|name| name.to_str());
+    builtin.or_else(file).unwrap_or(mesh)
 }
 
 /// One of `count` dabs that together do what one would.
@@ -369,6 +408,17 @@ fn share_of(brush: Brush, count: f32) -> Brush {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn meshes_are_told_of_by_short_names() {
+        for (mesh, name) in [
+            ("builtin:cube", "cube"),
+            ("/home/me/top.obj", "top.obj"),
+            ("top.obj", "top.obj"),
+        ] {
+            assert_eq!(short_name(mesh), name);
+        }
+    }
 
     #[test]
     fn dabs_of_a_stroke_do_together_what_one_would() {

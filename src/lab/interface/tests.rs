@@ -398,6 +398,54 @@ fn a_notice_goes_away() {
 }
 
 #[test]
+fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
+    let mut harness = Harness::new();
+    let ctx = harness.ctx.clone();
+    let told = |interface: &Interface| {
+        let notice = interface.notice.clone().expect("it is shown");
+        (notice.text, notice.is_error)
+    };
+    let interface = &mut harness.interface;
+    interface.notice(&ctx, "something else", true);
+    interface.begin_drop();
+    interface.notice(&ctx, "a.obj comes", false);
+    assert_eq!(told(interface), ("a.obj comes".to_owned(), false));
+    for text in ["b.obj is torn", "b.obj is torn", "c.obj is torn"] {
+        interface.begin_drop();
+        interface.notice(&ctx, text, true);
+    }
+    assert_eq!(told(interface).0, "b.obj is torn\nc.obj is torn");
+    interface.notice(&ctx, "d.obj comes", false);
+    interface.notice(&ctx, "e.obj comes", false);
+    let all = "b.obj is torn\nc.obj is torn\ne.obj comes".to_owned();
+    assert_eq!(told(interface), (all, true));
+    interface.end_drop();
+    interface.notice(&ctx, "saved", false);
+    assert_eq!(told(interface), ("saved".to_owned(), false));
+}
+
+#[test]
+fn what_cannot_go_on_as_pasted_is_as_it_was_before() {
+    let mut harness = Harness::new();
+    let ctx = harness.ctx.clone();
+    let interface = &mut harness.interface;
+    interface.edited.trail.decay = 0.75;
+    let (edited, view) = (interface.edited.clone(), interface.view);
+    let mut settings = edited.clone();
+    settings.trail.decay = 0.5;
+    settings.camera.distance = 9.0;
+    let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
+    let before = interface.clone();
+    interface.go_on_as(&scene);
+    assert!(interface.edited.trail.decay == 0.5 && interface.view != view);
+    interface.notice(&ctx, "it cannot", true);
+    interface.put_back(before);
+    assert!(interface.edited == edited && interface.view == view);
+    let notice = interface.notice.as_ref().expect("it is still said");
+    assert_eq!(notice.text, "it cannot");
+}
+
+#[test]
 fn the_scene_keeps_fitting_until_the_camera_is_moved() {
     let mut harness = Harness::new();
     let with_panel = harness.interface.view.camera.distance;

@@ -4,11 +4,13 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use myxo::Result;
-use myxo::render::output::Written;
+use myxo::render::output::{OutputError, Written};
+use myxo::{Error, Result};
 
-use super::Lab;
 use super::job::Job;
+use super::{Lab, Out};
+use crate::lab::interface::Command;
+use crate::lab::under_way::Left;
 
 /// A window that closes waits no longer for a picture to be drawn.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
@@ -17,26 +19,66 @@ impl Lab {
     /// The window closes: what is being recorded, filmed or written becomes whole files, and so does a picture that does not
     /// take long. What became of each is said on the terminal.
     pub(in super::super) fn end_taking_out(&mut self) {
-        let mut told = Vec::new();
         if let Some(mut recording) = self.out.recording.take() {
             if !recording.is_ending() {
                 recording.stop();
             }
             let path = recording.path().to_owned();
-            told.push(told_of(&path, recording.wait(), false));
+            say(&finishing(&path));
+            say(&told_of(&path, recording.wait(), false));
         }
-        told.extend(self.finish_job());
-        for text in told {
-            // Nobody listening is no reason to stop.
-            let _ = writeln!(std::io::stderr().lock(), "{text}");
+        self.finish_job();
+    }
+
+    /// The window closes while commands wait for steps: those that write files are obeyed, in their order.
+    pub(in super::super) fn obey_what_writes(&mut self) {
+        let left = std::mem::take(&mut self.left).into_iter();
+        let commands: Vec<_> = left
+            .filter_map(|left| match left {
+                Left::Command(command, size) => Some((at_the_end(&command), command, size)),
+                Left::File(_) | Left::Removal(_) => None,
+            })
+            .collect();
+        let any_writes = (commands.iter()).any(|(end, ..)| *end == AtTheEnd::Writes);
+        if any_writes && self.under_way.is_some() {
+            say("finishing the steps that are under way ...");
+            if let Err(error) = self.finish_steps() {
+                say(&error.to_string());
+            }
+        }
+        let context = self.egui.egui_ctx().clone();
+        for (end, command, size) in commands {
+            match end {
+                AtTheEnd::GivenUp(text) => {
+                    say(text);
+                    continue;
+                }
+                AtTheEnd::Forgotten => continue,
+                AtTheEnd::Helps if !any_writes => continue,
+                AtTheEnd::Helps => {}
+                // One thing at a time.
+                AtTheEnd::Writes => self.finish_job(),
+            }
+            self.interface.notice = None;
+            if let Err(error) = self.obey(&context, command, size) {
+                say(&error.to_string());
+            }
+            if let Some(notice) = self.interface.notice.take() {
+                say(&notice.text);
+            }
         }
     }
 
-    fn finish_job(&mut self) -> Option<String> {
-        let job = self.out.job.as_ref()?;
+    fn finish_job(&mut self) {
+        let Some(job) = &self.out.job else {
+            return;
+        };
         let (path, is_cancelled) = (job.path().to_owned(), job.is_cancelled());
+        say(&finishing(&path));
         let ready = self.make_ready();
-        let mut job = self.out.job.take()?;
+        let Some(mut job) = self.out.job.take() else {
+            return;
+        };
         let saves = match &mut job {
             Job::Export(export) => export.saves.take(),
             _ => None,
@@ -48,7 +90,7 @@ impl Lab {
         if saves.is_some() && ended.as_ref().is_some_and(Result::is_ok) {
             self.interface.saved(saves);
         }
-        Some(told_of(&path, ended, is_cancelled))
+        say(&told_of(&path, ended, is_cancelled));
     }
 
     /// Does what needs the device.
@@ -70,6 +112,49 @@ impl Lab {
     }
 }
 
+/// What becomes of a command that waits when the window closes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum AtTheEnd {
+    /// It writes a file, and is obeyed.
+    Writes,
+    /// It changes what is written after it.
+    Helps,
+    /// There is no time for it; this is said.
+    GivenUp(&'static str),
+    /// It means nothing without a window.
+    Forgotten,
+}
+
+fn at_the_end(command: &Command) -> AtTheEnd {
+    match command {
+        Command::Screenshot
+        | Command::Save
+        | Command::SavePreset(_)
+        | Command::RemovePreset(_)
+        | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
+        Command::Apply | Command::TakeOut(Out::Cancel) => AtTheEnd::Helps,
+        Command::TakeOut(Out::Film) => {
+            AtTheEnd::GivenUp("a film was given up: the window closed before it began")
+        }
+        Command::TakeOut(Out::Record) => {
+            AtTheEnd::GivenUp("a recording was given up: the window closed before it began")
+        }
+        _ => AtTheEnd::Forgotten,
+    }
+}
+
+/// A line on the terminal.
+fn say(text: &str) {
+    // Nobody listening is no reason to stop.
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
+/// What is said before a file is waited for.
+fn finishing(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    format!("finishing {} ...", name.display())
+}
+
 /// What became of a file, in a line.
 fn told_of(path: &Path, ended: Option<Result<Written>>, is_cancelled: bool) -> String {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
@@ -82,6 +167,9 @@ fn told_of(path: &Path, ended: Option<Result<Written>>, is_cancelled: bool) -> S
                 .for_each(|file| *file = whole(file));
             format!("saved {written}")
         }
+        Some(Err(error @ Error::Output(OutputError::Cut { .. }))) => {
+            format!("{} ends early: {error}", path.display())
+        }
         Some(Err(error)) if !is_cancelled => format!("{} was given up: {error}", path.display()),
         _ => format!("{} was given up", path.display()),
     }
@@ -89,8 +177,24 @@ fn told_of(path: &Path, ended: Option<Result<Written>>, is_cancelled: bool) -> S
 
 #[cfg(test)]
 mod tests {
+    use super::super::Model;
     use super::*;
-    use myxo::Error;
+
+    #[test]
+    fn commands_that_write_are_obeyed_at_the_end() {
+        let export = Command::TakeOut(Out::Export(Model::Glb));
+        for command in [Command::Screenshot, Command::Save, export] {
+            assert_eq!(at_the_end(&command), AtTheEnd::Writes, "{command:?}");
+        }
+        assert_eq!(at_the_end(&Command::Apply), AtTheEnd::Helps);
+        for out in [Out::Film, Out::Record] {
+            let end = at_the_end(&Command::TakeOut(out));
+            assert!(matches!(end, AtTheEnd::GivenUp(_)), "{end:?}");
+        }
+        assert_eq!(at_the_end(&Command::Restart), AtTheEnd::Forgotten);
+        let told = finishing(Path::new("films/film_000001.gif"));
+        assert_eq!(told, "finishing film_000001.gif ...");
+    }
 
     #[test]
     fn each_file_is_told_of_by_its_path() {
@@ -102,7 +206,16 @@ mod tests {
             Some(Ok(Written { files, frames: 2 }))
         };
         let failed = || Some(Err(Error::Invalid("no room".to_owned())));
+        let cut = || {
+            let kept = Written {
+                files: vec![path.to_path_buf()],
+                frames: 2,
+            };
+            let source = Box::new(OutputError::FrameRate(0.0));
+            Some(Err(Error::Output(OutputError::Cut { source, kept })))
+        };
         for (ended, is_cancelled, wanted) in [
+            (cut(), false, format!("{whole} ends early: ")),
             (written(&[path]), false, format!("saved {whole} (2 frames")),
             (written(&[path]), true, format!("saved {whole} (2 frames")),
             (written(&[]), true, format!("{whole} was given up")),

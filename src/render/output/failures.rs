@@ -255,6 +255,67 @@ fn video_that_breaks_off_keeps_its_whole_frames() {
     assert_eq!(frames.len() as u64, kept.frames);
 }
 
+/// As a disk does that is full when a part ends, and for which the encoder says that all is well.
+#[cfg(unix)]
+#[test]
+fn video_that_lacks_whole_parts_is_cut() {
+    let tools = tempfile::tempdir().unwrap();
+    // 64 x 48 pixels are 12288 bytes: ten frames.
+    let script = "head -c 122880 | ffmpeg \"$@\"; cat >/dev/null";
+    let encoder = fake_encoder(tools.path(), script);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mp4");
+    let size = (64, 48);
+    let mut output = Output::create_with_encoder(&path, size, 30.0, &encoder).unwrap();
+    for i in 0..40 {
+        output.frame(&noise(size, i)).unwrap();
+    }
+    let error = output.finish().unwrap_err();
+    let OutputError::Cut { source, kept } = &error else {
+        panic!("{error}");
+    };
+    assert!(source.to_string().contains("not whole"), "{error}");
+    assert_eq!(kept.frames, 10);
+    assert_eq!(read_video(&path, size).len(), 10);
+}
+
+/// The second file, with its index in front, lacks frames: the first one stays.
+#[cfg(unix)]
+#[test]
+fn video_whose_copy_lacks_frames_keeps_them() {
+    let tools = tempfile::tempdir().unwrap();
+    let script = "case \"$*\" in *faststart*) set -- -t 0.2 \"$@\";; esac; exec ffmpeg \"$@\"";
+    let encoder = fake_encoder(tools.path(), script);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mp4");
+    let size = (64, 48);
+    let mut output = Output::create_with_encoder(&path, size, 30.0, &encoder).unwrap();
+    for i in 0..40 {
+        output.frame(&noise(size, i)).unwrap();
+    }
+    assert_eq!(output.finish().unwrap().frames, 40);
+    assert_eq!(read_video(&path, size).len(), 40);
+    assert_eq!(names_in(folder.path()), ["x.mp4"]);
+}
+
+/// A disk that is full has room for the end, because it is there.
+#[test]
+fn gif_on_the_disk_ends_behind_each_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = (16, 12);
+    let mut output = Output::create(&folder.path().join("x.gif"), size, 25.0).unwrap();
+    output.frame(&noise(size, 0)).unwrap();
+    for count in 1..5 {
+        output.frame(&noise(size, count)).unwrap();
+        let names = names_in(folder.path());
+        assert_eq!(names.len(), 1, "{names:?}");
+        let hidden = folder.path().join(&names[0]);
+        assert_eq!(std::fs::read(&hidden).unwrap().last(), Some(&0x3b));
+        // The last one waits for its length.
+        assert_eq!(read_gif(&hidden).len(), count as usize);
+    }
+}
+
 #[test]
 fn gif_that_breaks_off_keeps_its_whole_frames() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::io::{self, Write as _};
+use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use color_quant::NeuQuant;
@@ -18,7 +18,8 @@ const UNCHANGED: u8 = 255;
 /// Viewers slow down frames that are shorter than this; in hundredths of a second.
 const SHORTEST_FRAME: u64 = 2;
 
-/// The end of every GIF.
+/// The end of every GIF. It stands behind the last frame that is written until the next one takes its place: a disk that is
+/// full has room for it then.
 const TRAILER: [u8; 1] = [0x3b];
 
 /// A GIF that is being written.
@@ -28,7 +29,7 @@ pub(super) struct Gif {
     encoder: Encoder<Vec<u8>>,
     frames_per_second: f64,
     frames: u64,
-    /// Bytes of the file that are whole, and how many frames they show.
+    /// Bytes of the file that are whole, up to its end, and how many frames they show.
     whole: (u64, u64),
     /// The last frame that was taken, and when it begins. How long it lasts is known when the next one is.
     waiting: Option<(Frame<'static>, u64)>,
@@ -88,8 +89,7 @@ impl Gif {
 
     /// Writes what is left to write.
     pub(super) fn end(&mut self) -> Result<(), OutputError> {
-        self.write_waiting(self.now(), self.frames)?;
-        self.write(&TRAILER)
+        self.write_waiting(self.now(), self.frames)
     }
 
     pub(super) fn finish(self) -> Result<PathBuf, OutputError> {
@@ -104,7 +104,8 @@ impl Gif {
         if frames == 0 {
             return None;
         }
-        self.file.cut(bytes).ok()?;
+        // A frame that broke off may have begun where the end was.
+        self.file.cut(bytes + TRAILER.len() as u64).ok()?;
         self.write(&TRAILER).ok()?;
         Some((self.finish().ok()?, frames))
     }
@@ -123,9 +124,11 @@ impl Gif {
         frame.delay = u16::try_from(duration).unwrap_or(u16::MAX);
         let encoded = self.encoder.write_frame(&frame).map_err(io_error);
         encoded.map_err(OutputError::file(self.file.path()))?;
-        let bytes = std::mem::take(self.encoder.get_mut());
+        let mut bytes = std::mem::take(self.encoder.get_mut());
+        let whole = self.whole.0 + bytes.len() as u64;
+        bytes.extend(TRAILER);
         self.write(&bytes)?;
-        self.whole = (self.whole.0 + bytes.len() as u64, frames);
+        self.whole = (whole, frames);
         Ok(())
     }
 
@@ -135,8 +138,10 @@ impl Gif {
         self.write(b"half a frame").unwrap();
     }
 
+    /// Behind what is whole.
     fn write(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
-        let written = self.file.write_all(bytes);
+        let found = self.file.seek(SeekFrom::Start(self.whole.0));
+        let written = found.and_then(|_| self.file.write_all(bytes));
         written.map_err(OutputError::file(self.file.path()))
     }
 }

@@ -72,7 +72,7 @@ impl Video {
     pub(super) fn end(&mut self) -> Result<(), OutputError> {
         let status = self.encoder.wait();
         // On a full disk ffmpeg complains, and says by its status that all is well.
-        let is_whole = Whole::of(self.file.hidden_path()).is_ok_and(|whole| whole.is_all);
+        let is_whole = self.is_whole_in(self.file.hidden_path());
         if !status.is_some_and(|status| status.success()) || !is_whole {
             return Err(self.failure(status));
         }
@@ -96,8 +96,12 @@ impl Video {
         command.args("-c copy -movflags +faststart -f mp4".split(' '));
         command.arg(in_files(file.hidden_path()));
         let status = Encoder::start(command).ok()?.wait()?;
-        let whole = Whole::of(file.hidden_path()).ok()?;
-        (status.success() && whole.is_all).then_some(file)
+        (status.success() && self.is_whole_in(file.hidden_path())).then_some(file)
+    }
+
+    /// Whether a file has every frame that was given.
+    fn is_whole_in(&self, file: &Path) -> bool {
+        Whole::of(file).is_ok_and(|whole| whole.is_all && whole.frames == self.frames)
     }
 
     /// Writing has failed: keeps the frames that are whole, and says how many. None where there are none.
@@ -131,11 +135,11 @@ impl Video {
 /// index for each part.
 #[derive(Debug, Default, PartialEq)]
 struct Whole {
-    /// Nothing is missing.
+    /// The last box is whole, too, and there is an index. Further parts may be missing.
     is_all: bool,
     /// To the end of the last whole part.
     bytes: u64,
-    /// Frames of whole parts; 0 where there are no parts.
+    /// Frames of whole parts. A video with its index in front is one part.
     frames: u64,
 }
 
@@ -145,7 +149,7 @@ impl Whole {
         let end = file.metadata()?.len();
         let mut whole = Self::default();
         let (mut at, mut has_index) = (0, false);
-        // Of the part whose pictures come next.
+        // Of the index or part whose pictures come next.
         let mut frames = 0;
         while at < end {
             let mut head = [0; 16];
@@ -172,8 +176,8 @@ impl Whole {
                 return Ok(whole);
             }
             match &name {
-                b"moov" => has_index = true,
-                b"moof" => {
+                b"moov" | b"moof" => {
+                    has_index |= name == *b"moov";
                     let mut part = vec![0; usize::try_from(next - at).unwrap_or(usize::MAX) - 8];
                     file.read_exact(&mut part)?;
                     frames = frames_of(&part);
@@ -191,7 +195,8 @@ impl Whole {
     }
 }
 
-/// The frames of one part: of each run of samples (`trun`) of each track (`traf`), in the boxes of its index.
+/// The frames of one part: of each run of samples (`trun`) of each track (`traf`), in the boxes of its index; or those that
+/// an index of the whole video has itself, in the table of the samples' sizes (`stsz`) of each track (`trak`).
 fn frames_of(mut boxes: &[u8]) -> u64 {
     let mut frames = 0;
     while let Some((head, _)) = boxes.split_first_chunk::<8>() {
@@ -200,17 +205,22 @@ fn frames_of(mut boxes: &[u8]) -> u64 {
             break;
         };
         frames += match &head[4..] {
-            b"traf" => frames_of(content),
+            b"traf" | b"trak" | b"mdia" | b"minf" | b"stbl" => frames_of(content),
             // Version and flags, then the count.
-            b"trun" => match content {
-                [_, _, _, _, a, b, c, d, ..] => u64::from(u32::from_be_bytes([*a, *b, *c, *d])),
-                _ => 0,
-            },
+            b"trun" => number_at(content, 4),
+            // Version and flags, the size that all have, then the count.
+            b"stsz" => number_at(content, 8),
             _ => 0,
         };
         boxes = &boxes[size..];
     }
     frames
+}
+
+/// Nothing where there are too few bytes.
+fn number_at(bytes: &[u8], at: usize) -> u64 {
+    let number = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>());
+    number.map_or(0, |&number| u32::from_be_bytes(number).into())
 }
 
 /// A path for ffmpeg: without the prefix, a colon in it would be taken for a protocol.
