@@ -18,6 +18,7 @@ use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
 use super::keys::{self, KeyAction};
 use super::left::{LeftScene, LeftScenes};
 use super::navigation::{Moved, Navigation};
+use super::notices::Notice;
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
 use super::own::OwnPresets;
@@ -66,14 +67,6 @@ pub enum Command {
     Hand(Work),
     /// Take something out.
     TakeOut(Out),
-}
-
-/// A line that stays for a while.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Notice {
-    pub(super) text: String,
-    pub(super) is_error: bool,
-    pub(super) until: f64,
 }
 
 /// The state of everything round the picture.
@@ -128,7 +121,7 @@ pub struct Interface {
     shift: bool,
     pub(super) notice: Option<Notice>,
     /// What was wrong with files that were dropped, until all of them are there.
-    dropped: Option<Vec<String>>,
+    pub(super) dropped: Option<Vec<String>>,
     /// What is taken out, and how.
     pub out: OutPanel,
 }
@@ -248,41 +241,6 @@ impl Interface {
         edited.particles.clone_from(&running.particles);
         self.hands.selected = None;
         self.undo.note(&self.edited, &self.view);
-    }
-
-    /// Files are dropped: what is wrong with one stays before what is said of the next.
-    pub fn begin_drop(&mut self) {
-        if self.dropped.is_none() {
-            self.dropped = Some(Vec::new());
-        }
-    }
-
-    /// All that were dropped are there, or will never be.
-    pub fn end_drop(&mut self) {
-        self.dropped = None;
-    }
-
-    /// Shows a line for a while.
-    pub fn notice(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
-        let mut text: String = text.into();
-        let mut is_error = is_error;
-        if let Some(errors) = &mut self.dropped {
-            if is_error {
-                if !errors.contains(&text) {
-                    errors.push(text);
-                }
-                text = errors.join("\n");
-            } else if !errors.is_empty() {
-                text = format!("{}\n{text}", errors.join("\n"));
-                is_error = true;
-            }
-        }
-        let seconds = 3.0 + 0.05 * text.len() as f64;
-        self.notice = Some(Notice {
-            text,
-            is_error,
-            until: ctx.input(|i| i.time) + if is_error { 3.0 * seconds } else { seconds },
-        });
     }
 
     /// Shows everything for one frame.

@@ -16,6 +16,7 @@ mod left;
 mod loading;
 mod looks;
 mod navigation;
+mod notices;
 mod order;
 mod out;
 mod overlays;
