@@ -209,7 +209,7 @@ fn files_that_are_dropped_together_all_come() {
     }
     assert_eq!(saved.trail.decay, 0.375);
     // What is odd about one is told.
-    let odd = lab.folder.with("odd.obj", &format!("{mesh}f 1 3 2\n"));
+    let odd = lab.folder.with("odd.obj", format!("{mesh}f 1 3 2\n"));
     let told = "odd: 1 triangle that is there already, dropped";
     drop_and_hear(&lab, &odd, told);
     lab.wait("it joins", |seen| seen["values"]["objects"] == "5");
