@@ -99,11 +99,11 @@ layout(set = 0, binding = 2) uniform usamplerBuffer strips;
 layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits;
 layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
-layout(std430, set = 0, binding = 8) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 9) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 10) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 8) uniform usamplerBuffer corners;
+layout(set = 0, binding = 9) uniform usamplerBuffer vertices;
+layout(set = 0, binding = 10) uniform samplerBuffer poses;
 layout(set = 0, binding = 11) uniform samplerBuffer distances;
-layout(std430, set = 0, binding = 12) readonly buffer Windows { Window windows[]; };
+layout(set = 0, binding = 12) uniform usamplerBuffer windows;
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
@@ -132,6 +132,8 @@ layout(set = 0, binding = 18) uniform usamplerBuffer surroundings;
 #include "distances.glsl"
 #include "across.glsl"
 #include "surroundings.glsl"
+#include "frame.glsl"
+#include "pose_table.glsl"
 
 // What particles do on the object that this one is on: those of `params`, or the object's own.
 float own_speed;
@@ -173,10 +175,10 @@ const float ROUNDING = 1.0e-6;
 
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
-    vec4 row = poses[shape_words(triangle).w].y;
-    precise float a = dot(row, vec4(vertices[corners[3u * triangle]].position, 1.0));
-    precise float b = dot(row, vec4(vertices[corners[3u * triangle + 1u]].position, 1.0));
-    precise float c = dot(row, vec4(vertices[corners[3u * triangle + 2u]].position, 1.0));
+    vec4 row = pose_of(shape_words(triangle).w).y;
+    precise float a = dot(row, vec4(corner_position(triangle, 0u), 1.0));
+    precise float b = dot(row, vec4(corner_position(triangle, 1u), 1.0));
+    precise float c = dot(row, vec4(corner_position(triangle, 2u), 1.0));
     precise float height = (a + u * (b - a)) + v * (c - a);
     return height;
 }
@@ -356,7 +358,8 @@ void main() {
     } else if (i >= params.particle_count) {
         return;
     } else if (WINDOWS) {
-        Window window = windows[params.object];
+        uvec4 words = texelFetch(windows, int(params.object));
+        Window window = Window(words.x, words.y);
         if (i >= window.count) return;
         i = ring_slot(window.start, i, params.particle_count);
     }

@@ -31,7 +31,7 @@ layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
 layout(set = 0, binding = 2) uniform usamplerBuffer samples;
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
-layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer corners;
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;

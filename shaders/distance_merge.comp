@@ -27,7 +27,7 @@ layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[];
 layout(std430, set = 0, binding = 2) readonly buffer Samples { SurfaceSample samples[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
-layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer corners;
 layout(std430, set = 0, binding = 6) buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) buffer Nearest { uint nearest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer nodes;

@@ -30,7 +30,7 @@ layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
 layout(std430, set = 0, binding = 2) readonly buffer Tiles { SampleTile tiles[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer faces;
 layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
-layout(std430, set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer corners;
 layout(std430, set = 0, binding = 6) writeonly buffer Hints { uint hints[]; };
 layout(set = 0, binding = 7) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 8) uniform usamplerBuffer dipoles;

@@ -19,7 +19,6 @@ layout(set = 0, binding = 6) readonly buffer Order { uint order[]; };
 
 #include "colormap.glsl"
 #include "particles.glsl"
-#define VERTICES_IN_TEXELS
 #include "frame.glsl"
 #include "placed.glsl"
 

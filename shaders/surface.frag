@@ -37,7 +37,6 @@ layout(location = 7) flat in uint chart;
 
 #include "taps.glsl"
 #include "triangle_texel.glsl"
-#define VERTICES_IN_TEXELS
 #include "frame.glsl"
 #include "placed.glsl"
 #include "lit.glsl"

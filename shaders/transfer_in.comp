@@ -25,9 +25,9 @@ layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
 layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
 layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
 layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
-layout(std430, set = 0, binding = 6) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 7) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 8) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 6) uniform usamplerBuffer corners;
+layout(set = 0, binding = 7) uniform usamplerBuffer vertices;
+layout(set = 0, binding = 8) uniform samplerBuffer poses;
 
 #include "transfer.glsl"
 

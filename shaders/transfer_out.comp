@@ -37,23 +37,23 @@ layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
 layout(set = 0, binding = 2) uniform usamplerBuffer particles;
 layout(set = 0, binding = 3) uniform usamplerBuffer motions;
-layout(std430, set = 0, binding = 4) readonly buffer Nearest { uint nearest[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer nearest;
 layout(set = 0, binding = 5) uniform usamplerBuffer strips;
 layout(std430, set = 0, binding = 6) writeonly buffer Departing { Transfer departing[]; };
 // From each object (rows) to each.
 layout(std430, set = 0, binding = 7) buffer Flux { uint flux[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 9) uniform usamplerBuffer halfedges;
-layout(std430, set = 0, binding = 10) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 11) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 12) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 10) uniform usamplerBuffer corners;
+layout(set = 0, binding = 11) uniform usamplerBuffer vertices;
+layout(set = 0, binding = 12) uniform samplerBuffer poses;
 layout(std430, set = 0, binding = 13) readonly buffer Physarums { Physarum physarums[]; };
 layout(std430, set = 0, binding = 14) readonly buffer Roots { uint roots[]; };
 layout(set = 0, binding = 15) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 16) uniform usamplerBuffer faces;
 layout(set = 0, binding = 17) uniform usamplerBuffer pseudonormals;
 layout(set = 0, binding = 18) uniform usamplerBuffer dipoles;
-layout(std430, set = 0, binding = 19) readonly buffer PosesBefore { Pose poses_before[]; };
+layout(set = 0, binding = 19) uniform samplerBuffer poses_before;
 
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
@@ -73,7 +73,7 @@ uint nearest_triangle(vec2 position) {
     for (uint k = 0u; k < 4u; k += 1u) {
         bool right = (k & 1u) != 0u;
         bool below = (k & 2u) != 0u;
-        uint near = nearest[texel + (right ? 1u : 0u) + (below ? params.pitch : 0u)];
+        uint near = texelFetch(nearest, int(texel + (right ? 1u : 0u) + (below ? params.pitch : 0u))).x;
         precise float weight = (right ? f.x : rest.x) * (below ? f.y : rest.y);
         bool better = near != NONE && weight > most;
         found = better ? near : found;
@@ -88,13 +88,21 @@ vec3 place_in(Pose target, Pose source, vec3 position) {
     return turned_to_object(target, in_world - translation_of(target));
 }
 
+// How two objects stood when the last step began, and how they stand now.
+struct Standing { Pose source_before; Pose target_before; Pose source_now; Pose target_now; };
+
+Pose pose_before_of(uint object) {
+    int first = int(3u * object);
+    return Pose(texelFetch(poses_before, first), texelFetch(poses_before, first + 1), texelFetch(poses_before, first + 2));
+}
+
 // Where a walker was in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
-vec3 place_at(float time, Walker w, uint source, uint target) {
+vec3 place_at(float time, Walker w, Standing standing) {
     vec2 uv = walker_uv(w);
     uvec4 shape = texelFetch(triangles, int(w.triangle));
     vec3 position = position_on(shape, frame_of(w.triangle), uv.x, uv.y);
-    vec3 before = place_in(poses_before[target], poses_before[source], position);
-    vec3 now = place_in(poses[target], poses[source], position);
+    vec3 before = place_in(standing.target_before, standing.source_before, position);
+    vec3 now = place_in(standing.target_now, standing.source_now, position);
     return now + (1.0 - time) * (before - now);
 }
 
@@ -105,7 +113,8 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
     rest = 0.0;
     float walked = 0.0;
     Walker w = walker_at(particle.triangle, particle.u, particle.v, vec2(-motion.heading_p, -motion.heading_h), way);
-    vec3 newer = place_at(1.0, w, source, target);
+    Standing standing = Standing(pose_before_of(source), pose_before_of(target), pose_of(source), pose_of(target));
+    vec3 newer = place_at(1.0, w, standing);
     bool goes_on = true;
     for (uint i = 0u; goes_on; i += 1u) {
         // To the next edge, over it, and to the one behind it: in a call there is one straight segment.
@@ -114,7 +123,7 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
         float segment = before - w.remaining;
         goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < params.attempts;
         float time = goes_on ? 1.0 - (walked + segment) / way : 0.0;
-        vec3 older = place_at(time, w, source, target);
+        vec3 older = place_at(time, w, standing);
         Meeting meeting = meeting_between(target, older, newer, flight_of_walker(w), -1.0);
         if (meeting.slot != NONE) {
             first = meeting;
@@ -159,7 +168,7 @@ void main() {
             count_one(flow[0].crossed)
             flight = flight_of_walker(w);
         } else {
-            uint face = nearest_on(roots[target], place_of(poses[target], flight), UNLIMITED);
+            uint face = nearest_on(roots[target], place_of(pose_of(target), flight), UNLIMITED);
             triangle = triangle_of(face);
         }
     }

@@ -25,9 +25,9 @@ layout(push_constant) uniform Params {
 
 layout(set = 0, binding = 0) uniform usamplerBuffer triangles;
 layout(set = 0, binding = 1) uniform usamplerBuffer halfedges;
-layout(std430, set = 0, binding = 2) readonly buffer Corners { uint corners[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430, set = 0, binding = 4) readonly buffer Poses { Pose poses[]; };
+layout(set = 0, binding = 2) uniform usamplerBuffer corners;
+layout(set = 0, binding = 3) uniform usamplerBuffer vertices;
+layout(set = 0, binding = 4) uniform samplerBuffer poses;
 layout(std430, set = 0, binding = 5) readonly buffer Roots { uint roots[]; };
 layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 7) uniform usamplerBuffer faces;
@@ -51,14 +51,14 @@ const uint PHASE_DONE = 2u;
 // Walks on the source to its end, or until it meets the target.
 void walk_on_source(uint i) {
     Walker w = walkers[2u * i];
-    vec3 from = place_of(poses[TARGET], flight_of_walker(w));
+    vec3 from = place_of(pose_of(TARGET), flight_of_walker(w));
     for (uint k = 0u; k < params.attempts && w.status == WALK_OUT_OF_ATTEMPTS && !left_early; k += 1u) {
         // At first to the next edge; later it stands on one, and goes over it to the next. A call makes one segment.
         Walker previous = w;
         float before = w.remaining;
         walk(w, w.entered_by == NONE && k == 0u ? 0u : 1u, false);
         Flight on = flight_of_walker(w);
-        vec3 to = place_of(poses[TARGET], on);
+        vec3 to = place_of(pose_of(TARGET), on);
         Meeting meeting = meeting_between(TARGET, from, to, on, 1.0);
         if (left_early) {
             // The next dispatch looks at this segment again.

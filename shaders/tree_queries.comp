@@ -24,7 +24,7 @@ layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 1) uniform usamplerBuffer dipoles;
 layout(set = 0, binding = 2) uniform usamplerBuffer faces;
 layout(set = 0, binding = 3) uniform usamplerBuffer pseudonormals;
-layout(std430, set = 0, binding = 4) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer corners;
 layout(std430, set = 0, binding = 5) buffer Queries { TreeQuery queries[]; };
 
 #include "sign.glsl"

@@ -47,7 +47,6 @@ layout(set = 0, binding = 15) uniform usamplerBuffer covered;
 layout(std430, set = 0, binding = 16) buffer Surroundings { uint surroundings[]; };
 
 const bool WALK_CARRIES = false;
-#define VERTICES_IN_TEXELS
 #include "jobs.glsl"
 #include "pairs.glsl"
 #include "listed.glsl"

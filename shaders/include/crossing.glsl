@@ -44,8 +44,9 @@ Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) 
     meeting.u = crossing.u;
     meeting.v = crossing.v;
     meeting.t = crossing.t;
-    meeting.heading = side * turned_to_object(poses[target], on.heading);
-    meeting.normal = turned_to_object(poses[target], on.normal);
+    Pose pose = pose_of(target);
+    meeting.heading = side * turned_to_object(pose, on.heading);
+    meeting.normal = turned_to_object(pose, on.normal);
     return meeting;
 }
 
@@ -72,7 +73,7 @@ Walker walker_from(Meeting meeting, float side, float rest) {
 // The signed distance of a walker to an object that it has come from; `way` is how far it has walked since, at most.
 float distance_to_object(uint object, Walker w, float way, uint first_vertex_normal) {
     uint root = roots[object];
-    vec3 place = place_of(poses[object], flight_of_walker(w));
+    vec3 place = place_of(pose_of(object), flight_of_walker(w));
     float slack = slack_of_tree(root);
     // The way began on the object; little more is for rounding.
     uint slot = nearest_on(root, place, 1.001 * way + 4.0 * slack);

@@ -1,5 +1,5 @@
 // frame: triangles in the space of their object, and the points of them that are nearest. Twin of src/sim/twin/transfer.rs.
-// The includer declares `corners` and `vertices` first: storage buffers, or texel buffers where VERTICES_IN_TEXELS is defined.
+// The includer declares `corners` and `vertices` first, texel buffers: vertex indices one by one and a texel a vertex.
 
 #ifndef MYXO_FRAME
 #define MYXO_FRAME
@@ -8,12 +8,8 @@
 struct Frame { vec3 origin; vec3 p; vec3 h; vec3 normal; };
 
 vec3 corner_position(uint triangle, uint corner) {
-#ifdef VERTICES_IN_TEXELS
     uint vertex = texelFetch(corners, int(3u * triangle + corner)).x;
     return uintBitsToFloat(texelFetch(vertices, int(vertex)).xyz);
-#else
-    return vertices[corners[3u * triangle + corner]].position;
-#endif
 }
 
 Frame frame_of(uint triangle) {

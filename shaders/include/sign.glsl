@@ -29,7 +29,7 @@ bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_ver
     way = from_b ? way - ab : from_c ? way - ac : way;
     vec3 normal = cross_of(ab, ac);
     if (feature >= FEATURE_CORNER) {
-        uint vertex = corners[3u * triangle + (feature - FEATURE_CORNER)];
+        uint vertex = texelFetch(corners, int(3u * triangle + (feature - FEATURE_CORNER))).x;
         normal = uintBitsToFloat(texelFetch(pseudonormals, int(first_vertex_normal + vertex)).xyz);
     } else if (feature >= FEATURE_EDGE) {
         normal = uintBitsToFloat(texelFetch(pseudonormals, int(3u * triangle + (feature - FEATURE_EDGE))).xyz);

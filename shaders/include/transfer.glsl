@@ -1,11 +1,12 @@
 // transfer: how a particle leaves one object in world space and lands on another. Twin of src/sim/twin/transfer.rs.
-// The includer declares `triangles` (texel buffer), `corners`, `vertices` and `poses` first.
+// The includer declares `triangles`, `corners`, `vertices` and `poses` first, texel buffers.
 // Poses are rotations and translations: lengths and angles are the same in every space.
 
 #ifndef MYXO_TRANSFER
 #define MYXO_TRANSFER
 
 #include "frame.glsl"
+#include "pose_table.glsl"
 
 vec3 turned_to_world(Pose pose, vec3 direction) {
     return vec3(dot(pose.x.xyz, direction), dot(pose.y.xyz, direction), dot(pose.z.xyz, direction));
@@ -31,7 +32,7 @@ vec3 position_on(uvec4 shape, Frame frame, float u, float v) {
 
 Flight flight_of(Particle particle, Motion motion) {
     uvec4 shape = texelFetch(triangles, int(particle.triangle));
-    Pose pose = poses[shape.w];
+    Pose pose = pose_of(shape.w);
     Frame frame = frame_of(particle.triangle);
     vec3 position = position_on(shape, frame, particle.u, particle.v);
     vec3 heading = motion.heading_p * frame.p + motion.heading_h * frame.h;
@@ -55,7 +56,7 @@ struct Landing { float u; float v; float heading_p; float heading_h; };
 
 Landing landing_on(uint triangle, Flight flight) {
     uvec4 shape = texelFetch(triangles, int(triangle));
-    Pose pose = poses[shape.w];
+    Pose pose = pose_of(shape.w);
     Frame frame = frame_of(triangle);
     vec3 place = turned_to_object(pose, flight.position - translation_of(pose)) - frame.origin;
     vec2 weights = nearest_weights(uintBitsToFloat(shape.x), uintBitsToFloat(shape.y), uintBitsToFloat(shape.z),

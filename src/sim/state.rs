@@ -14,7 +14,7 @@ use super::texel_paths::{self, TexelPaths, Unused};
 use super::transfers::{Transfers, arranged};
 use super::types::{
     DistanceJob, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
-    SurfaceSample, Vertex,
+    SurfaceSample,
 };
 use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -137,10 +137,6 @@ pub struct DistanceViews {
     pub covered: Texels<u32>,
     /// Four texels each.
     pub pairs: Texels<u32>,
-    /// Vertex indices of triangles, one by one.
-    pub corners: Texels<u32>,
-    /// One a texel.
-    pub vertices: Texels<u32>,
 }
 
 /// What lies across, seen through texel buffers.
@@ -204,10 +200,10 @@ pub struct State {
     pub no_groups: Buffer<DispatchGroups>,
     /// What is bound in the place of textures that are written another way.
     pub unused: Unused,
-    /// Three vertex indices a triangle.
-    pub corners: Buffer<u32>,
-    /// Object space.
-    pub vertices: Buffer<Vertex>,
+    /// Three vertex indices a triangle, one by one.
+    pub corners: Texels<u32>,
+    /// Object space, one a texel.
+    pub vertices: Texels<u32>,
     /// One an object: world from object.
     pub poses: Buffer<Pose>,
     /// The same as texels, three a pose.
@@ -216,6 +212,8 @@ pub struct State {
     pub poses_recorded: Vec<Pose>,
     /// The same in the step before.
     pub poses_before: Buffer<Pose>,
+    /// The same as texels, three a pose.
+    pub poses_before_view: Texels<f32>,
     /// One an object: what particles do there.
     pub physarums: Buffer<Physarum>,
     /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
@@ -334,6 +332,7 @@ impl State {
             large,
         )?;
         let poses = Buffer::from_slice(ctx, "poses", &setup.poses)?;
+        let poses_before = Buffer::from_slice(ctx, "poses_before", &setup.poses)?;
         Ok(Self {
             particles_view: Texels::new(&particles, 4)?,
             particles,
@@ -349,8 +348,6 @@ impl State {
                 listed: Texels::new(&listed_tiles, 4)?,
                 covered: Texels::new(&covered, 1)?,
                 pairs: Texels::new(&distance_pairs, 4)?,
-                corners: Texels::new(&corners, 1)?,
-                vertices: Texels::new(&vertices, 4)?,
             },
             transfers,
             trail: PingPong::new(ctx, "trail", texels)?,
@@ -392,12 +389,13 @@ impl State {
             unused: Unused::new(ctx)?,
             walker_groups: Buffer::zeroed(ctx, "walker_groups", 3)?,
             no_groups: Buffer::zeroed(ctx, "no_groups", 3)?,
-            corners,
-            vertices,
+            corners: Texels::new(&corners, 1)?,
+            vertices: Texels::new(&vertices, 4)?,
             poses_view: Texels::new(&poses, 4)?,
             poses,
             poses_recorded: setup.poses.clone(),
-            poses_before: Buffer::from_slice(ctx, "poses_before", &setup.poses)?,
+            poses_before_view: Texels::new(&poses_before, 4)?,
+            poses_before,
             physarums: Buffer::zeroed(ctx, "physarums", objects)?,
             distances,
             nearest,

@@ -56,8 +56,9 @@ pub fn transfer_queries(
     let faces = texels("faces", bytemuck::cast_slice(&trees.faces))?;
     let pseudonormals = texels("pseudonormals", bytemuck::cast_slice(&trees.pseudonormals))?;
     let corners = Buffer::from_slice(ctx, "corners", surface.corners.as_flattened())?;
+    let corners = Texels::new(&corners, 1)?;
     let host_vertices = Vertex::of(surface);
-    let vertices = Buffer::from_slice(ctx, "vertices", &host_vertices)?;
+    let vertices = texels("vertices", bytemuck::cast_slice(&host_vertices))?;
     let host_roots: Vec<u32> = trees.objects.iter().map(|tree| tree.first_node).collect();
     let roots = Buffer::from_slice(ctx, "roots", &host_roots)?;
     let terrain = Terrain {
@@ -80,7 +81,7 @@ pub fn transfer_queries(
         sign_rule: constants.sign_rule,
         reflects: false,
     };
-    let poses = Buffer::from_slice(ctx, "poses", &poses)?;
+    let poses = Texels::new(&Buffer::from_slice(ctx, "poses", &poses)?, 4)?;
     let mut frames = Frames::new(ctx, 1)?;
 
     let mut ends = Vec::with_capacity(queries.len());

@@ -11,7 +11,7 @@ use super::turns::Turn;
 use super::twin::ring::dispatch_groups;
 use super::twin::transfer::Ground;
 use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
-use crate::gpu::{Access, Buffer, Context, DispatchGroups, GpuError, Readback, Recorder};
+use crate::gpu::{Access, Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
@@ -320,6 +320,8 @@ pub fn object_triangles(surface: &Surface) -> Vec<UVec2> {
 pub struct Transfers {
     /// One an object: its particles' slots, where there are windows.
     pub windows: Buffer<Window>,
+    /// The same as `advance` reads it, two words each.
+    pub window_texels: Texels<u32>,
     /// One: what the lists hold, and what was counted.
     pub flow: Buffer<Flow>,
     /// Groups of the kernels that work on transfers, then those of `advance` over the next window.
@@ -385,8 +387,10 @@ impl Transfers {
         } else {
             (vec![0], vec![UVec2::ZERO])
         };
+        let windows = Buffer::from_slice(ctx, "windows", &windows)?;
         Ok(Self {
-            windows: Buffer::from_slice(ctx, "windows", &windows)?,
+            window_texels: Texels::new(&windows, 2)?,
+            windows,
             flow: Buffer::from_slice(ctx, "flow", &[flow])?,
             groups: Buffer::from_slice(ctx, "transfers.groups", &groups)?,
             particle_indices: Buffer::zeroed(ctx, "particle_indices", lists)?,

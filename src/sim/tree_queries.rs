@@ -101,6 +101,7 @@ pub fn tree_queries(
         4,
     )?;
     let corners = Buffer::from_slice(ctx, "corners", surface.corners.as_flattened())?;
+    let corners = Texels::new(&corners, 1)?;
     let mut frames = Frames::new(ctx, 1)?;
     for batch in queries.chunks_mut(BATCH) {
         let buffer = Buffer::from_slice(ctx, "queries", batch)?;

@@ -32,8 +32,8 @@ impl Renderer {
             self.shape.corner_count,
             1,
             FieldsArgs {
-                corners: &state.distance_views.corners,
-                vertices: &state.distance_views.vertices,
+                corners: &state.corners,
+                vertices: &state.vertices,
                 normals: &self.normals,
                 openness: &self.openness,
                 strips: &state.strips,

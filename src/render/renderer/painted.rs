@@ -38,8 +38,8 @@ impl Renderer {
             self.shape.corner_count,
             1,
             PaintedArgs {
-                corners: &state.distance_views.corners,
-                vertices: &state.distance_views.vertices,
+                corners: &state.corners,
+                vertices: &state.vertices,
                 strips: &state.strips,
                 poses: &state.poses_view,
                 bias: &bias.views.texels,

@@ -49,8 +49,8 @@ impl Renderer {
             1,
             ParticlesArgs {
                 particles: &state.particles_view,
-                corners: &state.distance_views.corners,
-                vertices: &state.distance_views.vertices,
+                corners: &state.corners,
+                vertices: &state.vertices,
                 poses: &state.poses_view,
                 colors: &self.colors,
                 motions: &state.motions_view,
