@@ -19,6 +19,8 @@ const SIZE: u32 = 384;
 const PARTICLES: u32 = 30_000;
 /// Of a two-sided test at 1 in 1,000, with 18 degrees of freedom (Student 1908).
 const LARGEST_T: f64 = 3.92;
+/// Half of the interval in which a difference lies with 95 %, in standard errors, by the same.
+const INTERVAL_T: f64 = 2.10;
 
 /// What is said of a network.
 #[derive(Clone, Copy, Debug)]
@@ -116,8 +118,8 @@ fn thin(bits: &mut [bool], pitch: usize) {
     }
 }
 
-/// Welch's t: the difference of two means over its standard error.
-fn welch(a: &[f64], b: &[f64]) -> f64 {
+/// The difference of two means, and its standard error (Welch 1947).
+fn welch(a: &[f64], b: &[f64]) -> (f64, f64) {
     let moments = |values: &[f64]| {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -125,7 +127,7 @@ fn welch(a: &[f64], b: &[f64]) -> f64 {
         (mean, variance / n)
     };
     let ((mean_a, error_a), (mean_b, error_b)) = (moments(a), moments(b));
-    (mean_a - mean_b) / (error_a + error_b).sqrt().max(f64::MIN_POSITIVE)
+    (mean_a - mean_b, (error_a + error_b).sqrt())
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -159,25 +161,28 @@ fn both_ways_of_sensing_grow_the_same_networks() {
     };
     let (auto, walk) = (all(Sensing::Auto), all(Sensing::Walk));
     let mut different = Vec::new();
-    let mut compare = |name: &str, of: &dyn Fn(&Network) -> f64| {
+    // That no difference shows is not enough: it must also lie, with 95 %, within a share of what is compared.
+    let mut compare = |name: &str, most: f64, of: &dyn Fn(&Network) -> f64| {
         let [a, b] = [&auto, &walk].map(|all| all.iter().map(of).collect::<Vec<f64>>());
-        let t = welch(&a, &b);
+        let (difference, error) = welch(&a, &b);
+        let t = difference / error.max(f64::MIN_POSITIVE);
+        let at_most = (difference.abs() + INTERVAL_T * error) / mean(&b);
         let told = format!(
-            "{name}: {:.4} straight ahead, {:.4} walking, t = {t:.2}",
+            "{name}: {:.4} straight ahead, {:.4} walking, t = {t:.2}, at most {:.1} % apart",
             mean(&a),
-            mean(&b)
+            mean(&b),
+            100.0 * at_most
         );
         println!("{told}");
-        if t.abs() > LARGEST_T {
+        if t.abs() > LARGEST_T || at_most > most {
             different.push(told);
         }
     };
-    compare("length", &|n| n.length);
-    compare("junctions", &|n| n.junctions);
+    compare("length", 0.1, &|n| n.length);
+    compare("junctions", 0.3, &|n| n.junctions);
     for (k, times) in ["1/4", "1/2", "1", "2", "4"].into_iter().enumerate() {
-        compare(&format!("share below {times} of the mean trail"), &|n| {
-            n.below[k]
-        });
+        let name = format!("share below {times} of the mean trail");
+        compare(&name, 0.05, &|n| n.below[k]);
     }
     assert!(different.is_empty(), "{}", different.join("\n"));
     assert!(

@@ -92,7 +92,7 @@ impl Interface {
             .auto_shrink([false, false])
             .show(ui, |ui| {
                 // Room for the bar, which floats over the content.
-                ui.set_max_width(ui.available_width() - 6.0);
+                ui.set_max_width(ui.available_width() - theme::SCROLL_BAR);
                 let above = ui.cursor().top();
                 self.view_sections(ui, facts, looks_for);
                 self.parameter_sections(ui, commands);

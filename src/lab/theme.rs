@@ -4,6 +4,9 @@ use egui::{
     Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Ui, Visuals, vec2,
 };
 
+/// Width of the bar that scrolls, points.
+pub const SCROLL_BAR: f32 = 6.0;
+
 /// The colours of one of the two.
 struct Palette {
     /// What is active, changed or under the hand.
@@ -103,6 +106,10 @@ pub fn apply(ctx: &egui::Context, light: bool) {
         style.spacing.interact_size.y = 22.0;
         style.spacing.slider_rail_height = 4.0;
         style.spacing.indent = 10.0;
+        // As wide as the room that the panel leaves for it.
+        style.spacing.scroll.bar_width = SCROLL_BAR;
+        // Fading is between colours that are not opaque, which come out too bright half way.
+        style.spacing.scroll.fade.strength = 0.0;
         style.interaction.tooltip_delay = 0.35;
         style.text_styles = [
             (TextStyle::Heading, 17.0),

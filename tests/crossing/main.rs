@@ -88,8 +88,12 @@ impl Case<'_> {
         let ctx = &gpu.ctx;
         let pipeline = Pipeline::<TransferOut>::new(ctx, &self.constants).unwrap();
         let (surface, trees) = (&self.setup.surface, &self.setup.distance.trees);
-        let texels = |name: &str, words: &[u32]| {
-            Texels::new(&Buffer::from_slice(ctx, name, words).unwrap(), 4).unwrap()
+        let view = |name: &str, words: &[u32], components| {
+            Texels::new(&Buffer::from_slice(ctx, name, words).unwrap(), components).unwrap()
+        };
+        let texels = |name: &str, words: &[u32]| view(name, words, 4);
+        let poses = |name: &str, poses: &[Pose]| {
+            Texels::new(&Buffer::from_slice(ctx, name, poses).unwrap(), 4).unwrap()
         };
         let params = self.params();
         let departing =
@@ -100,14 +104,14 @@ impl Case<'_> {
             Buffer::from_slice(ctx, "particle_indices", &self.particle_indices()).unwrap(),
             texels("particles", bytemuck::cast_slice(self.particles)),
             texels("motions", bytemuck::cast_slice(self.motions)),
-            Buffer::from_slice(ctx, "nearest", self.nearest).unwrap(),
+            view("nearest", self.nearest, 1),
             texels("strips", bytemuck::cast_slice(&self.setup.strips)),
-            Buffer::from_slice(ctx, "corners", &self.setup.corners).unwrap(),
-            Buffer::from_slice(ctx, "vertices", &self.setup.vertices).unwrap(),
-            Buffer::from_slice(ctx, "poses", self.poses).unwrap(),
+            view("corners", &self.setup.corners, 1),
+            texels("vertices", bytemuck::cast_slice(&self.setup.vertices)),
+            poses("poses", self.poses),
             Buffer::from_slice(ctx, "physarums", self.physarums).unwrap(),
             Buffer::from_slice(ctx, "roots", &self.setup.distance.roots()).unwrap(),
-            Buffer::from_slice(ctx, "poses_before", self.poses_before).unwrap(),
+            poses("poses_before", self.poses_before),
         );
         gpu.run(|rec| {
             let args = TransferOutArgs {

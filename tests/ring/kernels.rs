@@ -335,9 +335,9 @@ fn transfer_in_agrees_with_its_twin() {
     let pipeline = Pipeline::<TransferIn>::new(ctx, &()).unwrap();
     let objects = Objects::new(4);
     let triangles = Texels::new(&buffer(ctx, "triangles", &objects.triangles), 4).unwrap();
-    let corners = buffer(ctx, "corners", &objects.corners);
-    let vertices = buffer(ctx, "vertices", &objects.vertices);
-    let poses = buffer(ctx, "poses", &objects.poses);
+    let corners = Texels::new(&buffer(ctx, "corners", &objects.corners), 1).unwrap();
+    let vertices = words(&buffer(ctx, "vertices", &objects.vertices));
+    let poses = Texels::new(&buffer(ctx, "poses", &objects.poses), 4).unwrap();
     for (count, object, arrived) in [
         (1, NONE, 5),
         (63, 2, 5),
