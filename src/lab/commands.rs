@@ -66,6 +66,7 @@ impl Lab {
                 LeftScenes::opened(&left);
                 self.open_as(left.name, left.file);
             }
+            Command::TakeFile(path) => self.drop_file(path),
             Command::CancelLoading => {
                 if let Some(loading) = &self.loading {
                     loading.cancel();

@@ -322,7 +322,8 @@ impl Interface {
             let from_corner = (at - response.rect.min) * scale;
             Vec2::new(from_corner.x, from_corner.y)
         };
-        let hovered = response.hover_pos().map(to_pixel);
+        let is_free = !self.opening.is_open();
+        let hovered = response.hover_pos().filter(|_| is_free).map(to_pixel);
         let is_held = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         let is_solid = !self.view.show.is_flat();
@@ -423,10 +424,17 @@ impl Interface {
     }
 }
 
+/// How the files of meshes end.
+pub const MESHES: &[&str] = &["obj", "glb", "gltf"];
+
 /// A file that was dropped: a mesh joins the scene, everything else is opened.
 pub fn is_mesh(path: &std::path::Path) -> bool {
-    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-    ending.is_some_and(|ending| ["obj", "glb", "gltf"].iter().any(|known| ending == *known))
+    let ending = path.extension();
+    ending.is_some_and(|ending| {
+        MESHES
+            .iter()
+            .any(|known| ending.eq_ignore_ascii_case(known))
+    })
 }
 
 /// The settings with one object more.

@@ -131,9 +131,13 @@ impl Lab {
         objects.map(|object| place_among(running, object)).collect()
     }
 
-    /// A file was dropped onto the window. What is on its way comes first: files that are dropped together all come.
+    /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
+    /// all come.
     pub fn drop_file(&mut self, path: PathBuf) {
         self.interface.begin_drop();
+        if let Some(folder) = path.parent() {
+            self.interface.opening.begin_in(folder);
+        }
         self.window.request_redraw();
         let before = self.loading.as_ref().and_then(|loading| {
             let coming = self.hand.coming.as_ref().map(|(what, _)| what);
