@@ -467,24 +467,41 @@ impl Interface {
 
     /// Takes back the last change of settings or look.
     pub(super) fn undo(&mut self, commands: &mut Vec<Command>) {
+        // The stroke that is being painted is the next to be undone.
+        if self.hands.paints_areas {
+            return;
+        }
         self.morph = None;
         let waited = self.is_pending();
         let fits = self.is_fitted();
+        let strokes = self.undo.strokes();
         if self.undo.undo(&mut self.edited, &mut self.view) {
             self.fit_again(fits);
             commands.push(self.take_over(waited));
+            commands.extend(self.take_strokes(strokes));
         }
     }
 
     /// Brings back what was taken back.
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
+        if self.hands.paints_areas {
+            return;
+        }
         self.morph = None;
         let waited = self.is_pending();
         let fits = self.is_fitted();
+        let strokes = self.undo.strokes();
         if self.undo.redo(&mut self.edited, &mut self.view) {
             self.fit_again(fits);
             commands.push(self.take_over(waited));
+            commands.extend(self.take_strokes(strokes));
         }
+    }
+
+    /// What brings painted areas to where undo and redo are now.
+    fn take_strokes(&self, before: u64) -> Option<Command> {
+        let now = self.undo.strokes();
+        (now != before).then_some(Command::Hand(Work::ToStroke(now)))
     }
 
     /// What lets the simulation take over settings that came back. Objects that came, went or grew did so at once, and go
