@@ -20,7 +20,9 @@ pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O)
 /// Of the dialog where the window has room for it, points.
 const SIZE: Vec2 = vec2(740.0, 460.0);
 /// What stays free of the window's width and height: the dialog's title counts, too.
-const ROUND_IT: Vec2 = vec2(40.0, 90.0);
+const ROUND_IT: Vec2 = vec2(24.0, 40.0);
+/// A dialog narrower than this needs it for names of files, not for places.
+const HAS_ROOM: f32 = 600.0;
 /// What a folder's files are chosen from: a name, and how those files end. The first is what is shown at first.
 const KINDS: &[(&str, &[&[&str]])] = &[
     ("what opens here", &[&["toml", "ckpt"], MESHES]),
@@ -62,6 +64,7 @@ impl Opening {
         config.default_size = SIZE.min(room);
         config.min_size = vec2(400.0, 200.0).min(room);
         config.max_size = Some(room);
+        config.show_left_panel = room.x >= HAS_ROOM;
         // A text that has the keyboard would keep it.
         ctx.memory_mut(egui::Memory::stop_text_input);
         dialog.pick_file();
