@@ -483,3 +483,58 @@ fn what_was_painted_is_part_of_the_state() {
     assert_eq!(plain.snapshot().unwrap().hash(), plain_hash);
     gpu.finish();
 }
+
+/// What a stroke has changed goes back to what it was, and comes again, to the last bit and over seams, whatever was painted
+/// before it.
+#[test]
+fn strokes_go_back_and_come_again() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(Strategy::Parallel);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let radius = simulation.setup().radius;
+    let at = |share: f32| scene.center + share * radius * Vec3::X;
+    let mut strokes = Vec::new();
+    let mut states = vec![simulation.snapshot().unwrap()];
+    for (brush, share) in [
+        (Brush::Attract { amount: 7.3 }, 0.3),
+        (Brush::NoGo, 0.5),
+        (Brush::Attract { amount: -0.1 }, 0.4),
+        (Brush::Erase { share: 0.7 }, 0.45),
+    ] {
+        let mut before = None;
+        gpu.run(|rec| before = Some(simulation.record_areas(rec).unwrap()));
+        let before = before.unwrap();
+        assert_eq!(before.is_empty(), strokes.is_empty());
+        assert!(simulation.changes_areas(brush));
+        let painted = paint(&gpu, &mut simulation, &dab(brush, at(share), 0.5 * radius));
+        assert!(painted.span.len() >= painted.count() as usize && painted.count() > 100);
+        let changed = simulation.repainted(&before, painted.span).unwrap();
+        assert!(changed.len() > 100, "{brush:?}: {}", changed.len());
+        strokes.push(changed);
+        states.push(simulation.snapshot().unwrap());
+    }
+    for again in [false, true] {
+        for i in 0..strokes.len() {
+            let i = if again { i } else { strokes.len() - 1 - i };
+            gpu.run(|rec| simulation.put_areas(rec, &strokes[i], again).unwrap());
+            let state = simulation.snapshot().unwrap();
+            let wanted = &states[i + usize::from(again)];
+            let is_none = wanted.bias.is_empty() && state.bias.iter().all(|value| *value == 0.0);
+            assert!(is_none || state.bias == wanted.bias, "{i}, {again}");
+        }
+    }
+    // Nothing has changed where nothing was painted, and what was forgotten is as if it had never been.
+    let mut now = None;
+    gpu.run(|rec| now = Some(simulation.record_areas(rec).unwrap()));
+    let texels = simulation.setup().atlas.density.len() as u32;
+    assert_eq!(simulation.repainted(&now.unwrap(), 0..texels).unwrap(), []);
+    simulation.forget_areas().unwrap();
+    assert!(!simulation.changes_areas(Brush::Erase { share: 0.5 }));
+    let mut plain = Simulation::new(&gpu.ctx, &scene).unwrap();
+    for simulation in [&mut simulation, &mut plain] {
+        steps(&gpu, simulation, 3);
+    }
+    let hashes = [simulation, plain].map(|s| s.snapshot().unwrap().hash());
+    assert_eq!(hashes[0], hashes[1]);
+    gpu.finish();
+}

@@ -10,6 +10,8 @@ mod gestures;
 mod hands;
 #[path = "tour_steps/long_steps.rs"]
 mod long_steps;
+#[path = "tour_steps/opening.rs"]
+mod opening;
 #[path = "tour_steps/out.rs"]
 mod out;
 #[path = "tour_steps/parameters.rs"]

@@ -66,6 +66,7 @@ impl Lab {
                 LeftScenes::opened(&left);
                 self.open_as(left.name, left.file);
             }
+            Command::TakeFile(path) => self.drop_file(path),
             Command::CancelLoading => {
                 if let Some(loading) = &self.loading {
                     loading.cancel();
@@ -77,7 +78,7 @@ impl Lab {
                 self.window
                     .set_fullscreen(screen.then_some(Fullscreen::Borderless(None)));
             }
-            Command::Hand(work) => self.obey_hand(work, picture_size),
+            Command::Hand(work) => self.obey_hand(context, work, picture_size)?,
             Command::Quit => self.closing = true,
         }
         Ok(())
@@ -332,6 +333,7 @@ impl Lab {
         }
         self.clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
+        self.forget_strokes();
         if let Some(checks) = &mut self.checks {
             checks.restart();
         }

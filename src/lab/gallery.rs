@@ -8,6 +8,7 @@ use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use super::interface::{Command, Facts, Interface};
 use super::looks::summary;
+use super::opening::OPEN;
 use super::own::check_name;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::theme;
@@ -107,7 +108,13 @@ impl Interface {
                     .show(ui, |ui| {
                         ui.set_max_width(size.x - 20.0);
                         self.left_scenes(ui, commands);
-                        ui.label(RichText::new("Scenes").strong());
+                        ui.horizontal(|ui| {
+                            ui.label(RichText::new("Scenes").strong());
+                            let open = ui.button("Open…").on_hover_text(OPEN);
+                            if open.marked("open").clicked() {
+                                self.begin_to_open(ui.ctx());
+                            }
+                        });
                         let is_shown = |scene: &Builtin| facts.scene == scene.name;
                         if let Some(scene) = self.cards(ui, SCENES, is_shown) {
                             commands.push(Command::Open(scene.name));

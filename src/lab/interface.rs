@@ -3,6 +3,8 @@
 //! The interface changes its own settings and view at once and asks the window for the rest by [`Command`]s, so it
 //! runs without a window and without a device, as its tests do.
 
+use std::path::PathBuf;
+
 use egui::{Rect, Sense, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
@@ -19,6 +21,7 @@ use super::keys::{self, KeyAction};
 use super::left::{LeftScene, LeftScenes};
 use super::navigation::{Moved, Navigation};
 use super::notices::Notice;
+use super::opening::Opening;
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
 use super::own::OwnPresets;
@@ -59,6 +62,8 @@ pub enum Command {
     Open(&'static str),
     /// Show a scene as it was left.
     OpenLeft(LeftScene),
+    /// Do with a file what is done with one that is dropped.
+    TakeFile(PathBuf),
     /// Give up the scene that is on its way.
     CancelLoading,
     /// The window over the whole screen, or no longer.
@@ -102,6 +107,7 @@ pub struct Interface {
     pub(super) performing: bool,
     pub(super) help: bool,
     pub(super) gallery: Gallery,
+    pub(super) opening: Opening,
     /// Which of help, gallery and what is taken out lay over the picture in the last frame.
     on_top: [bool; 3],
     pub(super) undo: Undo,
@@ -162,6 +168,7 @@ impl Interface {
             performing: false,
             help: false,
             gallery: Gallery::default(),
+            opening: Opening::default(),
             on_top: [false; 3],
             undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
             renews: false,
@@ -246,7 +253,10 @@ impl Interface {
     /// Shows everything for one frame.
     pub fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let mut commands = Vec::new();
-        self.handle_keys(ui.ctx(), &mut commands);
+        // A dialog has the keyboard to itself.
+        if !self.opening.is_open() {
+            self.handle_keys(ui.ctx(), &mut commands);
+        }
         self.handle_clipboard(ui.ctx(), &mut commands);
         self.advance_morph(ui.ctx(), &mut commands);
         self.note_view(ui.ctx());
@@ -273,7 +283,7 @@ impl Interface {
         let used = self.use_hands(ui, &response, facts, &mut commands);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
         let refocuses = response.double_clicked() && self.hands.tool == Tool::Look;
-        let moved = if used && !refocuses {
+        let moved = if self.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
             self.navigation.apply(ui, &response, &mut self.view)
@@ -295,6 +305,7 @@ impl Interface {
             show_loading(ui.ctx(), picture, loading, &mut commands);
         }
         self.show_notice(ui, picture);
+        self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && self.morph.is_none() {
             self.undo.note(&self.edited, &self.view);
@@ -382,6 +393,7 @@ impl Interface {
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
                 KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
                 KeyAction::TakeOut => self.out.open = !self.out.open,
+                KeyAction::Open => self.begin_to_open(ctx),
                 KeyAction::Save => commands.push(Command::Save),
                 KeyAction::Undo => self.undo(commands),
                 KeyAction::Redo => self.redo(commands),
@@ -455,24 +467,41 @@ impl Interface {
 
     /// Takes back the last change of settings or look.
     pub(super) fn undo(&mut self, commands: &mut Vec<Command>) {
+        // The stroke that is being painted is the next to be undone.
+        if self.hands.paints_areas {
+            return;
+        }
         self.morph = None;
         let waited = self.is_pending();
         let fits = self.is_fitted();
+        let strokes = self.undo.strokes();
         if self.undo.undo(&mut self.edited, &mut self.view) {
             self.fit_again(fits);
             commands.push(self.take_over(waited));
+            commands.extend(self.take_strokes(strokes));
         }
     }
 
     /// Brings back what was taken back.
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
+        if self.hands.paints_areas {
+            return;
+        }
         self.morph = None;
         let waited = self.is_pending();
         let fits = self.is_fitted();
+        let strokes = self.undo.strokes();
         if self.undo.redo(&mut self.edited, &mut self.view) {
             self.fit_again(fits);
             commands.push(self.take_over(waited));
+            commands.extend(self.take_strokes(strokes));
         }
+    }
+
+    /// What brings painted areas to where undo and redo are now.
+    fn take_strokes(&self, before: u64) -> Option<Command> {
+        let now = self.undo.strokes();
+        (now != before).then_some(Command::Hand(Work::ToStroke(now)))
     }
 
     /// What lets the simulation take over settings that came back. Objects that came, went or grew did so at once, and go
@@ -492,7 +521,7 @@ impl Interface {
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let is_typing = ctx.text_edit_focused();
+        let is_typing = ctx.text_edit_focused() || self.opening.is_open();
         ctx.input(|input| {
             for event in &input.events {
                 match event {

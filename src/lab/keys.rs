@@ -36,6 +36,8 @@ pub enum KeyAction {
     Record,
     /// Hides or shows what there is for taking out.
     TakeOut,
+    /// Chooses a file to open.
+    Open,
     /// Writes the scene to a file.
     Save,
     /// Takes back a change.
@@ -237,6 +239,13 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         "Ctrl E",
         KeyAction::TakeOut,
         "take it out: pictures, films, models, data",
+    ),
+    (
+        Modifiers::COMMAND,
+        &[Key::O],
+        "Ctrl O",
+        KeyAction::Open,
+        "open a file: scene, preset, mesh, checkpoint",
     ),
     (
         Modifiers::COMMAND,

@@ -145,13 +145,11 @@ impl Lab {
             return self.interface.notice(context, text, true);
         }
         let mut commands = Vec::new();
-        let taken = self
+        let is_read = self
             .interface
             .take_preset(context, name, text, &mut commands);
-        if !commands.is_empty() {
-            self.apply(context);
-        }
-        if taken {
+        // One that comes slowly asks for nothing yet. What is refused is said.
+        if is_read && (commands.is_empty() || self.apply(context)) {
             // So it can be kept by one click.
             self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
             let text = format!("The look of {name}: keep it in the gallery (G)");

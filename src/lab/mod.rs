@@ -17,6 +17,7 @@ mod loading;
 mod looks;
 mod navigation;
 mod notices;
+mod opening;
 mod order;
 mod out;
 mod overlays;

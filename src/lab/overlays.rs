@@ -4,7 +4,7 @@ use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
 use super::interface::{Command, Facts, Interface, Waiting};
 use super::keys::{KEYS, MOUSE};
-use super::places::{Marked as _, mark_cross};
+use super::places::{Marked as _, mark_cross, note_value};
 use super::rows::grouped;
 use super::theme;
 
@@ -26,6 +26,10 @@ fn controls(ui: &mut Ui) {
                 line(keys, what);
             }
         });
+    note_value(ui.ctx(), "help.keys", || {
+        let keys: Vec<&str> = KEYS.iter().map(|(_, _, keys, ..)| *keys).collect();
+        keys.join(", ")
+    });
 }
 
 impl Interface {

@@ -91,6 +91,15 @@ pub fn on_fill(ui: &Ui) -> Color32 {
     }
 }
 
+/// What is selected is filled with the colour of what is active, for those who write with that colour, too.
+pub fn fill_selection(visuals: &mut Visuals) {
+    visuals.selection.bg_fill = visuals.hyperlink_color;
+    visuals.selection.stroke.color = match visuals.dark_mode {
+        true => Color32::BLACK,
+        false => Color32::WHITE,
+    };
+}
+
 /// Gives a context the look.
 pub fn apply(ctx: &egui::Context, light: bool) {
     ctx.set_theme(if light {

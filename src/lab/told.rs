@@ -24,6 +24,8 @@ pub struct State<'a> {
     help: bool,
     gallery: bool,
     out: bool,
+    /// Is a file being chosen?
+    opening: bool,
     recording: bool,
     recorded: u64,
     making: Option<String>,
@@ -57,6 +59,7 @@ impl Interface {
             help: self.help,
             gallery: self.gallery.open,
             out: self.out.open,
+            opening: self.opening.is_open(),
             recording: facts.out.recording.is_some(),
             recorded: facts.out.recording.map_or(0, |recording| recording.frames),
             making: facts.out.making.as_ref().map(|making| making.name.clone()),

@@ -1,4 +1,5 @@
-//! Undo and redo of what was changed in the panel: whole settings and looks, one entry for each thing that the hand did.
+//! Undo and redo of what was changed in the panel and painted: whole settings and looks, and the number of the last stroke of
+//! a brush, one entry for each thing that the hand did. What strokes have changed lies elsewhere.
 
 use glam::Vec3;
 use myxo::render::View;
@@ -75,12 +76,22 @@ impl State {
     }
 }
 
+/// Where undo and redo lead to.
+#[derive(Clone, Debug, PartialEq)]
+struct Entry {
+    state: State,
+    /// The last stroke; 0 for none.
+    strokes: u64,
+}
+
 /// What was, what is, and what was undone.
 #[derive(Clone, Debug)]
 pub struct Undo {
-    past: Vec<State>,
-    now: State,
-    future: Vec<State>,
+    past: Vec<Entry>,
+    now: Entry,
+    future: Vec<Entry>,
+    /// Of all strokes; no two have the same.
+    last_number: u64,
     /// What a file has; none has what was never in one.
     saved: Option<State>,
 }
@@ -88,23 +99,56 @@ pub struct Undo {
 impl Undo {
     /// Nothing has been changed.
     pub fn new(settings: &Settings, view: &View) -> Self {
-        let now = State::of(settings, view);
+        let state = State::of(settings, view);
         Self {
             past: Vec::new(),
-            saved: Some(now.clone()),
-            now,
+            saved: Some(state.clone()),
+            now: Entry { state, strokes: 0 },
             future: Vec::new(),
+            last_number: 0,
         }
     }
 
     /// The hand has let go: if anything is different from before, that is one more entry.
     pub fn note(&mut self, settings: &Settings, view: &View) {
         let look = Look::of(view);
-        if self.now.settings == *settings && self.now.look == look {
+        if self.now.state.settings == *settings && self.now.state.look == look {
             return;
         }
         let settings = settings.clone();
-        let before = std::mem::replace(&mut self.now, State { settings, look });
+        self.go_on_to(Entry {
+            state: State { settings, look },
+            strokes: self.now.strokes,
+        });
+    }
+
+    /// A stroke is over that changes painted areas: one more entry. Gives its number.
+    pub fn stroke(&mut self, settings: &Settings, view: &View) -> u64 {
+        self.note(settings, view);
+        self.last_number += 1;
+        self.go_on_to(Entry {
+            state: self.now.state.clone(),
+            strokes: self.last_number,
+        });
+        self.last_number
+    }
+
+    /// The last stroke that is there, not undone; 0 for none.
+    pub fn strokes(&self) -> u64 {
+        self.now.strokes
+    }
+
+    /// Some strokes cannot be undone any more, or have changed nothing: `known` gives for each the last one up to it that
+    /// can.
+    pub fn keep_strokes(&mut self, known: impl Fn(u64) -> u64) {
+        for entry in self.all() {
+            entry.strokes = known(entry.strokes);
+        }
+        self.join();
+    }
+
+    fn go_on_to(&mut self, entry: Entry) {
+        let before = std::mem::replace(&mut self.now, entry);
         self.past.push(before);
         if self.past.len() > MOST {
             self.past.remove(0);
@@ -138,13 +182,23 @@ impl Undo {
     /// What was refused was never there: wherever this food stands, there is what runs instead. Else undo would lead back
     /// to it for ever.
     pub fn forget_food(&mut self, refused: &Settings, runs: &Settings) {
-        let all = self.past.iter_mut().chain(&mut self.future);
-        for State { settings, .. } in all.chain([&mut self.now]) {
+        for entry in self.all() {
+            let settings = &mut entry.state.settings;
             if (&settings.foods, &settings.feeding) == (&refused.foods, &refused.feeding) {
                 settings.foods.clone_from(&runs.foods);
                 settings.feeding = runs.feeding.clone();
             }
         }
+        self.join();
+    }
+
+    fn all(&mut self) -> impl Iterator<Item = &mut Entry> {
+        let all = self.past.iter_mut().chain(&mut self.future);
+        all.chain([&mut self.now])
+    }
+
+    /// Entries that are no longer different are one.
+    fn join(&mut self) {
         self.past.dedup();
         self.future.dedup();
         self.past.pop_if(|last| *last == self.now);
@@ -172,8 +226,8 @@ impl Undo {
     }
 
     fn put(&self, settings: &mut Settings, view: &mut View) {
-        settings.clone_from(&self.now.settings);
-        self.now.look.put(view);
+        settings.clone_from(&self.now.state.settings);
+        self.now.state.look.put(view);
     }
 }
 
@@ -248,5 +302,50 @@ mod tests {
             undo.note(&settings, &view);
         }
         assert_eq!(undo.past.len(), MOST);
+    }
+
+    #[test]
+    fn strokes_stand_in_order_with_other_changes() {
+        let mut settings = Settings::default();
+        let scene = Scene::from_settings("torus".to_owned(), settings.clone(), ".".into()).unwrap();
+        let mut view = View::of(&scene, Vec2::ONE);
+        let mut undo = Undo::new(&settings, &view);
+        assert_eq!(undo.stroke(&settings, &view), 1);
+        settings.trail.decay = 0.5;
+        // The change comes before the stroke that is over after it.
+        assert_eq!(undo.stroke(&settings, &view), 2);
+        assert_eq!(undo.stroke(&settings, &view), 3);
+        let mut back = |undo: &mut Undo| {
+            assert!(undo.undo(&mut settings, &mut view));
+            (undo.strokes(), settings.trail.decay)
+        };
+        let decay = Settings::default().trail.decay;
+        let way = [(2, 0.5), (1, 0.5), (1, decay), (0, decay)];
+        assert_eq!([(); 4].map(|()| back(&mut undo)), way);
+        assert!(!undo.undo(&mut settings, &mut view));
+        for (strokes, decay) in [(1, decay), (1, 0.5), (2, 0.5), (3, 0.5)] {
+            assert!(undo.redo(&mut settings, &mut view));
+            assert_eq!((undo.strokes(), settings.trail.decay), (strokes, decay));
+        }
+        assert!(undo.undo(&mut settings, &mut view));
+        // What was undone is not there any more, and its number is nobody's.
+        assert_eq!(undo.stroke(&settings, &view), 4);
+        assert!(!undo.can_redo());
+        // The last has changed nothing, and the first is forgotten.
+        undo.keep_strokes(|number| if number >= 2 { 2 } else { 0 });
+        assert_eq!(undo.strokes(), 2);
+        assert!(undo.undo(&mut settings, &mut view));
+        assert_eq!((undo.strokes(), settings.trail.decay), (0, 0.5));
+        assert!(undo.undo(&mut settings, &mut view));
+        assert_eq!((undo.strokes(), settings.trail.decay), (0, decay));
+        assert!(!undo.can_undo());
+        // A scene that is built anew knows none of them.
+        assert!(undo.redo(&mut settings, &mut view) && undo.redo(&mut settings, &mut view));
+        undo.keep_strokes(|_| 0);
+        assert_eq!(undo.past.len(), 1, "the parameter's");
+        assert!(
+            !undo.is_unsaved(&Settings::default(), &view),
+            "files have no strokes"
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! The window and its frames: what happens, in order, from input to a picture on the screen.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -161,6 +161,9 @@ impl Lab {
         interface.own = OwnPresets::read(OwnPresets::folder());
         interface.find_preset();
         interface.left = LeftScenes::read(LeftScenes::folder());
+        let file = opened.from.as_ref().map(|(path, _)| path.as_path());
+        let folder = file.map_or(Some(scene.folder.as_path()), Path::parent);
+        interface.opening.begin_in(folder.unwrap_or(Path::new("")));
         let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();
         let mut lab = Self {

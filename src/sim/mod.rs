@@ -41,7 +41,7 @@ pub mod types;
 pub use params::{StepConstants, StepParams, TINY_TRAIL};
 pub use pipelines::{FORMS_OF_ADVANCE, Kernels};
 pub use setup::{Setup, atlas_options};
-pub use simulation::{FoodOrder, PreparedFood, Simulation, SnapshotCopy};
+pub use simulation::{Areas, FoodOrder, PreparedFood, Simulation, SnapshotCopy};
 pub use snapshot::{Census, Distances, Snapshot};
 pub use state::{PingPong, State};
 pub use surroundings::{COVERED, NEAR};

@@ -4,6 +4,8 @@
 //! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `summon`
 //! do the rest.
 
+use std::ops::Range;
+
 use glam::{DAffine3, DVec2, DVec3, UVec2, Vec3};
 use rayon::prelude::*;
 
@@ -25,7 +27,7 @@ pub const GREATEST: f32 = 1e6;
 /// Places of an object that particles of one dab come to.
 const PLACES: u32 = 4096;
 /// Texels that one dab may have: what a storage block of every device holds.
-const MOST_TEXELS: usize = 1 << 24;
+pub(super) const MOST_TEXELS: usize = 1 << 24;
 
 /// What a dab does to what lies in it. Its effect is full in the middle and falls to nothing at the edge, by
 /// `(1 - (distance / radius)^2)^2`; where something is or is not, as with [`Brush::NoGo`], it goes to the edge.
@@ -78,6 +80,8 @@ pub struct Dab {
 pub struct Painted {
     /// Texels painted on each object.
     pub texels: Vec<u32>,
+    /// From the first of them in the atlas to behind the last.
+    pub span: Range<u32>,
 }
 
 /// A texel of a dab, and how strong the dab is there, 0 to 1.
@@ -89,6 +93,17 @@ pub struct DabTexel {
     pub object: u32,
     /// At its centre.
     pub weight: f32,
+}
+
+/// A texel of painted areas that is not what it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Repainted {
+    /// Which one.
+    pub texel: u32,
+    /// What sensors read more there, trail units: as it was.
+    pub before: f32,
+    /// And as it is.
+    pub after: f32,
 }
 
 /// Where particles come to.
@@ -276,7 +291,11 @@ impl Painted {
         for texel in texels {
             counts[texel.object as usize] += 1;
         }
-        Self { texels: counts }
+        let all = || texels.iter().map(|texel| texel.texel);
+        Self {
+            texels: counts,
+            span: all().min().unwrap_or(0)..all().max().map_or(0, |last| last + 1),
+        }
     }
 
     /// Texels on all objects.

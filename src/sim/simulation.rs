@@ -31,6 +31,7 @@ use crate::scene::parameters::restarting;
 use crate::scene::settings::Settings;
 pub use copying::SnapshotCopy;
 pub use feeding::{FoodOrder, PreparedFood};
+pub use painting::Areas;
 use painting::Painter;
 
 /// A scene that grows, step by step.

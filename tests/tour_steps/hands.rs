@@ -169,6 +169,88 @@ fn hands_paint_what_they_touch() {
 }
 
 #[test]
+fn strokes_that_stay_are_undone_and_come_again() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.point("picture", 0.5);
+    lab.key("i");
+    lab.probed("trail");
+    let is = |words: &str| {
+        let words = words.to_owned();
+        lab.wait(&words, |seen| seen["values"]["probe.painted"] == words);
+    };
+    let is_none = || {
+        lab.wait("nobody has ever painted", |seen| {
+            seen["values"]["probe.trail"].is_string() && seen["values"]["probe.painted"].is_null()
+        });
+    };
+    // What is said of a scene that is saved: is there something that it does not have?
+    let tells = |number: u32, part: bool| {
+        lab.save("pair", number);
+        let name = format!("pair_{number:06}.toml");
+        lab.wait("it is told", |seen| {
+            let notice = seen["state"]["notice"].as_str().unwrap_or_default();
+            notice.contains(&name) && notice.contains("without the areas") == part
+        });
+    };
+    is_none();
+
+    // No-go: painted, undone, and there again.
+    lab.paint_with("no-go");
+    is("no-go");
+    tells(1, true);
+    lab.key("ctrl+z");
+    is_none();
+    tells(2, false);
+    lab.key("ctrl+shift+z");
+    is("no-go");
+    tells(3, true);
+
+    // In order with other changes, each stroke by itself; the eraser's areas come back, too.
+    lab.paint_with("erase");
+    is("nothing");
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    lab.paint_with("attract");
+    let attracted = lab.probed("painted");
+    lab.paint_with("repel");
+    let both = lab.probed("painted");
+    assert!(attracted > 0.0 && both < attracted, "{attracted}, {both}");
+    lab.key("ctrl+z");
+    assert_eq!(lab.probed("painted"), attracted);
+    lab.key("ctrl+z");
+    is("nothing");
+    assert_eq!(lab.value("trail.decay"), "0.5");
+    lab.key("ctrl+z");
+    lab.wait("the parameter", |seen| {
+        seen["values"]["trail.decay"] != "0.5"
+    });
+    is("nothing");
+    lab.key("ctrl+z");
+    is("no-go");
+    for (key, words) in [("ctrl+shift+z", "nothing"), ("ctrl+z", "no-go")] {
+        lab.key(key);
+        is(words);
+    }
+    lab.key("ctrl+z");
+    is_none();
+
+    // Trail has grown on, and stays.
+    let before = lab.probed("trail");
+    lab.paint_with("trail");
+    let painted = lab.probed("trail");
+    assert!(painted > before + 1.0, "{painted}, and {before} before");
+    lab.key("ctrl+z");
+    assert_eq!(lab.probed("trail"), painted);
+    lab.quit();
+}
+
+#[test]
 fn hands_work_in_every_view() {
     if !can_tour() {
         return;

@@ -2,6 +2,8 @@
 //! says what happened, nothing hangs, and nothing half-written has a name.
 
 use super::super::*;
+use super::presets::dropping::drop_on;
+use super::presets::window_of;
 use super::{arrived, frames_in, shown_of};
 
 #[track_caller]
@@ -187,6 +189,44 @@ fn a_window_that_is_closed_finishes_its_picture() {
     let said = said(&lab.said);
     let told = format!("saved {}", file.display());
     assert!(said.contains(&told), "{told}: {said}");
+}
+
+/// Files and objects whose turn has not come are told of, and so is what was on its way.
+#[test]
+fn a_window_that_is_closed_tells_what_did_not_come() {
+    if !can_tour() {
+        return;
+    }
+    let pair = "[particles]\ncount = 3000\n[atlas]\nsize = 128\n[[object]]\nname = \"ball\"\n\
+                mesh = \"builtin:icosphere?subdivisions=3\"\n[[object]]\nname = \"box\"\n\
+                mesh = \"builtin:cube\"\nscale = 0.3\nposition = [1.5, 0.0, 0.0]\n";
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", pair);
+    let lab = Lab::open(&[path(&file)]);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.pick("ball");
+    // Takes longer than what follows.
+    let count = "particles.count";
+    lab.find(count);
+    lab.type_until(count, 0.9, "60000000", count, "60000000");
+    lab.click("restart");
+    lab.place("cancel");
+    lab.key("Delete");
+    let mesh = lab
+        .folder
+        .with("tip.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    drop_on(&window_of(&lab), &mesh);
+    sleep(Duration::from_millis(300));
+    let seen = lab.seen().expect("it is told");
+    assert_eq!(seen["state"]["loading"], true, "it is still on its way");
+    let lab = lab.quit_and_keep();
+    let said = said(&lab.said);
+    for told in [
+        "ball was not taken out of the scene",
+        "tip.obj was not opened",
+    ] {
+        assert!(said.contains(told), "{told}: {said}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
 use super::super::interface::{Command, Interface};
+use super::super::opening::OPEN;
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
@@ -137,6 +138,12 @@ impl Interface {
                     commands.push(Command::Hand(Work::Add(format!("builtin:{name}"))));
                     ui.close();
                 }
+            }
+            ui.separator();
+            let file = ui.button("a file …").on_hover_text(OPEN);
+            if file.marked("add.file").clicked() {
+                self.begin_to_open(ui.ctx());
+                ui.close();
             }
         });
         menu.response

@@ -7,6 +7,7 @@ mod bar;
 mod food;
 mod gizmo;
 mod overlay;
+mod strokes;
 mod work;
 
 use std::path::PathBuf;
@@ -86,17 +87,26 @@ impl Tool {
             Self::Look => {
                 "Drag turns the scene, a click picks an object (B for the brush used last, Esc to come back)"
             }
-            Self::Trail => "Adds trail, which spreads and decays as any other",
-            Self::Erase => "Takes away trail, and what attracts, repels or forbids",
-            Self::Attract => "Sensors read more here, so particles come; stays until it is erased",
+            Self::Trail => {
+                "Adds trail, which spreads and decays as any other. It grows on at once, so Ctrl Z does not take it back"
+            }
+            Self::Erase => {
+                "Takes away trail, and what attracts, repels or forbids. Ctrl Z brings back the latter, not the trail, \
+                 which has grown on"
+            }
+            Self::Attract => {
+                "Sensors read more here, so particles come; stays until it is erased, or undone by Ctrl Z"
+            }
             Self::Repel => {
-                "Sensors read less here, so particles go elsewhere; stays until it is erased"
+                "Sensors read less here, so particles go elsewhere; stays until it is erased, or undone by Ctrl Z"
             }
             Self::NoGo => {
-                "Particles do not enter and turn round; those inside may leave. Stays until it is erased"
+                "Particles do not enter and turn round; those inside may leave. Stays until it is erased, or undone by \
+                 Ctrl Z"
             }
             Self::Particles => {
-                "Particles come here, by chance from all over the same object; their number stays what it is"
+                "Particles come here, by chance from all over the same object; their number stays what it is. They walk \
+                 on at once, so Ctrl Z does not send them back"
             }
             Self::Food => {
                 "A click puts food there, or picks food that lies there; Delete takes it away (O)"
@@ -154,6 +164,8 @@ pub struct HandFacts {
     pub radius: f32,
     /// Reach of signed distances, scene radii.
     pub reach: f32,
+    /// Is there something that attracts, repels or forbids?
+    pub has_areas: bool,
 }
 
 /// What needs the simulation.
@@ -170,6 +182,10 @@ pub enum Work {
         /// Scene radii.
         radius: f32,
     },
+    /// The hand has let go of a stroke that changes what attracts, repels or forbids: its number, for undo.
+    EndStroke(u64),
+    /// Undo or redo has come to where this stroke is the last one.
+    ToStroke(u64),
     /// Takes an object out of the scene.
     Remove(usize),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.
@@ -207,6 +223,8 @@ pub struct Hands {
     click: Option<Vec2>,
     /// Where the brush was in the frame before.
     stroke: Option<Vec2>,
+    /// Since the press it has painted what undo takes back.
+    pub(super) paints_areas: bool,
     /// Some vertices of each object, for its outline.
     vertices: Vec<Vec<Vec3>>,
 }
@@ -227,6 +245,7 @@ impl Hands {
             pointer: None,
             click: None,
             stroke: None,
+            paints_areas: false,
             vertices: Vec::new(),
         }
     }
@@ -317,12 +336,39 @@ impl Interface {
         facts: &Facts,
         commands: &mut Vec<Command>,
     ) -> bool {
+        let used = self.reach_out(ui, response, facts, commands);
+        let paints = commands.iter().any(|command| match command {
+            Command::Hand(Work::Stroke { brush, .. }) => match brush {
+                Brush::Attract { .. } | Brush::NoGo => true,
+                Brush::Erase { .. } => facts.hand.has_areas,
+                Brush::Trail { .. } | Brush::Particles { .. } => false,
+            },
+            _ => false,
+        });
+        self.hands.paints_areas |= paints;
+        // A pointer that leaves the picture and comes back goes on with its stroke.
+        let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
+        if !is_held && std::mem::take(&mut self.hands.paints_areas) {
+            let number = self.undo.stroke(&self.edited, &self.view);
+            commands.push(Command::Hand(Work::EndStroke(number)));
+        }
+        used
+    }
+
+    fn reach_out(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) -> bool {
         let scale = ui.ctx().pixels_per_point();
         let to_pixel = |at: egui::Pos2| {
             let from_corner = (at - response.rect.min) * scale;
             Vec2::new(from_corner.x, from_corner.y)
         };
-        let hovered = response.hover_pos().map(to_pixel);
+        let is_free = !self.opening.is_open();
+        let hovered = response.hover_pos().filter(|_| is_free).map(to_pixel);
         let is_held = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         let is_solid = !self.view.show.is_flat();
@@ -423,10 +469,17 @@ impl Interface {
     }
 }
 
+/// How the files of meshes end.
+pub const MESHES: &[&str] = &["obj", "glb", "gltf"];
+
 /// A file that was dropped: a mesh joins the scene, everything else is opened.
 pub fn is_mesh(path: &std::path::Path) -> bool {
-    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-    ending.is_some_and(|ending| ["obj", "glb", "gltf"].iter().any(|known| ending == *known))
+    let ending = path.extension();
+    ending.is_some_and(|ending| {
+        MESHES
+            .iter()
+            .any(|known| ending.eq_ignore_ascii_case(known))
+    })
 }
 
 /// The settings with one object more.

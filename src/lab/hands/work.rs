@@ -20,6 +20,7 @@ use super::super::under_way::Left;
 use super::super::window::Lab;
 use super::food::placed;
 use super::overlay::normal_towards;
+use super::strokes::Strokes;
 use super::{HandFacts, Under, Work, is_mesh, mesh_name, place_among, with_object, without_object};
 
 /// Dabs of one frame, at the most.
@@ -40,11 +41,20 @@ pub struct Hand {
     dabs: Vec<Dab>,
     /// How many there were.
     dab_count: u32,
+    /// What undo takes back.
+    pub(super) strokes: Strokes,
     probe: Option<Probe>,
     /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
     pub carry: Option<Vec<Option<usize>>>,
     /// The object that comes or goes with the scene on its way: how it is told of, and what asks for it again.
     pub(in super::super) coming: Option<(String, Left)>,
+}
+
+impl Hand {
+    /// Is there something to record?
+    pub(super) fn has_dabs(&self) -> bool {
+        !self.dabs.is_empty()
+    }
 }
 
 /// Trail and distance at one texel, read some frames later.
@@ -88,7 +98,12 @@ impl Probe {
 
 impl Lab {
     /// Does what the hands ask for.
-    pub(in super::super) fn obey_hand(&mut self, work: Work, size: [u32; 2]) {
+    pub(in super::super) fn obey_hand(
+        &mut self,
+        context: &egui::Context,
+        work: Work,
+        size: [u32; 2],
+    ) -> Result<()> {
         match work {
             Work::Stroke {
                 from,
@@ -96,6 +111,8 @@ impl Lab {
                 brush,
                 radius,
             } => self.stroke([from, to], brush, radius, size),
+            Work::EndStroke(number) => self.end_stroke(context, number)?,
+            Work::ToStroke(last) => self.take_strokes(context, last)?,
             Work::Remove(object) => {
                 let object = self.interface.edited.objects.get(object).cloned();
                 if let Some(object) = object {
@@ -115,6 +132,7 @@ impl Lab {
             }
             Work::Renew => self.renew(),
         }
+        Ok(())
     }
 
     /// Begins to load the objects that are edited; what has grown stays.
@@ -131,9 +149,13 @@ impl Lab {
         objects.map(|object| place_among(running, object)).collect()
     }
 
-    /// A file was dropped onto the window. What is on its way comes first: files that are dropped together all come.
+    /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
+    /// all come.
     pub fn drop_file(&mut self, path: PathBuf) {
         self.interface.begin_drop();
+        if let Some(folder) = path.parent() {
+            self.interface.opening.begin_in(folder);
+        }
         self.window.request_redraw();
         let before = self.loading.as_ref().and_then(|loading| {
             let coming = self.hand.coming.as_ref().map(|(what, _)| what);
@@ -199,8 +221,8 @@ impl Lab {
         }
     }
 
-    /// Records what was painted since the last frame, and what the probe wants to know.
-    pub(in super::super) fn record_hands(
+    /// Records what was painted since it was last called.
+    pub(super) fn record_dabs(
         &mut self,
         rec: &mut Recorder,
         context: &egui::Context,
@@ -210,13 +232,34 @@ impl Lab {
             return Ok(());
         };
         for dab in dabs {
+            let strokes = &mut self.hand.strokes;
+            if let Some(text) = strokes.before(rec, &stage.simulation, dab.brush) {
+                self.interface.notice(context, text, false);
+            }
             match stage.simulation.paint(rec, &dab) {
-                Ok(painted) if painted.count() > 0 => stage.forget_picture(),
-                Ok(_) => {}
+                Ok(painted) => {
+                    self.hand.strokes.painted(&painted);
+                    if painted.count() > 0 {
+                        stage.forget_picture();
+                    }
+                }
                 Err(Error::Invalid(problem)) => self.interface.notice(context, problem, true),
                 Err(error) => return Err(error),
             }
         }
+        Ok(())
+    }
+
+    /// Records what was painted since the last frame, and what the probe wants to know.
+    pub(in super::super) fn record_hands(
+        &mut self,
+        rec: &mut Recorder,
+        context: &egui::Context,
+    ) -> Result<()> {
+        self.record_dabs(rec, context)?;
+        let Some(stage) = &self.stage else {
+            return Ok(());
+        };
         let Some(under) = self.clocks.facts.hand.under.as_ref() else {
             return Ok(());
         };
@@ -296,6 +339,7 @@ impl Lab {
             mean_trail: (mean as f32).clamp(1e-3, 1e4),
             radius: setup.radius,
             reach: settings.distance.reach,
+            has_areas: simulation.state().bias.is_some(),
         };
     }
 

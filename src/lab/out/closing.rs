@@ -9,7 +9,9 @@ use myxo::{Error, Result};
 
 use super::job::Job;
 use super::{Lab, Out};
+use crate::lab::hands::Work;
 use crate::lab::interface::Command;
+use crate::lab::loading::Origin;
 use crate::lab::under_way::Left;
 
 /// A window that closes waits no longer for a picture to be drawn.
@@ -30,16 +32,13 @@ impl Lab {
         self.finish_job();
     }
 
-    /// The window closes while commands wait for steps: those that write files are obeyed, in their order.
+    /// The window closes while commands wait for steps: those that write files are obeyed, in their order. What else was
+    /// asked for, and does not come any more, is said.
     pub(in super::super) fn obey_what_writes(&mut self) {
-        let left = std::mem::take(&mut self.left).into_iter();
-        let commands: Vec<_> = left
-            .filter_map(|left| match left {
-                Left::Command(command, size) => Some((at_the_end(&command), command, size)),
-                Left::File(_) | Left::Removal(_) => None,
-            })
-            .collect();
-        let any_writes = (commands.iter()).any(|(end, ..)| *end == AtTheEnd::Writes);
+        self.tell_what_was_on_its_way();
+        let left = std::mem::take(&mut self.left);
+        let left: Vec<_> = (left.into_iter().map(|left| (end_of(&left), left))).collect();
+        let any_writes = (left.iter()).any(|(end, _)| *end == AtTheEnd::Writes);
         if any_writes && self.under_way.is_some() {
             say("finishing the steps that are under way ...");
             if let Err(error) = self.finish_steps() {
@@ -47,10 +46,10 @@ impl Lab {
             }
         }
         let context = self.egui.egui_ctx().clone();
-        for (end, command, size) in commands {
+        for (end, left) in left {
             match end {
                 AtTheEnd::GivenUp(text) => {
-                    say(text);
+                    say(&text);
                     continue;
                 }
                 AtTheEnd::Forgotten => continue,
@@ -59,6 +58,9 @@ impl Lab {
                 // One thing at a time.
                 AtTheEnd::Writes => self.finish_job(),
             }
+            let Left::Command(command, size) = left else {
+                continue;
+            };
             self.interface.notice = None;
             if let Err(error) = self.obey(&context, command, size) {
                 say(&error.to_string());
@@ -66,6 +68,21 @@ impl Lab {
             if let Some(notice) = self.interface.notice.take() {
                 say(&notice.text);
             }
+        }
+    }
+
+    /// A scene, or an object that was to come or to go.
+    fn tell_what_was_on_its_way(&mut self) {
+        let coming = self.hand.coming.take().map(|(what, _)| what);
+        let loading = self.loading.as_ref();
+        // Before there is a scene, nothing but the first one can be.
+        let loading = loading.filter(|loading| {
+            let is_other = loading.origin != Origin::Shown;
+            self.stage.is_some() && is_other && !loading.told().is_cancelled
+        });
+        let what = coming.or_else(|| loading.map(|loading| loading.name.clone()));
+        if let Some(what) = what.filter(|_| self.loading.is_some()) {
+            say(&format!("{what} was on its way, and was given up"));
         }
     }
 
@@ -112,21 +129,44 @@ impl Lab {
     }
 }
 
-/// What becomes of a command that waits when the window closes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What becomes of something that waits when the window closes.
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum AtTheEnd {
     /// It writes a file, and is obeyed.
     Writes,
     /// It changes what is written after it.
     Helps,
     /// There is no time for it; this is said.
-    GivenUp(&'static str),
+    GivenUp(String),
     /// It means nothing without a window.
     Forgotten,
 }
 
+fn end_of(left: &Left) -> AtTheEnd {
+    match left {
+        Left::Command(command, _) => at_the_end(command),
+        Left::File(path) => not_opened(path),
+        Left::Removal(object) => AtTheEnd::GivenUp(format!(
+            "{} was not taken out of the scene: the window closed before its turn",
+            object.name
+        )),
+    }
+}
+
+fn not_opened(path: &Path) -> AtTheEnd {
+    let path = path.display();
+    AtTheEnd::GivenUp(format!(
+        "{path} was not opened: the window closed before its turn"
+    ))
+}
+
 fn at_the_end(command: &Command) -> AtTheEnd {
+    let given_up = |text: &str| AtTheEnd::GivenUp(text.to_owned());
     match command {
+        Command::TakeFile(path) => not_opened(path),
+        Command::Hand(Work::Add(mesh)) => AtTheEnd::GivenUp(format!(
+            "{mesh} was not added to the scene: the window closed before its turn"
+        )),
         Command::Screenshot
         | Command::Save
         | Command::SavePreset(_)
@@ -134,10 +174,10 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
         Command::Apply | Command::TakeOut(Out::Cancel) => AtTheEnd::Helps,
         Command::TakeOut(Out::Film) => {
-            AtTheEnd::GivenUp("a film was given up: the window closed before it began")
+            given_up("a film was given up: the window closed before it began")
         }
         Command::TakeOut(Out::Record) => {
-            AtTheEnd::GivenUp("a recording was given up: the window closed before it began")
+            given_up("a recording was given up: the window closed before it began")
         }
         _ => AtTheEnd::Forgotten,
     }
@@ -179,6 +219,7 @@ fn told_of(path: &Path, ended: Option<Result<Written>>, is_cancelled: bool) -> S
 mod tests {
     use super::super::Model;
     use super::*;
+    use myxo::scene::settings::ObjectSettings;
 
     #[test]
     fn commands_that_write_are_obeyed_at_the_end() {
@@ -192,6 +233,25 @@ mod tests {
             assert!(matches!(end, AtTheEnd::GivenUp(_)), "{end:?}");
         }
         assert_eq!(at_the_end(&Command::Restart), AtTheEnd::Forgotten);
+        let object = Box::new(ObjectSettings {
+            name: "ball".to_owned(),
+            ..ObjectSettings::default()
+        });
+        let add = Command::Hand(Work::Add("builtin:cube".to_owned()));
+        for (left, told) in [
+            (Left::File("a/tip.obj".into()), "a/tip.obj was not opened"),
+            (
+                Left::Command(Command::TakeFile("b.toml".into()), [1, 1]),
+                "b.toml was not opened",
+            ),
+            (Left::Command(add, [1, 1]), "builtin:cube was not added"),
+            (Left::Removal(object), "ball was not taken out of the scene"),
+        ] {
+            let AtTheEnd::GivenUp(text) = end_of(&left) else {
+                panic!("{told}")
+            };
+            assert!(text.starts_with(told), "{text}");
+        }
         let told = finishing(Path::new("films/film_000001.gif"));
         assert_eq!(told, "finishing film_000001.gif ...");
     }

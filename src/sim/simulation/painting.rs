@@ -1,5 +1,6 @@
-//! Brushes on the running simulation: what a dab changes is recorded between steps.
+//! Brushes on the running simulation: what a dab changes is recorded between steps; and areas that are put back as they were.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::UVec2;
@@ -8,7 +9,9 @@ use super::super::kernels::{
     ExchangeSeamsArgs, ExchangeSeamsParams, Paint, PaintArgs, PaintConstants, PaintParams, Summon,
     SummonArgs,
 };
-use super::super::paint::{Dab, DabTexel, Painted, Places};
+use super::super::paint::{
+    Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, Places, Repainted,
+};
 use super::super::params::StepConstants;
 use super::super::pipelines::Kernels;
 use super::super::state::{Bias, Views};
@@ -16,7 +19,8 @@ use super::super::types::Particle;
 use super::Simulation;
 use crate::error::Result;
 use crate::gpu::{
-    Access::Kernel, AnyBuffer, Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads,
+    Access, Access::Kernel, AnyBuffer, Buffer, Context, Domain, GpuError, Pipeline, Recorder,
+    Threads,
 };
 
 /// The kernels of brushes; made when somebody paints.
@@ -37,6 +41,24 @@ impl Painter {
         })
     }
 }
+
+/// What attracted, repelled or forbade at some time; at first nothing did.
+#[derive(Default)]
+pub struct Areas {
+    /// None where nothing had been painted.
+    field: Option<Buffer<f32>>,
+}
+
+impl Areas {
+    /// Had nothing been painted?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.field.is_none()
+    }
+}
+
+/// Texels that are compared at once.
+const COMPARED_AT_ONCE: u32 = 1 << 22;
 
 impl Simulation {
     /// Records one dab of a brush, which happens before the next step that is recorded, where the objects are then in
@@ -72,9 +94,7 @@ impl Simulation {
         if texels.is_empty() {
             return Ok(painted);
         }
-        if self.painter.is_none() {
-            self.painter = Some(Painter::new(&self.ctx, &self.constants)?);
-        }
+        self.make_painter()?;
         if dab.makes_bias() {
             self.make_bias()?;
         }
@@ -82,7 +102,8 @@ impl Simulation {
         let of_bias = dab.of_bias(count).filter(|_| self.state.bias.is_some());
         let of_trail = dab.of_trail(count);
         if of_bias.is_some() || of_trail.is_some() {
-            let entries = self.entries_of(&texels)?;
+            let entries = texels.iter().map(|texel| (texel.texel, texel.weight));
+            let entries = self.entries_of(entries)?;
             let state = &self.state;
             if let Some(params) = of_trail {
                 let trail = &state.trail;
@@ -94,6 +115,13 @@ impl Simulation {
         }
         self.summon(rec, dab, &texels)?;
         Ok(painted)
+    }
+
+    fn make_painter(&mut self) -> Result<()> {
+        if self.painter.is_none() {
+            self.painter = Some(Painter::new(&self.ctx, &self.constants)?);
+        }
+        Ok(())
     }
 
     /// From now on sensors read a bias, which is nothing at first.
@@ -117,10 +145,13 @@ impl Simulation {
     }
 
     /// Texels and weights, as `paint` reads them.
-    fn entries_of(&self, texels: &[DabTexel]) -> Result<Buffer<UVec2>> {
+    fn entries_of(
+        &self,
+        texels: impl ExactSizeIterator<Item = (u32, f32)>,
+    ) -> Result<Buffer<UVec2>> {
         let mut entries = Buffer::new(&self.ctx, "dab", texels.len(), Domain::Upload)?;
-        for (entry, texel) in entries.as_mut_slice().iter_mut().zip(texels) {
-            *entry = UVec2::new(texel.texel, texel.weight.to_bits());
+        for (entry, (texel, weight)) in entries.as_mut_slice().iter_mut().zip(texels) {
+            *entry = UVec2::new(texel, weight.to_bits());
         }
         Ok(entries)
     }
@@ -194,5 +225,124 @@ impl Simulation {
         );
         rec.barrier(Kernel, Kernel, &[&state.particles, &state.motions]);
         Ok(())
+    }
+}
+
+/// Areas as they were: what a hand that undoes needs.
+impl Simulation {
+    /// Does a brush change what attracts, repels or forbids, if it touches anything?
+    #[must_use]
+    pub fn changes_areas(&self, brush: Brush) -> bool {
+        match brush {
+            Brush::Attract { .. } | Brush::NoGo => true,
+            Brush::Erase { .. } => self.state.bias.is_some(),
+            Brush::Trail { .. } | Brush::Particles { .. } => false,
+        }
+    }
+
+    /// Records a copy, on the device, of what attracts, repels and forbids as all that was recorded so far leaves it.
+    ///
+    /// # Errors
+    /// When the device has no memory left.
+    pub fn record_areas(&self, rec: &mut Recorder) -> Result<Areas> {
+        let Some(Bias { field, .. }) = &self.state.bias else {
+            return Ok(Areas { field: None });
+        };
+        let copy = Buffer::new(&self.ctx, "bias.before", field.len(), Domain::Device)?;
+        rec.barrier(Kernel, Access::Copy, &[field]);
+        rec.copy(field, &copy);
+        rec.barrier(Access::Copy, Kernel, &[field]);
+        Ok(Areas { field: Some(copy) })
+    }
+
+    /// What is no longer as it was, among the texels of a span. All that was recorded must have been submitted; waits for
+    /// it.
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn repainted(&self, before: &Areas, span: Range<u32>) -> Result<Vec<Repainted>> {
+        let mut repainted = Vec::new();
+        let Some(bias) = &self.state.bias else {
+            return Ok(repainted);
+        };
+        for first in span.clone().step_by(COMPARED_AT_ONCE as usize) {
+            let end = first.saturating_add(COMPARED_AT_ONCE).min(span.end);
+            let part = first as usize..end as usize;
+            let after = self.ctx.download_range(&bias.field, part.clone())?;
+            let before = match &before.field {
+                Some(field) => self.ctx.download_range(field, part)?,
+                None => vec![0.0; after.len()],
+            };
+            let all = (first..).zip(before.into_iter().zip(after));
+            let all = all.map(|(texel, (before, after))| Repainted {
+                texel,
+                before,
+                after,
+            });
+            repainted.extend(all.filter(|texel| texel.before != texel.after));
+        }
+        Ok(repainted)
+    }
+
+    /// Records that texels become what they were (or, with `again`, what they came to be afterwards), each listed once.
+    ///
+    /// # Errors
+    /// When the device has no memory left. Then nothing is recorded.
+    pub fn put_areas(
+        &mut self,
+        rec: &mut Recorder,
+        texels: &[Repainted],
+        again: bool,
+    ) -> Result<()> {
+        if texels.is_empty() {
+            return Ok(());
+        }
+        self.make_painter()?;
+        self.make_bias()?;
+        let value = |texel: &Repainted| if again { texel.after } else { texel.before };
+        let parts = texels.chunks(MOST_TEXELS).map(|part| {
+            let ones = self.entries_of(part.iter().map(|texel| (texel.texel, 1.0)))?;
+            let values = self.entries_of(part.iter().map(|texel| (texel.texel, value(texel))))?;
+            Ok((part.len() as u32, ones, values))
+        });
+        for part in parts.collect::<Result<Vec<_>>>()? {
+            self.put_part(rec, part);
+        }
+        Ok(())
+    }
+
+    /// Records that texels come to hold values: their number, and each with the weight 1 and with its value.
+    fn put_part(
+        &self,
+        rec: &mut Recorder,
+        (texel_count, ones, values): (u32, Buffer<UVec2>, Buffer<UVec2>),
+    ) {
+        let Some(Bias { field, views }) = &self.state.bias else {
+            return;
+        };
+        // All of it is taken away; then as many units come as the weight says.
+        let params = PaintParams {
+            texel_count,
+            fade: 1.0,
+            amount: 0.0,
+            lowest: NO_GO,
+            highest: GREATEST,
+            no_go: NO_GO_BELOW,
+        };
+        self.paint_field(rec, &ones, field, views, params);
+        let params = PaintParams {
+            fade: 0.0,
+            amount: 1.0,
+            ..params
+        };
+        self.paint_field(rec, &values, field, views, params);
+    }
+
+    /// Nothing attracts, repels or forbids any more, as before the first brush that did.
+    ///
+    /// # Errors
+    /// When the kernels of a step cannot be made without it.
+    pub fn forget_areas(&mut self) -> Result<()> {
+        self.take_bias(None)
     }
 }

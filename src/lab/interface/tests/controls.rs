@@ -3,7 +3,7 @@
 use myxo::sim::types::Flow;
 
 use super::*;
-use crate::lab::presets;
+use crate::lab::{hands, presets};
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
@@ -42,6 +42,40 @@ fn changes_are_undone_and_redone_by_keys() {
     assert_eq!(harness.interface.edited.trail.decay, 0.5);
     assert_eq!(pressed(&mut harness, control, Key::S), [Command::Save]);
     assert!(harness.interface.playing, "S alone would hold it");
+}
+
+#[test]
+fn a_dialog_that_opens_files_has_the_keys_to_itself() {
+    let mut harness = Harness::new();
+    let control = Modifiers::CTRL.plus(Modifiers::COMMAND);
+    let pressed = |key, modifiers| Event::Key {
+        key,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers,
+    };
+    harness.press(Key::B);
+    harness.interface.gallery.open = true;
+    harness.frame(vec![Event::ModifiersChanged(control)]);
+    harness.frame(vec![pressed(Key::O, control)]);
+    harness.frame(vec![Event::ModifiersChanged(Modifiers::NONE)]);
+    assert!(harness.interface.opening.is_open() && !harness.interface.gallery.open);
+    harness.frame(vec![]);
+    assert!(!harness.places_of("Open a file").is_empty());
+    let view = harness.interface.view;
+    for key in [Key::F10, Key::F12, Key::Delete] {
+        assert_eq!(harness.press(key), [], "{key:?}");
+    }
+    harness.frame(vec![Event::Paste("[trail]\ndecay = 0.5\n".to_owned())]);
+    assert_eq!(harness.click(IN_PICTURE), []);
+    assert_eq!(harness.interface.view, view);
+    assert!(!harness.interface.performing);
+    // It goes, and the brush stays in the hand.
+    harness.press(Key::Escape);
+    assert!(!harness.interface.opening.is_open());
+    assert_ne!(harness.interface.hands.tool, hands::Tool::Look);
+    assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
 }
 
 #[test]

@@ -103,6 +103,56 @@ fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     assert_eq!(harness.interface.hands.tool, Tool::Look);
 }
 
+/// From press to release, wherever the pointer has been, a brush that leaves something makes one thing to undo.
+#[test]
+fn a_stroke_is_one_thing_to_undo() {
+    let mut harness = harness();
+    let to = IN_PICTURE + vec2(60.0, 20.0);
+    let ends = |commands: &[Command]| -> Vec<u64> {
+        let ends = commands.iter().filter_map(|command| match command {
+            Command::Hand(Work::EndStroke(number)) => Some(*number),
+            _ => None,
+        });
+        ends.collect()
+    };
+    for (tool, has_areas, end) in [
+        (Tool::Trail, true, None),
+        (Tool::Particles, true, None),
+        (Tool::Erase, false, None),
+        (Tool::NoGo, false, Some(1)),
+        (Tool::Attract, true, Some(2)),
+        (Tool::Erase, true, Some(3)),
+    ] {
+        harness.interface.hands.take(tool);
+        harness.facts.hand.has_areas = has_areas;
+        let commands = dragged(&mut harness, IN_PICTURE, to);
+        assert_eq!(ends(&commands), Vec::from_iter(end), "{tool:?}");
+        let last = harness.interface.undo.strokes();
+        assert_eq!(last, end.unwrap_or_default(), "{tool:?}");
+    }
+    // Through the panel and back it is the same stroke, which cannot be undone before it is over.
+    harness.interface.hands.take(Tool::Repel);
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    let mut commands = harness.frame(vec![button(IN_PICTURE, true)]).commands;
+    for at in [IN_PICTURE + vec2(9.0, 0.0), IN_PANEL, IN_PICTURE] {
+        commands.extend(harness.frame(vec![Event::PointerMoved(at)]).commands);
+    }
+    harness.interface.undo(&mut commands);
+    let are_strokes = |c: &Command| matches!(c, Command::Hand(Work::Stroke { .. }));
+    assert!(commands.iter().all(are_strokes), "{commands:?}");
+    commands.extend(harness.frame(vec![button(IN_PICTURE, false)]).commands);
+    assert_eq!(ends(&commands), [4]);
+    for (undoes, last) in [(true, 3), (true, 2), (false, 3)] {
+        let mut commands = Vec::new();
+        match undoes {
+            true => harness.interface.undo(&mut commands),
+            false => harness.interface.redo(&mut commands),
+        }
+        let wanted = [Command::Apply, Command::Hand(Work::ToStroke(last))];
+        assert_eq!(commands, wanted);
+    }
+}
+
 #[test]
 fn hands_work_in_every_view_of_the_surface() {
     for &show in Show::ALL.iter().filter(|show| !show.is_flat()) {

@@ -1,0 +1,106 @@
+//! Steps of the tour through the dialog that opens files: by its key, from the gallery and from the menu of objects.
+
+use super::*;
+
+const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const SCENE: &str =
+    "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
+
+/// Types a path into the dialog that is open, in place of the one that it begins with or behind it, until it is taken.
+#[track_caller]
+fn type_path(lab: &Lab, path: &str, is_behind: bool) {
+    lab.wait("the dialog is there", |seen| {
+        seen["state"]["opening"] == true
+    });
+    for _ in 0..5 {
+        lab.key("slash");
+        lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
+        if !is_behind {
+            lab.key("ctrl+a");
+        }
+        lab.write(path);
+        lab.key("Return");
+        for _ in 0..30 {
+            if (lab.seen()).is_some_and(|seen| seen["state"]["opening"] == false) {
+                return;
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+    panic!("{path} is not taken: {:?}", lab.seen());
+}
+
+#[track_caller]
+fn hear(lab: &Lab, part: &str) {
+    lab.wait(part, |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        seen["state"]["loading"] == false && notice.is_some_and(|text| text.contains(part))
+    });
+}
+
+#[test]
+fn files_are_opened_by_a_dialog() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    let scene = lab.folder.with("ball.toml", SCENE);
+    lab.folder.with("tip.obj", MESH);
+    let wrong = lab.folder.with("wrong.toml", "[trail]\ndecay = 7\n");
+    let look = (lab.folder).with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
+
+    // The list of keys has it, and while the dialog is there keys and pointer are its own.
+    lab.key_until("h", "the list of keys", "help", true);
+    let keys = lab.value("help.keys");
+    assert!(keys.contains("Ctrl O"), "{keys}");
+    lab.key_until("h", "it goes", "help", false);
+    lab.key("b");
+    lab.wait("a brush", |seen| seen["values"]["tool"] == "trail");
+    lab.key_until("ctrl+o", "the dialog", "opening", true);
+    lab.key("F10");
+    lab.key("ctrl+s");
+    let camera = lab.value("camera");
+    lab.point("picture", 0.1);
+    lab.press();
+    xdotool(&["click", "4"]);
+    lab.key_until("Escape", "the dialog goes", "opening", false);
+    let seen = lab.seen().expect("it is told");
+    assert_eq!(seen["values"]["tool"], "trail", "and nothing else");
+    assert_eq!(seen["state"]["performing"], false);
+    assert_eq!(lab.value("camera"), camera);
+    assert!(!lab.folder.file("cube_000001.toml").exists());
+    lab.key("Escape");
+    lab.wait("the brush is left", |seen| seen["values"]["tool"] == "look");
+
+    // A scene, from the gallery.
+    lab.click_until("gallery", "gallery", true);
+    lab.click_until("open", "opening", true);
+    type_path(&lab, path(&scene), false);
+    lab.wait("it is there", |seen| {
+        seen["state"]["scene"] == "ball" && seen["state"]["loading"] == false
+    });
+    assert_eq!(lab.seen().expect("it is told")["state"]["gallery"], false);
+    assert_eq!(lab.save("ball", 1).particles.count, 2500);
+
+    // A mesh, from the menu of objects; the dialog begins where the last file was.
+    lab.click("add");
+    lab.click_until("add.file", "opening", true);
+    type_path(&lab, "/tip.obj", true);
+    lab.wait("it joins", |seen| {
+        seen["values"]["objects"] == "2" && seen["state"]["loading"] == false
+    });
+    let objects = lab.save("ball", 2).objects;
+    assert!(objects[1].mesh.ends_with("tip.obj"), "{objects:?}");
+
+    // What is said of files that are dropped is said of these.
+    for (file, told) in [
+        (&wrong, "trail.decay = 7 is out of range"),
+        (&look, "The look of fern"),
+    ] {
+        lab.key_until("ctrl+o", "the dialog", "opening", true);
+        type_path(&lab, path(file), false);
+        hear(&lab, told);
+    }
+    assert_eq!(lab.save("ball", 3).trail.decay, 0.375);
+    lab.quit();
+}
