@@ -43,9 +43,9 @@ pub struct Lab {
     /// Closes the window after so many pictures; for tests
     #[arg(long, value_name = "N", hide = true)]
     frames: Option<u32>,
-    /// Behaves as if the device were lost after so many pictures; for tests
-    #[arg(long, value_name = "N", hide = true)]
-    lose_device: Option<u32>,
+    /// Behaves as if the device were lost after so many pictures, and the one after it after so many more; for tests
+    #[arg(long, value_name = "N,N", value_delimiter = ',', hide = true)]
+    lose_device: Vec<u32>,
     #[command(flatten)]
     changes: SceneOptions,
     #[command(flatten)]
@@ -77,7 +77,7 @@ impl Lab {
                 atlases: atlas_cache(),
                 places: self.places.clone(),
                 frames: self.frames,
-                lose_device: self.lose_device,
+                lose_device: self.lose_device.clone(),
             },
             |close| interrupt::install_with("closing the window", close),
         )?;

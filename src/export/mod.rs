@@ -26,7 +26,7 @@ use std::time::Duration;
 use glam::{Affine3A, DQuat, EulerRot, Vec2};
 
 use crate::error::{Error, Result};
-use crate::gpu::Recorder;
+use crate::gpu::{Context, Recorder};
 use crate::render::View;
 use crate::render::output::Written;
 use crate::scene::Scene;
@@ -202,6 +202,7 @@ pub struct ExportOnTheWay {
     /// All but what is on its way; to be changed as one likes.
     pub export: Export<'static>,
     copy: SnapshotCopy,
+    ctx: Arc<Context>,
 }
 
 impl ExportOnTheWay {
@@ -214,17 +215,24 @@ impl ExportOnTheWay {
         Ok(Self {
             export: Export::build(scene, simulation, nothing),
             copy: simulation.record_snapshot(rec)?,
+            ctx: Arc::clone(rec.ctx()),
         })
     }
 
     /// Waits until the frame is done that it was recorded in.
     ///
     /// # Errors
-    /// When it was stopped.
+    /// When it was stopped, or the device was lost.
     pub fn wait(mut self, watch: &Watch) -> Result<Export<'static>> {
         while !self.copy.is_there() {
             if watch.is_cancelled() {
                 return Err(Error::Invalid("it was cancelled".to_owned()));
+            }
+            if self.ctx.is_lost() {
+                return Err(Error::Invalid(
+                    "the device was lost before the state had been copied: nothing is exported"
+                        .to_owned(),
+                ));
             }
             thread::sleep(LOOKS_EVERY);
         }

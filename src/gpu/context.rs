@@ -82,8 +82,8 @@ pub struct Context {
     pub(crate) draws_debug: AtomicBool,
     /// Submits so far, of frames and of uploads.
     pub(crate) submits: AtomicU64,
-    /// Everything fails as if the device were gone.
-    pretends_lost: AtomicBool,
+    /// The device is lost, or taken for lost: everything fails.
+    is_lost: AtomicBool,
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     info: DeviceInfo,
@@ -159,7 +159,7 @@ impl Context {
             debug_capacity: options.debug_capacity,
             draws_debug: AtomicBool::new(false),
             submits: AtomicU64::new(0),
-            pretends_lost: AtomicBool::new(false),
+            is_lost: AtomicBool::new(false),
             debug: Mutex::default(),
             pipeline_cache: PipelineCache::open(
                 &device.raw,
@@ -206,15 +206,40 @@ impl Context {
     /// Lets everything that is submitted or waited for from now on fail as if the device had been lost, so that tests see
     /// what a program makes of it.
     pub fn pretend_lost(&self) {
-        self.pretends_lost.store(true, Ordering::Relaxed);
+        self.is_lost.store(true, Ordering::Relaxed);
     }
 
-    /// An error where the device is taken for lost.
+    /// Was the device lost? What is on its way to the host then never arrives.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.is_lost.load(Ordering::Relaxed)
+    }
+
+    /// An error where the device is lost, or taken for lost.
     pub(crate) fn is_there(&self) -> Result<(), vk::Result> {
-        if self.pretends_lost.load(Ordering::Relaxed) {
+        if self.is_lost() {
             return Err(vk::Result::ERROR_DEVICE_LOST);
         }
         Ok(())
+    }
+
+    /// Remembers an answer by which the device is lost.
+    pub(crate) fn heard<T>(&self, answer: Result<T, vk::Result>) -> Result<T, vk::Result> {
+        if matches!(answer, Err(vk::Result::ERROR_DEVICE_LOST)) {
+            self.is_lost.store(true, Ordering::Relaxed);
+        }
+        answer
+    }
+
+    /// Ends the device, and tells what the validation layer has said until its end that was not taken yet.
+    ///
+    /// # Errors
+    /// While somebody else has the context, it is given back.
+    pub fn end(self: Arc<Self>) -> Result<Vec<String>, Arc<Self>> {
+        let messages = Arc::clone(&self.device.instance.messages);
+        let alone = Arc::try_unwrap(self)?;
+        drop(alone);
+        Ok(messages.take())
     }
 
     /// Waits until the device has nothing to do.

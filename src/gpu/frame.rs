@@ -157,7 +157,8 @@ impl Frames {
         }
         // SAFETY: as above.
         let submit = || unsafe { device.queue_submit(*self.ctx.queue(), &info, frame.fence) };
-        let submitted = self.ctx.is_there().and_then(|()| submit());
+        let ctx = &self.ctx;
+        let submitted = ctx.heard(ctx.is_there().and_then(|()| submit()));
         self.ctx.submits.fetch_add(1, Ordering::Relaxed);
         submitted
             .check("vkQueueSubmit", "a frame")

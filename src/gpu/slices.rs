@@ -250,7 +250,7 @@ fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
     unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHO)?;
     // SAFETY: what was recorded lives until the frame is over.
     let submit = || unsafe { ctx.device.raw.queue_submit(*ctx.queue(), &info, fence) };
-    let submitted = ctx.is_there().and_then(|()| submit());
+    let submitted = ctx.heard(ctx.is_there().and_then(|()| submit()));
     ctx.submits.fetch_add(1, Ordering::Relaxed);
     submitted.check("vkQueueSubmit", WHO)?;
     recorder.slices.is_running = true;

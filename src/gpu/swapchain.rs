@@ -130,7 +130,10 @@ impl Swapchain {
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
                 Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.lose_surface()?,
                 Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(None),
-                Err(error) => Err(error).check("vkAcquireNextImageKHR", "the window")?,
+                Err(error) => self
+                    .ctx
+                    .heard(Err(error))
+                    .check("vkAcquireNextImageKHR", "the window")?,
             }
         }
         Ok(None)
@@ -168,7 +171,10 @@ impl Swapchain {
             Ok(suboptimal) => self.stale |= suboptimal,
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
             Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.lose_surface()?,
-            Err(error) => Err(error).check("vkQueuePresentKHR", "the window")?,
+            Err(error) => self
+                .ctx
+                .heard(Err(error))
+                .check("vkQueuePresentKHR", "the window")?,
         }
         Ok(())
     }

@@ -39,6 +39,23 @@ impl App {
         }
     }
 
+    /// After a device that was lost the lab goes on with another one; everything else ends it, and the scene is kept.
+    fn survive(&mut self, events: &ActiveEventLoop, error: &Error) {
+        let Some(mut lab) = self.lab.take() else {
+            return;
+        };
+        if lab.can_begin_anew(error) {
+            match lab.begin_anew(error, &self.options) {
+                Ok(lab) => self.lab = Some(lab),
+                Err(error) => self.fail(events, error),
+            }
+            return;
+        }
+        let error = lab.rescue(error);
+        self.lab = Some(lab);
+        self.fail(events, error);
+    }
+
     fn fail(&mut self, events: &ActiveEventLoop, error: Error) {
         self.error = Some(error);
         events.exit();
@@ -68,10 +85,7 @@ impl ApplicationHandler<Close> for App {
             WindowEvent::RedrawRequested => match lab.frame() {
                 Ok(_) if lab.closing => events.exit(),
                 Ok(next) => self.wake = next,
-                Err(error) => {
-                    let error = lab.rescue(&error);
-                    self.fail(events, error)
-                }
+                Err(error) => self.survive(events, &error),
             },
             _ if wants_repaint => lab.window.request_redraw(),
             _ => {}

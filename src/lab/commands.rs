@@ -16,6 +16,7 @@ use super::interface::Command;
 use super::interface::Interface;
 use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};
+use super::lost::is_loss;
 use super::out::put_look;
 use super::saving::save_scene;
 use super::stage::Stage;
@@ -112,14 +113,10 @@ impl Lab {
 
     /// From step 0, with the settings as they are edited.
     pub(super) fn restart(&mut self) {
-        // A look on its way is there at once.
-        if let Some(morph) = self.interface.morph.take() {
-            self.interface.edited = morph.end();
-        }
+        self.interface.end_morph();
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let settings = self.interface.edited.clone();
-        let same = self.stage.as_ref().map(|stage| &stage.scene);
-        let same = same.filter(|scene| {
+        let same = self.scene().filter(|scene| {
             let meshes = |settings: &Settings| -> Vec<String> {
                 let objects = settings.objects.iter();
                 objects.map(|object| object.mesh.clone()).collect()
@@ -137,7 +134,7 @@ impl Lab {
 
     /// The scene as it is edited and looked at, as a scene file; none before there is one.
     pub(super) fn scene_text(&self) -> Option<String> {
-        let mut scene = self.stage.as_ref()?.scene.clone();
+        let mut scene = self.scene()?.clone();
         scene.settings = self.interface.edited.clone();
         for object in &mut scene.settings.objects {
             // The text may be read anywhere.
@@ -152,12 +149,16 @@ impl Lab {
 
     /// What is to be said of a scene file, if anything, for what it does not have.
     fn without_painted(&self) -> &'static str {
-        let painted = (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some());
-        if painted {
+        if self.has_painted() {
             ", without the areas that were painted: scene files have none, checkpoints keep them"
         } else {
             ""
         }
+    }
+
+    /// Was something painted that stays?
+    pub(super) fn has_painted(&self) -> bool {
+        (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some())
     }
 
     fn save(&mut self, context: &egui::Context) {
@@ -264,12 +265,12 @@ impl Lab {
     }
 
     /// Shows the scene that was loaded, if it is ready. If something was wrong with it, what runs goes on.
-    pub(super) fn take_loaded(&mut self) {
+    pub(super) fn take_loaded(&mut self) -> Result<()> {
         let Some(result) = self.loading.as_mut().and_then(Loading::take) else {
-            return;
+            return Ok(());
         };
         let Some(loading) = self.loading.take() else {
-            return;
+            return Ok(());
         };
         let shown = result.and_then(|loaded| self.show(loaded, loading.origin));
         let context = self.egui.egui_ctx().clone();
@@ -282,12 +283,18 @@ impl Lab {
                 let text = format!("{} was not loaded", loading.name);
                 self.interface.notice(&context, text, false);
             }
+            Err(error) if is_loss(&error) => {
+                // It is given up like any that is on its way then.
+                self.loading = Some(loading);
+                return Err(error);
+            }
             Err(error) => self.interface.notice(&context, error.to_string(), true),
         }
+        Ok(())
     }
 
     fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
-        self.leave_stage();
+        self.out.leave_stage();
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         self.carry_over(&mut stage)?;
@@ -308,8 +315,9 @@ impl Lab {
             .into_iter()
             .collect();
         // What was told of these meshes is not told again.
-        let told = self.stage.as_ref().map(|stage| stage.remarks.as_slice());
-        let told = told.unwrap_or_default();
+        let told = self.stage.as_ref().map(|stage| &stage.remarks);
+        let told = told.or_else(|| Some(&self.lost.as_ref()?.remarks));
+        let told = told.map_or(&[][..], Vec::as_slice);
         let new = stage.remarks.iter().filter(|text| !told.contains(text));
         texts.extend(new.cloned());
         texts.extend(stage.resumed.take());
@@ -334,6 +342,7 @@ impl Lab {
         self.clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
         self.forget_strokes();
+        self.runs_again();
         if let Some(checks) = &mut self.checks {
             checks.restart();
         }

@@ -7,6 +7,7 @@ use myxo::scene::settings::Settings;
 use myxo::sim::{FoodOrder, PreparedFood, Simulation};
 use myxo::{Error, Result};
 
+use super::lost::is_loss;
 use super::window::Lab;
 use super::worker::joined;
 
@@ -97,12 +98,12 @@ impl Feeder {
 
 impl Lab {
     /// Lets the food be there that is ready. What was refused goes back to what there is, and is said.
-    pub(super) fn take_food(&mut self, context: &egui::Context) {
+    pub(super) fn take_food(&mut self, context: &egui::Context) -> Result<()> {
         let Some(stage) = &mut self.stage else {
-            return;
+            return Ok(());
         };
         let served = match self.feeder.take(&stage.simulation) {
-            None => return,
+            None => return Ok(()),
             Some(Fed::Ready(food)) => {
                 let mut settings = stage.simulation.settings().clone();
                 food.put_into(&mut settings);
@@ -112,6 +113,12 @@ impl Lab {
             }
             Some(Fed::Refused(asked, error)) => Err((asked, error)),
         };
+        // With the next device it is there.
+        if let Err((_, error)) = &served
+            && is_loss(error)
+        {
+            return served.map_err(|(_, error)| error);
+        }
         // What was eaten and what lies there is drawn without a step.
         stage.forget_picture();
         let runs = stage.simulation.settings();
@@ -122,5 +129,6 @@ impl Lab {
             self.interface.notice(context, error.to_string(), true);
         }
         self.window.request_redraw();
+        Ok(())
     }
 }

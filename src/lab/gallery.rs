@@ -58,6 +58,12 @@ impl Gallery {
         self.removing = None;
     }
 
+    /// All of them are read anew.
+    pub fn forget_all_pictures(&mut self) {
+        self.pictures.clear();
+        self.forget_pictures();
+    }
+
     fn picture(&mut self, ctx: &egui::Context, name: &str) -> Option<&TextureHandle> {
         if self.pictures.is_empty() {
             let decoded = PICTURES.iter().filter_map(|&(name, bytes)| {

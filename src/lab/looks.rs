@@ -124,6 +124,13 @@ impl Interface {
         commands.push(Command::Apply);
     }
 
+    /// A look on its way is there at once.
+    pub(super) fn end_morph(&mut self) {
+        if let Some(morph) = self.morph.take() {
+            self.edited = morph.end();
+        }
+    }
+
     /// The look as it is edited, as the text of a preset.
     fn look_text(&self, scene: &str) -> String {
         presets::to_toml(&self.edited, &format!("A look of one's own, from {scene}."))

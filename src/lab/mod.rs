@@ -15,6 +15,7 @@ mod keys;
 mod left;
 mod loading;
 mod looks;
+mod lost;
 mod navigation;
 mod notices;
 mod opening;
@@ -32,6 +33,7 @@ mod preferences;
 mod presets;
 mod rows;
 mod saving;
+mod screen;
 mod show;
 mod split;
 mod stage;
@@ -74,8 +76,9 @@ pub struct LabOptions {
     pub places: Option<PathBuf>,
     /// Close after so many pictures; `None` waits for the user.
     pub frames: Option<u32>,
-    /// Behave as if the device were lost after so many pictures.
-    pub lose_device: Option<u32>,
+    /// Behave as if the device were lost after so many pictures while something goes on; then the one that takes its place,
+    /// and so on.
+    pub lose_device: Vec<u32>,
 }
 
 /// Opens the window and runs until it is closed. `listen` is given what closes it from any thread, as the user would.

@@ -1,15 +1,15 @@
 //! The window and its frames: what happens, in order, from input to a picture on the screen.
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{Context, ContextOptions, DeviceKind, Format, Frames, Swapchain};
+use myxo::gpu::{Context, DeviceKind, Format, Frames, Swapchain};
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
 use myxo::{Error, Result};
-use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::dpi::{LogicalSize, PhysicalSize, Size};
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
@@ -23,13 +23,14 @@ use super::hands::Hand;
 use super::interface::Interface;
 use super::left::LeftScenes;
 use super::loading::{Loading, Opened, Origin};
+use super::lost::Lost;
 use super::order::{Asked, Order, Task};
 use super::out::TakeOut;
 use super::own::OwnPresets;
 use super::pacing::Pacer;
 use super::places::Places;
 use super::preferences::Preferences;
-use super::saving::save_scene;
+use super::screen::Screen;
 use super::show::Shot;
 use super::stage::Stage;
 use super::theme;
@@ -78,20 +79,23 @@ pub struct Lab {
     /// The user wants to leave.
     pub closing: bool,
     /// Pictures of the scene until the lab closes by itself.
-    frames_left: Option<u32>,
-    /// Pictures until the device is taken for lost.
-    lose_device: Option<u32>,
+    pub(super) frames_left: Option<u32>,
+    /// Pictures until the device is taken for lost, of those while something goes on; then of the one that takes its place,
+    /// and so on.
+    pub(super) lose_device: VecDeque<u32>,
+    /// A device was lost.
+    pub(super) lost: Option<Lost>,
     /// When the picture last moved.
     pub(super) moved: Instant,
     /// What the validation layers said, counted.
-    message_count: usize,
+    pub(super) message_count: usize,
     /// The format of pictures.
     pub(super) format: Format,
     /// Where layouts are kept that take long to make.
     pub(super) atlases: Option<PathBuf>,
-    preferences: Option<PathBuf>,
+    pub(super) preferences: Option<PathBuf>,
     /// What was kept when the window opened.
-    opened_with: Preferences,
+    pub(super) opened_with: Preferences,
     pub(super) places: Option<Places>,
     /// The scene that is shown or, before there is one, on its way: its name, and where its paths begin.
     pub(super) name: String,
@@ -114,33 +118,15 @@ impl Lab {
             .create_window(attributes)
             .map_err(|source| no_window(&source))?;
         let window = Arc::new(window);
-        let display = window
-            .display_handle()
-            .map_err(|source| no_window(&source))?
-            .as_raw();
-        let handle = window
-            .window_handle()
-            .map_err(|source| no_window(&source))?
-            .as_raw();
-        let ctx = Context::new(&ContextOptions {
-            device: options.device.clone(),
-            validation: options.validation,
-            window: Some(display),
-            cache_folder: myxo::gpu::default_cache_folder(),
-            ..ContextOptions::default()
-        })?;
-        let size: [u32; 2] = window.inner_size().into();
-        let swapchain = Swapchain::new(&ctx, display, handle, size, true)?;
-        // A device that is the CPU gains nothing from working ahead, and the hand would feel the delay.
-        let in_flight = if ctx.info().kind == DeviceKind::Cpu {
-            1
-        } else {
-            2
-        };
-        let mut frames = Frames::new(&ctx, in_flight)?;
-        let answers = Frames::new(&ctx, 1)?;
-        let format = swapchain.format().unwrap_or(Format::Bgra8);
-        let gui = Gui::new(&ctx, format, in_flight)?;
+        let screen = Screen::open(&window, options)?;
+        let Screen {
+            gui,
+            swapchain,
+            mut frames,
+            answers,
+            format,
+            ctx,
+        } = screen;
         let context = egui::Context::default();
         theme::apply(&context, preferences.light);
         context.set_zoom_factor(preferences.zoom);
@@ -187,10 +173,11 @@ impl Lab {
             feeder: Feeder::default(),
             closing: false,
             frames_left: options.frames,
-            lose_device: options.lose_device,
+            lose_device: options.lose_device.iter().copied().collect(),
+            lost: None,
             moved: Instant::now(),
             message_count: 0,
-            format: picture_format(format),
+            format,
             atlases: options.atlases.clone(),
             preferences: options.preferences.clone(),
             opened_with: preferences,
@@ -225,9 +212,9 @@ impl Lab {
             self.interface.end_drop();
         }
         self.do_what_was_left()?;
-        self.take_loaded();
+        self.take_loaded()?;
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
-        self.take_food(&self.egui.egui_ctx().clone());
+        self.take_food(&self.egui.egui_ctx().clone())?;
         self.make(&self.egui.egui_ctx().clone())?;
         self.clocks.facts.out = self.out.told();
         self.clocks.facts.full_screen = self.window.fullscreen().is_some();
@@ -327,9 +314,12 @@ impl Lab {
             *left = left.saturating_sub(1);
             self.closing |= *left == 0;
         }
-        if let Some(left) = &mut self.lose_device {
+        // Not while the hand of a test prepares something.
+        let goes_on = self.runs() || self.out.is_busy();
+        if let Some(left) = self.lose_device.front_mut().filter(|_| goes_on) {
             *left = left.saturating_sub(1);
             if *left == 0 {
+                self.lose_device.pop_front();
                 self.ctx.pretend_lost();
             }
         }
@@ -405,31 +395,41 @@ impl Lab {
 
     /// Passes on what the validation layers say.
     pub(super) fn report_messages(&mut self) {
-        for message in self.ctx.take_messages() {
-            self.message_count += 1;
-            log::error!("validation: {message}");
-        }
+        self.tell_messages(self.ctx.take_messages());
         let told = self.ctx.debug_entries();
         if !told.entries.is_empty() || told.overflow > 0 {
             log::warn!("told by debug_value:\n{told}");
         }
     }
 
-    /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
-    pub fn rescue(&mut self, error: &Error) -> Error {
-        let Some(text) = self.scene_text() else {
-            return Error::Invalid(error.to_string());
+    /// Passes on messages of the validation layers.
+    pub(super) fn tell_messages(&mut self, messages: Vec<String>) {
+        for message in messages {
+            self.message_count += 1;
+            log::error!("validation: {message}");
+        }
+    }
+
+    /// Keeps what is the same in every scene for the next time.
+    pub(super) fn keep_preferences(&self) {
+        let Some(file) = &self.preferences else {
+            return;
         };
-        let folder = PathBuf::from(self.interface.out.folder.trim());
-        let saved = save_scene(&folder, &self.name, &text);
-        let kept = match saved.map(|path| std::path::absolute(&path).unwrap_or(path)) {
-            Ok(path) => {
-                self.interface.saved(Some(self.interface.state_to_save()));
-                format!("the scene as it was set is kept in {}", path.display())
-            }
-            Err(error) => format!("the scene as it was set is not kept, either: {error}"),
+        let preferences = Preferences {
+            light: self.interface.light,
+            panel: self.interface.panel,
+            zoom: self.egui.egui_ctx().zoom_factor(),
+            folder: self.interface.out.folder.clone(),
+            // The whole screen is not the size of a window.
+            size: match self.window.fullscreen() {
+                Some(_) => Preferences::read(file).size,
+                None => self.window.inner_size().into(),
+            },
         };
-        Error::Invalid(format!("{error}; what had grown is lost, {kept}"))
+        let preferences = preferences.over(&self.opened_with, &Preferences::read(file));
+        if let Err(error) = preferences.write(file) {
+            log::warn!("preferences are not kept in {}: {error}", file.display());
+        }
     }
 
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
@@ -442,23 +442,7 @@ impl Lab {
         self.feeder.close();
         self.report_messages();
         self.tell_left();
-        if let Some(file) = &self.preferences {
-            let preferences = Preferences {
-                light: self.interface.light,
-                panel: self.interface.panel,
-                zoom: self.egui.egui_ctx().zoom_factor(),
-                folder: self.interface.out.folder.clone(),
-                // The whole screen is not the size of a window.
-                size: match self.window.fullscreen() {
-                    Some(_) => Preferences::read(file).size,
-                    None => self.window.inner_size().into(),
-                },
-            };
-            let preferences = preferences.over(&self.opened_with, &Preferences::read(file));
-            if let Err(error) = preferences.write(file) {
-                log::warn!("preferences are not kept in {}: {error}", file.display());
-            }
-        }
+        self.keep_preferences();
         if let Some(problem) = self.checks.as_ref().and_then(Checks::problem) {
             return Err(Error::Invalid(format!("{problem}; this is a bug in myxo")));
         }
@@ -475,14 +459,6 @@ impl Lab {
 /// Of the window that shows a scene.
 pub fn title(scene: &str) -> String {
     format!("{scene} - myxo")
-}
-
-/// The sRGB format with the same bytes: the picture is drawn in it, and its bytes are copied as they are.
-fn picture_format(window: Format) -> Format {
-    match window {
-        Format::Rgba8 | Format::Rgba8Srgb => Format::Rgba8Srgb,
-        _ => Format::Bgra8Srgb,
-    }
 }
 
 /// What to do where no window opens. The system's reason comes without winit's place in its own source.

@@ -8,11 +8,12 @@ use std::sync::Arc;
 use ash::vk;
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_ash_renderer::{
-    DynamicRendering, Options, RenderMode, Renderer as EguiRenderer, allocator::GpuAllocator,
+    DynamicRendering, Options, RenderMode, Renderer as EguiRenderer, RendererError,
+    allocator::GpuAllocator,
 };
 
 use crate::error::{Error, Result};
-use crate::gpu::{Context, Format, PassRecorder};
+use crate::gpu::{Context, Format, GpuError, PassRecorder};
 
 /// What egui needs on the device.
 pub struct Gui {
@@ -45,7 +46,7 @@ impl Gui {
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY: the device is alive.
         let pool = unsafe { device.create_command_pool(&info, None) }
-            .map_err(|source| failed("vkCreateCommandPool", source))?;
+            .map_err(|source| failed("vkCreateCommandPool", source.into()))?;
         // The pool has its owner before anything else can fail.
         let mut gui = Self {
             ctx: Arc::clone(ctx),
@@ -119,7 +120,13 @@ impl Drop for Gui {
     }
 }
 
-fn failed(what: &str, source: impl std::fmt::Display) -> Error {
+fn failed(what: &str, source: RendererError) -> Error {
+    if matches!(source, RendererError::Vulkan(vk::Result::ERROR_DEVICE_LOST)) {
+        return Error::Gpu(GpuError::DeviceLost {
+            call: "drawing the interface",
+            last: format!("it was busy with {what}"),
+        });
+    }
     Error::Invalid(format!(
         "the interface could not be drawn ({what}: {source}): close other programs that use the device, or name another with --device"
     ))

@@ -11,7 +11,7 @@ use std::path::Path;
 use common::{Gpu, TRIO, gpu, scene_of_several};
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use image::RgbImage;
-use myxo::export::{Colors, Export, Format};
+use myxo::export::{Colors, Export, ExportOnTheWay, Format, Watch};
 use myxo::gpu::Frames;
 use myxo::mesh::surface::NONE;
 use myxo::scene::{Overrides, Scene};
@@ -438,6 +438,19 @@ fn a_scene_file_goes_on_where_the_objects_are() {
         "{found:?}, not {expected:?}"
     );
     gpu.finish();
+}
+
+#[test]
+fn a_state_that_was_lost_on_its_way_is_not_waited_for() {
+    let Some(gpu) = gpu() else { return };
+    let run = Run::of(&gpu, moving_scene_of_two(), 1);
+    let mut frames = Frames::new(&gpu.ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let coming = ExportOnTheWay::record(&run.scene, &run.simulation, &mut rec).unwrap();
+    frames.submit(rec).unwrap();
+    gpu.ctx.pretend_lost();
+    let error = coming.wait(&Watch::default()).err().expect("it is lost");
+    assert!(error.to_string().contains("was lost before"), "{error}");
 }
 
 #[test]

@@ -370,7 +370,7 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
         .current_dir(lab.folder.path())
         .env("XDG_DATA_HOME", lab.folder.path())
         .args(["lab", "--no-preferences", "--size=640x480"])
-        .args(["--lose-device=3", path(&left)])
+        .args(["--lose-device=3,3", path(&left)])
         .output()
         .expect("the program starts");
     let said = String::from_utf8_lossy(&output.stderr);

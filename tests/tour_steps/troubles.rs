@@ -1,6 +1,9 @@
 //! Steps of the tour into trouble: no room on the disk, no ffmpeg, a device that is lost, two windows. Each time the window
 //! says what happened, nothing hangs, and nothing half-written has a name.
 
+#[path = "lost.rs"]
+mod lost;
+
 use super::super::*;
 use super::presets::dropping::drop_on;
 use super::presets::window_of;
@@ -281,33 +284,4 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
     hear(&lab, "last");
     assert_eq!(lab.save("cube", 1).objects.len(), 1);
     lab.quit();
-}
-
-#[test]
-fn a_lost_device_ends_it_with_a_sentence_and_the_scene() {
-    if !can_tour() {
-        return;
-    }
-    let _hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = Folder::new();
-    let output = program()
-        .current_dir(folder.path())
-        .args(["lab", "--no-preferences", "--size=640x480"])
-        .args(["--lose-device=5", "--set=trail.decay=0.75"])
-        .args(SMALL)
-        .output()
-        .expect("the program starts");
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    for part in [
-        "the device was lost in vkQueueSubmit",
-        "cube_000001.toml",
-        "is lost",
-    ] {
-        assert!(message.contains(part), "{part}: {message}");
-    }
-    assert!(!message.contains("panicked"), "{message}");
-    assert_eq!(message.trim().lines().count(), 1, "{message}");
-    let saved = Scene::read(&folder.file("cube_000001.toml"), &Overrides::default());
-    assert_eq!(saved.expect("it can be read").1.trail.decay, 0.75);
 }

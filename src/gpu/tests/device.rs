@@ -132,3 +132,42 @@ fn compiled_pipelines_are_kept_and_damage_is_survived() {
         }
     }
 }
+
+#[test]
+fn a_device_that_was_lost_ends_when_nobody_has_anything_of_it() {
+    let Some(mut ctx) = context() else { return };
+    let mut frames = Frames::new(&ctx, 2).unwrap();
+    let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 64).unwrap();
+    let mut readback = Readback::<u32>::new(&ctx, "copies", 64, 2).unwrap();
+    let record = |rec: &mut Recorder, readback: &mut Readback<u32>| {
+        let params = BumpParams {
+            count: 64,
+            amount: 5,
+        };
+        rec.dispatch(&bump, Threads(64), BumpArgs { values: &values }, params);
+        rec.barrier(Access::Kernel, Access::Copy, &[&values]);
+        readback.record(rec, &values, 0);
+        rec.barrier(Access::Copy, Access::Kernel, &[&values]);
+    };
+    let mut rec = frames.begin().unwrap();
+    record(&mut rec, &mut readback);
+    frames.submit(rec).unwrap();
+    assert!(!ctx.is_lost());
+    ctx.pretend_lost();
+    assert!(ctx.is_lost());
+    let is_loss = |error: GpuError| matches!(error, GpuError::DeviceLost { .. });
+    assert!(frames.wait_idle().is_err_and(is_loss));
+    assert!(ctx.upload(&values, &[1; 64]).is_err_and(is_loss));
+    assert!(readback.poll().is_none(), "it never arrives");
+    drop((frames, readback, bump));
+    ctx = match ctx.end() {
+        Err(held) => held,
+        Ok(_) => panic!("the buffer has it"),
+    };
+    drop(values);
+    match ctx.end() {
+        Ok(messages) => assert_eq!(messages, [""; 0]),
+        Err(_) => panic!("nobody has it"),
+    }
+}

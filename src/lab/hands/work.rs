@@ -96,6 +96,15 @@ impl Probe {
     }
 }
 
+impl Hand {
+    /// The device goes, and all that is on it.
+    pub fn leave_device(&mut self) {
+        self.dabs.clear();
+        self.probe = None;
+        self.carry = None;
+    }
+}
+
 impl Lab {
     /// Does what the hands ask for.
     pub(in super::super) fn obey_hand(

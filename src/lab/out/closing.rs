@@ -8,7 +8,7 @@ use myxo::render::output::{OutputError, Written};
 use myxo::{Error, Result};
 
 use super::job::Job;
-use super::{Lab, Out};
+use super::{Lab, Out, TakeOut};
 use crate::lab::hands::Work;
 use crate::lab::interface::Command;
 use crate::lab::loading::Origin;
@@ -21,14 +21,7 @@ impl Lab {
     /// The window closes: what is being recorded, filmed or written becomes whole files, and so does a picture that does not
     /// take long. What became of each is said on the terminal.
     pub(in super::super) fn end_taking_out(&mut self) {
-        if let Some(mut recording) = self.out.recording.take() {
-            if !recording.is_ending() {
-                recording.stop();
-            }
-            let path = recording.path().to_owned();
-            say(&finishing(&path));
-            say(&told_of(&path, recording.wait(), false));
-        }
+        self.out.end_recording();
         self.finish_job();
     }
 
@@ -90,24 +83,16 @@ impl Lab {
         let Some(job) = &self.out.job else {
             return;
         };
-        let (path, is_cancelled) = (job.path().to_owned(), job.is_cancelled());
-        say(&finishing(&path));
+        say(&finishing(job.path()));
         let ready = self.make_ready();
-        let Some(mut job) = self.out.job.take() else {
-            return;
-        };
-        let saves = match &mut job {
-            Job::Export(export) => export.saves.take(),
+        let saves = match &mut self.out.job {
+            Some(Job::Export(export)) => export.saves.take(),
             _ => None,
         };
-        let ended = match ready {
-            Ok(()) => job.close(),
-            Err(error) => Some(Err(error)),
-        };
-        if saves.is_some() && ended.as_ref().is_some_and(Result::is_ok) {
+        let is_whole = self.out.end_job(ready);
+        if saves.is_some() && is_whole {
             self.interface.saved(saves);
         }
-        say(&told_of(&path, ended, is_cancelled));
     }
 
     /// Does what needs the device.
@@ -126,6 +111,44 @@ impl Lab {
             job.advance(&mut self.frames, stage)?;
         }
         Ok(())
+    }
+}
+
+impl TakeOut {
+    /// Ends without a device, which [`TakeOut::leave_device`] has left: waits for what is being written.
+    pub fn close(mut self) {
+        self.end_recording();
+        if let Some(job) = &self.job {
+            say(&finishing(job.path()));
+            self.end_job(Ok(()));
+        }
+    }
+
+    fn end_recording(&mut self) {
+        let Some(mut recording) = self.recording.take() else {
+            return;
+        };
+        if !recording.is_ending() {
+            recording.stop();
+        }
+        let path = recording.path().to_owned();
+        say(&finishing(&path));
+        say(&told_of(&path, recording.wait(), false));
+    }
+
+    /// Waits for what is being made, where the device has done its part. Is it whole?
+    fn end_job(&mut self, ready: Result<()>) -> bool {
+        let Some(job) = self.job.take() else {
+            return false;
+        };
+        let (path, is_cancelled) = (job.path().to_owned(), job.is_cancelled());
+        let ended = match ready {
+            Ok(()) => job.close(),
+            Err(error) => Some(Err(error)),
+        };
+        let is_whole = ended.as_ref().is_some_and(Result::is_ok);
+        say(&told_of(&path, ended, is_cancelled));
+        is_whole
     }
 }
 

@@ -64,6 +64,7 @@ impl Job {
         match self {
             Self::Picture(picture) => {
                 picture.is_cancelled = true;
+                picture.shot = None;
                 // What is being written already is done in a moment.
                 if matches!(picture.writer, Writer::NotYet) {
                     picture.writer = Writer::nothing();
@@ -92,7 +93,7 @@ impl Job {
                     Writer::NotYet => "drawing".to_owned(),
                     _ => "writing".to_owned(),
                 },
-                done: Some(0.8 * picture.shot.share()),
+                done: Some(0.8 * picture.shot.as_ref().map_or(1.0, Shot::share)),
                 is_cancelled: picture.is_cancelled,
             },
             Self::Film(film) => film.told(),
@@ -184,7 +185,8 @@ impl Writer {
 
 /// A picture of any size.
 pub struct Picture {
-    shot: Shot,
+    /// None once it is drawn, or not wanted any more.
+    shot: Option<Shot>,
     view: View,
     name: Arc<Reserved>,
     writer: Writer,
@@ -205,7 +207,7 @@ impl Picture {
             *adaptation = 0.0;
         }
         Ok(Self {
-            shot: Shot::new(ctx, size, format)?,
+            shot: Some(Shot::new(ctx, size, format)?),
             view,
             name: Arc::new(name),
             writer: Writer::NotYet,
@@ -215,9 +217,12 @@ impl Picture {
 
     fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
         let begun = Instant::now();
-        while matches!(self.writer, Writer::NotYet) && begun.elapsed() < MOMENT {
-            if self.shot.advance(frames, stage, &self.view)? {
-                let frame = self.shot.take(0);
+        while let Some(shot) = &mut self.shot
+            && begun.elapsed() < MOMENT
+        {
+            if shot.advance(frames, stage, &self.view)? {
+                let frame = shot.take(0);
+                self.shot = None;
                 let (name, is_transparent) = (Arc::clone(&self.name), self.view.is_transparent);
                 self.writer = Writer::begin(move || write(frame, is_transparent, &name));
             }
@@ -238,7 +243,8 @@ fn write(frame: Frame, is_transparent: bool, name: &Reserved) -> Result<Written>
 
 /// A film at a fixed step: so many steps, a picture, and so on, however long each takes.
 pub struct Film {
-    shot: Shot,
+    /// None once it was stopped.
+    shot: Option<Shot>,
     view: View,
     encoder: Encoder,
     path: PathBuf,
@@ -265,9 +271,8 @@ impl Film {
         panel: &OutPanel,
         step: u64,
     ) -> Result<Self> {
-        let shot = Shot::new(ctx, size, format)?;
         Ok(Self {
-            shot,
+            shot: Some(Shot::new(ctx, size, format)?),
             view,
             path: name.path().to_owned(),
             encoder: Encoder::begin(output, size, name),
@@ -284,8 +289,9 @@ impl Film {
         self.done == self.all || self.encoder.is_cancelled()
     }
 
-    /// Ends it with the pictures that it has.
+    /// Ends it with the pictures that it has; it has nothing on the device any more.
     pub fn stop(&mut self) {
+        self.shot = None;
         self.all = self.done;
         self.encoder.end(self.done);
     }
@@ -293,7 +299,10 @@ impl Film {
     /// Steps and parts of pictures, one by one. Where the writer is slower, it is waited for: no picture is left out.
     fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
         let begun = Instant::now();
-        while !self.is_filmed() && begun.elapsed() < MOMENT {
+        while !self.is_filmed()
+            && begun.elapsed() < MOMENT
+            && let Some(shot) = &mut self.shot
+        {
             if stage.simulation.step() < self.step {
                 let mut rec = frames.begin()?;
                 rec.scope("step", |rec| stage.simulation.record_step(rec));
@@ -307,8 +316,8 @@ impl Film {
             if let Exposure::Auto { adaptation, .. } = &mut self.view.exposure {
                 *adaptation = (1.0 / (self.done as f32 + 2.0)).max(SLOWEST_ADAPTATION);
             }
-            if self.shot.advance(frames, stage, &self.view)? {
-                self.encoder.push(self.shot.take(self.done));
+            if shot.advance(frames, stage, &self.view)? {
+                self.encoder.push(shot.take(self.done));
                 self.done += 1;
                 self.step += self.every;
                 if self.done == self.all {

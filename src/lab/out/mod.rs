@@ -128,6 +128,33 @@ impl TakeOut {
     pub fn is_busy(&self) -> bool {
         self.job.is_some() || self.recording.is_some()
     }
+
+    /// Another scene comes: films end with what they have, pictures that are not drawn are given up, and exports that have no
+    /// state yet.
+    pub fn leave_stage(&mut self) {
+        match &mut self.job {
+            Some(Job::Film(film)) => film.stop(),
+            Some(job @ Job::Picture(_)) if job.draws() => job.cancel(),
+            Some(Job::Export(export)) => {
+                // What its file has is nothing of the next scene's.
+                export.saves = None;
+                if export.is_asked() {
+                    export.cancel();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The device goes: a recording, too, ends with what it has. What is left is written without a device.
+    pub fn leave_device(&mut self) {
+        if let Some(recording) = &mut self.recording
+            && !recording.is_ending()
+        {
+            recording.stop();
+        }
+        self.leave_stage();
+    }
 }
 
 impl Lab {
@@ -289,10 +316,9 @@ impl Lab {
     pub(super) fn make(&mut self, context: &egui::Context) -> Result<()> {
         if let Some(job) = &mut self.out.job
             && let Some(stage) = &mut self.stage
-            && let Err(error) = job.advance(&mut self.frames, stage)
         {
-            self.out.job = None;
-            return Err(error);
+            // Where that fails, what there is of it is still kept.
+            job.advance(&mut self.frames, stage)?;
         }
         let ended = self.out.job.as_mut().and_then(Job::take);
         if let Some(ended) = ended {
@@ -330,22 +356,6 @@ impl Lab {
                 self.interface.notice(context, text, false);
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
-        }
-    }
-
-    /// Another scene comes: films end with what they have, pictures are given up, and exports that have no state yet.
-    pub(super) fn leave_stage(&mut self) {
-        match &mut self.out.job {
-            Some(Job::Film(film)) => film.stop(),
-            Some(job @ Job::Picture(_)) => job.cancel(),
-            Some(Job::Export(export)) => {
-                // What its file has is nothing of the next scene's.
-                export.saves = None;
-                if export.is_asked() {
-                    export.cancel();
-                }
-            }
-            _ => {}
         }
     }
 

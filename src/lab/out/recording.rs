@@ -30,7 +30,8 @@ pub struct Recorded {
 
 /// A recording under way.
 pub struct Recording {
-    ring: ReadbackImage,
+    /// None once it was stopped.
+    ring: Option<ReadbackImage>,
     encoder: Encoder,
     format: Format,
     fps: u32,
@@ -53,7 +54,7 @@ impl Recording {
         format: Format,
     ) -> Self {
         Self {
-            ring: ReadbackImage::new(ctx, "recording", UNDER_WAY),
+            ring: Some(ReadbackImage::new(ctx, "recording", UNDER_WAY)),
             encoder: Encoder::begin(output, size, name),
             format,
             fps,
@@ -72,12 +73,15 @@ impl Recording {
     pub fn look(&mut self, rec: &mut Recorder, picture: &Image) -> Result<()> {
         self.collect();
         let place = self.place();
-        if self.end.is_some() || (self.next > 0 && place < self.next) {
+        let Some(ring) = &mut self.ring else {
+            return Ok(());
+        };
+        if self.next > 0 && place < self.next {
             return Ok(());
         }
         // The first picture is there from the beginning.
         let number = if self.next == 0 { 0 } else { place };
-        if !self.ring.record(rec, picture, number)? {
+        if !ring.record(rec, picture, number)? {
             self.dropped += 1;
         }
         self.next = place + 1;
@@ -86,7 +90,10 @@ impl Recording {
 
     /// Hands over what has arrived.
     fn collect(&mut self) {
-        while let Some((number, size, pixels)) = self.ring.poll() {
+        let Some(ring) = &mut self.ring else {
+            return;
+        };
+        while let Some((number, size, pixels)) = ring.poll() {
             let frame = Frame {
                 number,
                 size,
@@ -99,9 +106,11 @@ impl Recording {
         }
     }
 
-    /// Ends it; all that was recorded has been submitted and waited for. The file is whole some time later.
+    /// Ends it with the pictures that have arrived: all of them, where all that was recorded has been submitted and waited
+    /// for. It has nothing on the device any more, and the file is whole some time later.
     pub fn stop(&mut self) {
         self.collect();
+        self.ring = None;
         let end = self.place().max(self.next);
         self.end = Some(end);
         self.encoder.end(end);

@@ -481,3 +481,30 @@ fn the_panel_says_how_large_the_transfer_buffer_must_be() {
     harness.frame(vec![]);
     assert_eq!(harness.places_of("0 found"), []);
 }
+
+#[test]
+fn what_is_to_be_read_first_stays_above_other_lines() {
+    let mut harness = Harness::new();
+    let text = |harness: &Harness| harness.interface.notice.clone().map(|notice| notice.text);
+    let ctx = harness.ctx.clone();
+    let first = "what was lost ".repeat(10);
+    harness.interface.first_notice(&ctx, first.as_str());
+    for line in ["one thing", "another"] {
+        harness.time += 5.0;
+        harness.frame(vec![]);
+        harness.interface.notice(&ctx, line, false);
+        assert_eq!(text(&harness), Some(format!("{first}\n{line}")));
+    }
+    // It has its time, and not more for them.
+    harness.time += 20.0;
+    harness.frame(vec![]);
+    assert_eq!(text(&harness), None);
+    harness.interface.first_notice(&ctx, first.as_str());
+    harness.time += 29.9;
+    harness.frame(vec![]);
+    harness.interface.notice(&ctx, "the last", true);
+    harness.time += 1.0;
+    harness.frame(vec![]);
+    harness.interface.notice(&ctx, "alone", false);
+    assert_eq!(text(&harness).as_deref(), Some("alone"));
+}

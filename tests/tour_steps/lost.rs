@@ -1,0 +1,171 @@
+//! Steps of the tour in which the device is lost: the lab goes on with another one in the same window, says so in it, and keeps
+//! what can be kept; where that cannot be, it ends with a sentence.
+
+use std::path::Path;
+
+use super::super::super::*;
+use super::super::{arrived, shown_of};
+use super::{goes_on, hear};
+
+/// So many pictures are not drawn before the window is held, and then none counts.
+const PICTURES: &str = "--lose-device=150";
+
+/// Waits until the device is lost and for what the window says, and lets the scene grow anew.
+#[track_caller]
+fn lose(lab: &Lab) {
+    let before = lab.seen().expect("it is told")["state"]["notice"].to_string();
+    assert!(!before.contains("lost"), "too soon: {before}");
+    let seen = lab.wait("the device is lost", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.starts_with("The device was lost (vkQueueSubmit"))
+    });
+    let told = seen["state"]["notice"].as_str().unwrap().to_owned();
+    for part in ["what had grown is gone", "begins anew", "cube_000001.toml"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    lab.wait("the scene is there from the beginning", |seen| {
+        seen["state"]["loading"] == false && seen["state"]["step"] == 0
+    });
+    // It was held, and so it is now.
+    lab.key_until("space", "it goes on", "playing", true);
+    goes_on(lab);
+}
+
+#[test]
+fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab.key_until("Escape", "the card goes", "out", false);
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    lab.key_until("2", "what is shown", "show", "particles");
+    lab.point("picture", 0.4);
+    for _ in 0..3 {
+        xdotool(&["click", "4"]);
+        sleep(Duration::from_millis(150));
+    }
+    // Its pictures are kept as far as they have come. While it goes on, pictures count.
+    lab.key_until("F9", "it is recorded", "recording", true);
+    lose(&lab);
+    hear(&lab, "recording_000001.gif");
+    // What was said first still stands above it.
+    hear(&lab, "The device was lost");
+    let (_, shown) = shown_of(&arrived(&lab, "recording_000001.gif"));
+    assert!(shown >= 1, "{shown}");
+
+    let kept = lab.folder.file("cube_000001.toml");
+    let kept = Scene::read(&kept, &Overrides::default())
+        .expect("it can be read")
+        .1;
+    assert_eq!(kept.trail.decay, 0.625);
+    let state = &lab.seen().expect("it is told")["state"];
+    assert_eq!(state["show"], "particles");
+    assert_eq!(state["unsaved"], false, "a file has it");
+    assert_eq!(
+        lab.save("cube", 2),
+        kept,
+        "all is as it was, the camera, too"
+    );
+
+    // Small pictures are there again, and other scenes.
+    lab.click_until("gallery", "gallery", true);
+    lab.click("card=sphere");
+    lab.wait("the sphere is there", |seen| {
+        seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
+    });
+    goes_on(&lab);
+    let lab = lab.quit_and_keep();
+    let said = said(&lab.said);
+    assert!(!said.contains("validation"), "{said}");
+}
+
+#[test]
+fn a_film_keeps_the_pictures_that_it_had_when_the_device_was_lost() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");
+    lab.click("out.film");
+    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
+    lose(&lab);
+    hear(&lab, "film_000001.gif");
+    let (_, shown) = shown_of(&arrived(&lab, "film_000001.gif"));
+    assert!(shown > 1, "{shown}");
+    lab.quit();
+}
+
+/// It would be lost for ever.
+#[test]
+fn a_device_that_is_lost_again_ends_it_with_a_sentence_and_the_scene() {
+    if !can_tour() {
+        return;
+    }
+    let _hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Folder::new();
+    let output = program()
+        .current_dir(folder.path())
+        .args(["lab", "--no-preferences", "--size=640x480", "--validate"])
+        .args(["--lose-device=5,3", "--set=trail.decay=0.75"])
+        .args(SMALL)
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    ended_with(&said, output.status, folder.path(), &[]);
+    let saved = Scene::read(&folder.file("cube_000001.toml"), &Overrides::default());
+    assert_eq!(saved.expect("it can be read").1.trail.decay, 0.75);
+}
+
+/// One sentence says what was lost and where the scene is kept, once.
+#[track_caller]
+fn ended_with(message: &str, status: ExitStatus, folder: &Path, more: &[&str]) {
+    assert_eq!(status.code(), Some(1), "{message}");
+    let parts = [
+        "the device was lost in vkQueueSubmit",
+        "cube_000001.toml",
+        "is lost",
+    ];
+    for part in parts.iter().chain(more) {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    assert!(!message.contains("panicked"), "{message}");
+    assert_eq!(message.trim().lines().count(), 1, "{message}");
+    assert!(!folder.join("cube_000002.toml").exists(), "it is kept once");
+}
+
+/// The one that draws by the processor, if it is where systems have it.
+fn driver() -> Option<PathBuf> {
+    let files = std::fs::read_dir("/usr/share/vulkan/icd.d").ok()?;
+    let mut files = files.flatten().map(|entry| entry.path());
+    files.find(|file| file.to_string_lossy().contains("lvp"))
+}
+
+#[test]
+fn where_no_other_device_is_found_it_ends_with_a_sentence_and_the_scene() {
+    if !can_tour() {
+        return;
+    }
+    let Some(driver) = driver() else {
+        return eprintln!("skipped: no lavapipe that could be taken away");
+    };
+    let folder = Folder::new();
+    let here = folder.file("driver.json");
+    std::fs::copy(driver, &here).expect("it can be read");
+    let mut program = program();
+    program
+        .env("VK_DRIVER_FILES", &here)
+        .env("VK_ICD_FILENAMES", &here);
+    let lab = Lab::start(program, &[&["--lose-device=100"], &SMALL[..]].concat());
+    std::fs::remove_file(&here).expect("it is there");
+    let status = lab.ended();
+    let more = ["no device takes its place", "no Vulkan"];
+    ended_with(&said(&lab.said), status, lab.folder.path(), &more);
+}
