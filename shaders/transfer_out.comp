@@ -91,11 +91,6 @@ vec3 place_in(Pose target, Pose source, vec3 position) {
 // How two objects stood when the last step began, and how they stand now.
 struct Standing { Pose source_before; Pose target_before; Pose source_now; Pose target_now; };
 
-Pose pose_before_of(uint object) {
-    int first = int(3u * object);
-    return Pose(texelFetch(poses_before, first), texelFetch(poses_before, first + 1), texelFetch(poses_before, first + 2));
-}
-
 // Where a walker was in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
 vec3 place_at(float time, Walker w, Standing standing) {
     vec2 uv = walker_uv(w);
@@ -113,7 +108,7 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
     rest = 0.0;
     float walked = 0.0;
     Walker w = walker_at(particle.triangle, particle.u, particle.v, vec2(-motion.heading_p, -motion.heading_h), way);
-    Standing standing = Standing(pose_before_of(source), pose_before_of(target), pose_of(source), pose_of(target));
+    Standing standing = Standing(pose_in(poses_before, source), pose_in(poses_before, target), pose_of(source), pose_of(target));
     vec3 newer = place_at(1.0, w, standing);
     bool goes_on = true;
     for (uint i = 0u; goes_on; i += 1u) {

@@ -6,9 +6,13 @@
 
 #include "types.glsl"
 
-Pose pose_of(uint object) {
+Pose pose_in(samplerBuffer table, uint object) {
     int first = int(3u * object);
-    return Pose(texelFetch(poses, first), texelFetch(poses, first + 1), texelFetch(poses, first + 2));
+    return Pose(texelFetch(table, first), texelFetch(table, first + 1), texelFetch(table, first + 2));
+}
+
+Pose pose_of(uint object) {
+    return pose_in(poses, object);
 }
 
 #endif

@@ -8,7 +8,7 @@ use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use super::interface::{Command, Facts, Interface};
 use super::looks::summary;
-use super::opening::OPEN;
+use super::opening::{EVERYTHING, OPEN};
 use super::own::check_name;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::theme;
@@ -118,7 +118,7 @@ impl Interface {
                             ui.label(RichText::new("Scenes").strong());
                             let open = ui.button("Open…").on_hover_text(OPEN);
                             if open.marked("open").clicked() {
-                                self.begin_to_open(ui.ctx());
+                                self.begin_to_open(ui.ctx(), EVERYTHING);
                             }
                         });
                         let is_shown = |scene: &Builtin| facts.scene == scene.name;

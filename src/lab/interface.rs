@@ -21,7 +21,7 @@ use super::keys::{self, KeyAction};
 use super::left::{LeftScene, LeftScenes};
 use super::navigation::{Moved, Navigation};
 use super::notices::Notice;
-use super::opening::Opening;
+use super::opening::{EVERYTHING, Opening};
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
 use super::own::OwnPresets;
@@ -393,7 +393,7 @@ impl Interface {
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
                 KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
                 KeyAction::TakeOut => self.out.open = !self.out.open,
-                KeyAction::Open => self.begin_to_open(ctx),
+                KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
                 KeyAction::Save => commands.push(Command::Save),
                 KeyAction::Undo => self.undo(commands),
                 KeyAction::Redo => self.redo(commands),

@@ -10,12 +10,20 @@ use egui::layers::ShapeIdx;
 use egui::{Align2, Color32, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
 
-use super::hands::MESHES;
+use super::hands::{MESHES, ends_so};
 use super::interface::{Command, Interface};
 use super::theme;
 
 /// What a control says that leads to it.
 pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O). Files can be dropped onto the window, too";
+
+/// The same where an object is wanted.
+pub const OPEN_MESH: &str =
+    "Adds the mesh of a file: .obj, .glb or .gltf. Files can be dropped onto the window, too";
+
+/// The kinds of files that the dialog shows at first.
+pub const EVERYTHING: &str = "what opens here";
+pub const ONLY_MESHES: &str = "meshes";
 
 /// Of the dialog where the window has room for it, points.
 const SIZE: Vec2 = vec2(740.0, 460.0);
@@ -23,11 +31,11 @@ const SIZE: Vec2 = vec2(740.0, 460.0);
 const ROUND_IT: Vec2 = vec2(24.0, 40.0);
 /// A dialog narrower than this needs it for names of files, not for places.
 const HAS_ROOM: f32 = 600.0;
-/// What a folder's files are chosen from: a name, and how those files end. The first is what is shown at first.
+/// What a folder's files are chosen from: a name, and how those files end.
 const KINDS: &[(&str, &[&[&str]])] = &[
-    ("what opens here", &[&["toml", "ckpt"], MESHES]),
+    (EVERYTHING, &[&["toml", "ckpt"], MESHES]),
     ("scenes and presets", &[&["toml"]]),
-    ("meshes", &[MESHES]),
+    (ONLY_MESHES, &[MESHES]),
     ("checkpoints", &[&["ckpt"]]),
 ];
 
@@ -51,7 +59,7 @@ impl Opening {
         self.folder = folder.to_owned();
     }
 
-    fn open(&mut self, ctx: &egui::Context) {
+    fn open(&mut self, ctx: &egui::Context, kind: &str) {
         let dialog = self.dialog.get_or_insert_with(|| Rc::new(dialog().into()));
         let mut dialog = dialog.borrow_mut();
         let config = dialog.config_mut();
@@ -60,6 +68,7 @@ impl Opening {
             _ => std::env::current_dir(),
         };
         config.initial_directory = folder.unwrap_or_default();
+        config.default_file_filter = Some(kind.to_owned());
         let room = ctx.content_rect().size() - ROUND_IT;
         config.default_size = SIZE.min(room);
         config.min_size = vec2(400.0, 200.0).min(room);
@@ -99,8 +108,7 @@ fn dialog() -> FileDialog {
         .canonicalize_paths(false)
         .show_new_folder_button(false)
         // They would be forgotten at the end.
-        .show_pinned_folders(false)
-        .default_file_filter(KINDS[0].0);
+        .show_pinned_folders(false);
     for (name, endings) in KINDS {
         dialog = dialog.add_file_filter(name, Filter::new(|path: &Path| ends_so(path, endings)));
     }
@@ -130,20 +138,11 @@ fn lighten_fields(ctx: &egui::Context, layer: egui::LayerId, color: Color32) {
     });
 }
 
-/// Has a file one of these endings, in small letters or large ones?
-fn ends_so(path: &Path, endings: &[&[&str]]) -> bool {
-    let Some(ending) = path.extension() else {
-        return false;
-    };
-    let mut known = endings.iter().copied().flatten();
-    known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
 impl Interface {
-    /// Shows the dialog over everything else.
-    pub(super) fn begin_to_open(&mut self, ctx: &egui::Context) {
+    /// Shows the dialog over everything else, with the files of that kind at first.
+    pub(super) fn begin_to_open(&mut self, ctx: &egui::Context, kind: &str) {
         self.gallery.open = false;
-        self.opening.open(ctx);
+        self.opening.open(ctx, kind);
     }
 
     /// Shows it for one frame, if it is open.

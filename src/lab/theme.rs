@@ -84,7 +84,11 @@ pub fn weak(ui: &Ui) -> Color32 {
 
 /// Text on something that is filled with the colour of what is active or waits.
 pub fn on_fill(ui: &Ui) -> Color32 {
-    if ui.visuals().dark_mode {
+    on_accent(ui.visuals())
+}
+
+fn on_accent(visuals: &Visuals) -> Color32 {
+    if visuals.dark_mode {
         Color32::BLACK
     } else {
         Color32::WHITE
@@ -94,10 +98,7 @@ pub fn on_fill(ui: &Ui) -> Color32 {
 /// What is selected is filled with the colour of what is active, for those who write with that colour, too.
 pub fn fill_selection(visuals: &mut Visuals) {
     visuals.selection.bg_fill = visuals.hyperlink_color;
-    visuals.selection.stroke.color = match visuals.dark_mode {
-        true => Color32::BLACK,
-        false => Color32::WHITE,
-    };
+    visuals.selection.stroke.color = on_accent(visuals);
 }
 
 /// Gives a context the look.

@@ -1,5 +1,6 @@
 //! Steps of the tour through the dialog that opens files: by its key, from the gallery and from the menu of objects.
 
+use super::out::hear_once_loaded;
 use super::*;
 
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -28,14 +29,6 @@ fn type_path(lab: &Lab, path: &str, is_behind: bool) {
         }
     }
     panic!("{path} is not taken: {:?}", lab.seen());
-}
-
-#[track_caller]
-fn hear(lab: &Lab, part: &str) {
-    lab.wait(part, |seen| {
-        let notice = seen["state"]["notice"].as_str();
-        seen["state"]["loading"] == false && notice.is_some_and(|text| text.contains(part))
-    });
 }
 
 #[test]
@@ -99,7 +92,7 @@ fn files_are_opened_by_a_dialog() {
     ] {
         lab.key_until("ctrl+o", "the dialog", "opening", true);
         type_path(&lab, path(file), false);
-        hear(&lab, told);
+        hear_once_loaded(&lab, told);
     }
     assert_eq!(lab.save("ball", 3).trail.decay, 0.375);
     lab.quit();

@@ -10,6 +10,15 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::program::shown_of;
 
+/// Waits until nothing is on its way and a notice says so.
+#[track_caller]
+pub fn hear_once_loaded(lab: &Lab, part: &str) {
+    lab.wait(part, |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        seen["state"]["loading"] == false && notice.is_some_and(|text| text.contains(part))
+    });
+}
+
 /// Waits until a file is there; nothing has its name before it is whole.
 #[track_caller]
 fn arrived(lab: &Lab, name: &str) -> PathBuf {

@@ -10,6 +10,7 @@ use myxo::scene::parameters::PARAMETERS;
 use myxo::scene::presets::{is_look, is_preset};
 
 use super::super::*;
+use super::hear_once_loaded;
 use dropping::{drop_all_on, drop_on};
 
 /// The window that is seen.
@@ -22,10 +23,7 @@ pub fn window_of(lab: &Lab) -> String {
 #[track_caller]
 pub fn drop_and_hear(lab: &Lab, file: &Path, part: &str) {
     drop_on(&window_of(lab), file);
-    lab.wait(part, |seen| {
-        let notice = seen["state"]["notice"].as_str();
-        seen["state"]["loading"] == false && notice.is_some_and(|text| text.contains(part))
-    });
+    hear_once_loaded(lab, part);
 }
 
 #[track_caller]

@@ -4,7 +4,7 @@ use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
 use super::super::interface::{Command, Interface};
-use super::super::opening::OPEN;
+use super::super::opening::{ONLY_MESHES, OPEN_MESH};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
@@ -140,9 +140,9 @@ impl Interface {
                 }
             }
             ui.separator();
-            let file = ui.button("a file …").on_hover_text(OPEN);
+            let file = ui.button("Open…").on_hover_text(OPEN_MESH);
             if file.marked("add.file").clicked() {
-                self.begin_to_open(ui.ctx());
+                self.begin_to_open(ui.ctx(), ONLY_MESHES);
                 ui.close();
             }
         });

@@ -474,12 +474,16 @@ pub const MESHES: &[&str] = &["obj", "glb", "gltf"];
 
 /// A file that was dropped: a mesh joins the scene, everything else is opened.
 pub fn is_mesh(path: &std::path::Path) -> bool {
-    let ending = path.extension();
-    ending.is_some_and(|ending| {
-        MESHES
-            .iter()
-            .any(|known| ending.eq_ignore_ascii_case(known))
-    })
+    ends_so(path, &[MESHES])
+}
+
+/// Has a file one of these endings, in small letters or large ones?
+pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
+    let Some(ending) = path.extension() else {
+        return false;
+    };
+    let mut known = endings.iter().copied().flatten();
+    known.any(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// The settings with one object more.
