@@ -307,8 +307,8 @@ impl Interface {
         self.show_notice(ui, picture);
         self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
-        if !is_busy && self.morph.is_none() {
-            self.undo.note(&self.edited, &self.view);
+        if !is_busy {
+            self.note_changes();
         }
         Shown {
             commands,
@@ -465,33 +465,40 @@ impl Interface {
         theme::apply(ctx, light);
     }
 
-    /// Takes back the last change of settings or look.
+    /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
+    pub(super) fn note_changes(&mut self) {
+        if self.morph.is_none() && self.hands.pending_ends == 0 {
+            self.undo.note(&self.edited, &self.view);
+        }
+    }
+
+    /// Takes back the last change of settings, look or painted areas.
     pub(super) fn undo(&mut self, commands: &mut Vec<Command>) {
-        // The stroke that is being painted is the next to be undone.
-        if self.hands.paints_areas {
-            return;
-        }
-        self.morph = None;
-        let waited = self.is_pending();
-        let fits = self.is_fitted();
-        let strokes = self.undo.strokes();
-        if self.undo.undo(&mut self.edited, &mut self.view) {
-            self.fit_again(fits);
-            commands.push(self.take_over(waited));
-            commands.extend(self.take_strokes(strokes));
-        }
+        self.undo_in_turn(false, commands);
     }
 
     /// Brings back what was taken back.
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
-        if self.hands.paints_areas {
-            return;
+        self.undo_in_turn(true, commands);
+    }
+
+    fn undo_in_turn(&mut self, again: bool, commands: &mut Vec<Command>) {
+        // The stroke that is being painted is the next to be undone; so is one whose end waits, if it changes anything.
+        if self.hands.pending_ends > 0 && !self.hands.paints_areas {
+            commands.push(Command::Hand(Work::Undo { again }));
+        } else if !self.hands.paints_areas {
+            self.undo_now(again, commands);
         }
+    }
+
+    /// Undo, or redo with `again`, after all strokes that came before it.
+    pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
         self.morph = None;
         let waited = self.is_pending();
         let fits = self.is_fitted();
         let strokes = self.undo.strokes();
-        if self.undo.redo(&mut self.edited, &mut self.view) {
+        let lead = if again { Undo::redo } else { Undo::undo };
+        if lead(&mut self.undo, &mut self.edited, &mut self.view) {
             self.fit_again(fits);
             commands.push(self.take_over(waited));
             commands.extend(self.take_strokes(strokes));

@@ -122,9 +122,9 @@ impl Undo {
         });
     }
 
-    /// A stroke is over that changes painted areas: one more entry. Gives its number.
-    pub fn stroke(&mut self, settings: &Settings, view: &View) -> u64 {
-        self.note(settings, view);
+    /// A stroke is over that has changed painted areas: one more entry. Gives its number. The rest is as it was noted last,
+    /// for a look may be changing slowly, and what is in between is no entry.
+    pub fn stroke(&mut self) -> u64 {
         self.last_number += 1;
         self.go_on_to(Entry {
             state: self.now.state.clone(),
@@ -138,8 +138,7 @@ impl Undo {
         self.now.strokes
     }
 
-    /// Some strokes cannot be undone any more, or have changed nothing: `known` gives for each the last one up to it that
-    /// can.
+    /// Some strokes cannot be undone any more: `known` gives for each the last one up to it that can.
     pub fn keep_strokes(&mut self, known: impl Fn(u64) -> u64) {
         for entry in self.all() {
             entry.strokes = known(entry.strokes);
@@ -310,11 +309,10 @@ mod tests {
         let scene = Scene::from_settings("torus".to_owned(), settings.clone(), ".".into()).unwrap();
         let mut view = View::of(&scene, Vec2::ONE);
         let mut undo = Undo::new(&settings, &view);
-        assert_eq!(undo.stroke(&settings, &view), 1);
+        assert_eq!(undo.stroke(), 1);
         settings.trail.decay = 0.5;
-        // The change comes before the stroke that is over after it.
-        assert_eq!(undo.stroke(&settings, &view), 2);
-        assert_eq!(undo.stroke(&settings, &view), 3);
+        undo.note(&settings, &view);
+        assert_eq!([undo.stroke(), undo.stroke()], [2, 3]);
         let mut back = |undo: &mut Undo| {
             assert!(undo.undo(&mut settings, &mut view));
             (undo.strokes(), settings.trail.decay)
@@ -329,9 +327,9 @@ mod tests {
         }
         assert!(undo.undo(&mut settings, &mut view));
         // What was undone is not there any more, and its number is nobody's.
-        assert_eq!(undo.stroke(&settings, &view), 4);
+        assert_eq!(undo.stroke(), 4);
         assert!(!undo.can_redo());
-        // The last has changed nothing, and the first is forgotten.
+        // The last is too large, and the first is forgotten.
         undo.keep_strokes(|number| if number >= 2 { 2 } else { 0 });
         assert_eq!(undo.strokes(), 2);
         assert!(undo.undo(&mut settings, &mut view));
@@ -347,5 +345,22 @@ mod tests {
             !undo.is_unsaved(&Settings::default(), &view),
             "files have no strokes"
         );
+    }
+
+    #[test]
+    fn a_stroke_leaves_no_look_that_is_only_on_its_way() {
+        let mut settings = Settings::default();
+        let scene = Scene::from_settings("torus".to_owned(), settings.clone(), ".".into()).unwrap();
+        let mut view = View::of(&scene, Vec2::ONE);
+        let mut undo = Undo::new(&settings, &view);
+        view.charts = 0.3;
+        undo.stroke();
+        view.charts = 1.0;
+        undo.note(&settings, &view);
+        for (charts, strokes) in [(0.0, 1), (0.0, 0)] {
+            assert!(undo.undo(&mut settings, &mut view));
+            assert_eq!((view.charts, undo.strokes()), (charts, strokes));
+        }
+        assert!(!undo.can_undo());
     }
 }

@@ -115,6 +115,18 @@ pub struct Places {
     pub ranges: Vec<UVec2>,
 }
 
+impl Brush {
+    /// Does it change what attracts, repels or forbids, if it touches anything? The eraser does where there is such an area.
+    #[must_use]
+    pub fn changes_areas(self, has_areas: bool) -> bool {
+        match self {
+            Self::Attract { .. } | Self::NoGo => true,
+            Self::Erase { .. } => has_areas,
+            Self::Trail { .. } | Self::Particles { .. } => false,
+        }
+    }
+}
+
 impl Dab {
     /// Makes sure that the numbers are in their ranges.
     ///
@@ -279,7 +291,7 @@ impl Dab {
     /// Does it leave something that sensors read from then on?
     #[must_use]
     pub fn makes_bias(&self) -> bool {
-        matches!(self.brush, Brush::Attract { .. } | Brush::NoGo)
+        self.brush.changes_areas(false)
     }
 }
 

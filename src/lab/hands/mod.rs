@@ -164,8 +164,6 @@ pub struct HandFacts {
     pub radius: f32,
     /// Reach of signed distances, scene radii.
     pub reach: f32,
-    /// Is there something that attracts, repels or forbids?
-    pub has_areas: bool,
 }
 
 /// What needs the simulation.
@@ -182,8 +180,13 @@ pub enum Work {
         /// Scene radii.
         radius: f32,
     },
-    /// The hand has let go of a stroke that changes what attracts, repels or forbids: its number, for undo.
-    EndStroke(u64),
+    /// The hand has let go of a stroke that may have changed what attracts, repels or forbids.
+    EndStroke,
+    /// Undo, or redo with `again`, whose turn comes after strokes that had no end yet.
+    Undo {
+        /// Redo.
+        again: bool,
+    },
     /// Undo or redo has come to where this stroke is the last one.
     ToStroke(u64),
     /// Takes an object out of the scene.
@@ -223,8 +226,10 @@ pub struct Hands {
     click: Option<Vec2>,
     /// Where the brush was in the frame before.
     stroke: Option<Vec2>,
-    /// Since the press it has painted what undo takes back.
+    /// Since the press it has painted what undo may take back.
     pub(super) paints_areas: bool,
+    /// Strokes that the hand has let go of, and of which it is not known yet whether they have changed anything.
+    pub(super) pending_ends: u32,
     /// Some vertices of each object, for its outline.
     vertices: Vec<Vec<Vec3>>,
 }
@@ -246,6 +251,7 @@ impl Hands {
             click: None,
             stroke: None,
             paints_areas: false,
+            pending_ends: 0,
             vertices: Vec::new(),
         }
     }
@@ -263,6 +269,7 @@ impl Hands {
             .collect();
         self.grab = None;
         self.stroke = None;
+        self.pending_ends = 0;
         self.selected = self.selected.filter(|object| *object < self.vertices.len());
         self.food = self.food.filter(|food| *food < scene.settings.foods.len());
     }
@@ -337,20 +344,19 @@ impl Interface {
         commands: &mut Vec<Command>,
     ) -> bool {
         let used = self.reach_out(ui, response, facts, commands);
+        // What waits to be done may bring areas, so only the simulation knows whether there are any to be erased.
         let paints = commands.iter().any(|command| match command {
-            Command::Hand(Work::Stroke { brush, .. }) => match brush {
-                Brush::Attract { .. } | Brush::NoGo => true,
-                Brush::Erase { .. } => facts.hand.has_areas,
-                Brush::Trail { .. } | Brush::Particles { .. } => false,
-            },
+            Command::Hand(Work::Stroke { brush, .. }) => brush.changes_areas(true),
             _ => false,
         });
         self.hands.paints_areas |= paints;
         // A pointer that leaves the picture and comes back goes on with its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         if !is_held && std::mem::take(&mut self.hands.paints_areas) {
-            let number = self.undo.stroke(&self.edited, &self.view);
-            commands.push(Command::Hand(Work::EndStroke(number)));
+            // What was changed until now comes before the stroke.
+            self.note_changes();
+            self.hands.pending_ends += 1;
+            commands.push(Command::Hand(Work::EndStroke));
         }
         used
     }

@@ -3,11 +3,13 @@
 
 use std::ops::Range;
 
-use myxo::Result;
 use myxo::gpu::Recorder;
 use myxo::sim::paint::{Brush, Painted, Repainted};
 use myxo::sim::{Areas, Simulation};
+use myxo::{Error, Result};
 
+use super::super::lost::is_loss;
+use super::super::undo::Undo;
 use super::super::window::Lab;
 
 /// Strokes that can be undone, at the most.
@@ -21,7 +23,7 @@ const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
 /// A stroke that is over.
 #[derive(Debug)]
 struct Stroke {
-    /// As [`super::super::undo::Undo`] numbers them.
+    /// As [`Undo`] numbers them.
     number: u64,
     changed: Vec<Repainted>,
     /// Before it nothing had been painted.
@@ -78,8 +80,20 @@ impl Strokes {
         numbers.filter(|known| *known <= number).max().unwrap_or(0)
     }
 
+    /// A stroke has changed something: that is one more thing to undo.
+    fn keep(&mut self, undo: &mut Undo, changed: Vec<Repainted>, is_first: bool) {
+        self.push(Stroke {
+            number: undo.stroke(),
+            changed,
+            is_first,
+        });
+        self.tell(undo);
+    }
+
     /// One more; the oldest are forgotten where they would be too many.
-    fn push(&mut self, stroke: Stroke) {
+    fn push(&mut self, mut stroke: Stroke) {
+        // What is counted is what it takes.
+        stroke.changed.shrink_to_fit();
         self.undone.clear();
         self.done.push(stroke);
         let mut texels = 0;
@@ -90,39 +104,71 @@ impl Strokes {
         let kept = kept.count();
         self.done.drain(..self.done.len() - kept);
     }
+
+    /// Undo and redo go through the strokes that are known.
+    fn tell(&self, undo: &mut Undo) {
+        undo.keep_strokes(|number| self.known(number));
+    }
+
+    /// The next one on the way to where this is the last one that there is, and whether it goes back. It has to be put
+    /// somewhere again.
+    fn take_towards(&mut self, last: u64) -> Option<(Stroke, bool)> {
+        if let Some(stroke) = self.done.pop_if(|stroke| stroke.number > last) {
+            return Some((stroke, true));
+        }
+        let stroke = self.undone.pop_if(|stroke| stroke.number <= last)?;
+        Some((stroke, false))
+    }
+
+    fn put(&mut self, stroke: Stroke, is_done: bool) {
+        let to = if is_done {
+            &mut self.done
+        } else {
+            &mut self.undone
+        };
+        to.push(stroke);
+    }
 }
 
 impl Lab {
     /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
-    pub(in super::super) fn end_stroke(
-        &mut self,
-        context: &egui::Context,
-        number: u64,
-    ) -> Result<()> {
+    pub(in super::super) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
+        let pending_ends = &mut self.interface.hands.pending_ends;
+        *pending_ends = pending_ends.saturating_sub(1);
         self.paint_now(context)?;
-        if let (Some(open), Some(stage)) = (self.hand.strokes.open.take(), &mut self.stage) {
-            let Some(before) = open.before else {
+        let (Some(open), Some(stage)) = (self.hand.strokes.open.take(), &mut self.stage) else {
+            return Ok(());
+        };
+        let Some(before) = open.before else {
+            self.forget_strokes();
+            return Ok(());
+        };
+        let changed = match stage.simulation.repainted(&before, open.span) {
+            Ok(changed) => changed,
+            Err(error) => {
                 self.forget_strokes();
-                return Ok(());
-            };
-            let is_first = before.is_empty();
-            let changed = stage.simulation.repainted(&before, open.span)?;
-            if !changed.is_empty() {
-                let is_kept = changed.len() <= MOST_TEXELS;
-                self.hand.strokes.push(Stroke {
-                    number,
-                    changed,
-                    is_first,
-                });
-                if !is_kept {
-                    let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
-                    self.interface.notice(context, text, false);
-                }
-            } else if is_first {
-                stage.simulation.forget_areas()?;
+                return self.tell_unless_lost(context, CANNOT_UNDO, error);
             }
+        };
+        let is_first = before.is_empty();
+        if changed.is_empty() {
+            let forgotten = if is_first {
+                stage.simulation.forget_areas()
+            } else {
+                Ok(())
+            };
+            return forgotten
+                .or_else(|error| self.tell_unless_lost(context, "Empty areas stay", error));
         }
-        self.tell_strokes();
+        let is_kept = changed.len() <= MOST_TEXELS;
+        let undo = &mut self.interface.undo;
+        self.hand.strokes.keep(undo, changed, is_first);
+        if !is_kept {
+            let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
+            self.interface.notice(context, text, false);
+        }
+        // The buttons of undo and redo may be others now.
+        self.window.request_redraw();
         Ok(())
     }
 
@@ -134,13 +180,6 @@ impl Lab {
             self.frames.submit(rec)?;
         }
         Ok(self.frames.wait_idle()?)
-    }
-
-    /// Undo and redo go through the strokes that are known.
-    fn tell_strokes(&mut self) {
-        let strokes = &self.hand.strokes;
-        let known = |number| strokes.known(number);
-        self.interface.undo.keep_strokes(known);
     }
 
     /// Strokes go back, or come again, until this is the last one that there is.
@@ -156,52 +195,151 @@ impl Lab {
             return Ok(());
         };
         let strokes = &mut self.hand.strokes;
-        loop {
-            let is_back = strokes.done.last().is_some_and(|s| s.number > last);
-            let (from, to) = if is_back {
-                (&mut strokes.done, &mut strokes.undone)
-            } else {
-                (&mut strokes.undone, &mut strokes.done)
-            };
-            let Some(stroke) = from.pop_if(|stroke| is_back || stroke.number <= last) else {
-                break;
-            };
-            if is_back && stroke.is_first {
-                stage.simulation.forget_areas()?;
+        let mut refused = None;
+        while let Some((stroke, is_back)) = strokes.take_towards(last) {
+            let taken = if is_back && stroke.is_first {
+                stage.simulation.forget_areas()
             } else {
                 let mut rec = self.frames.begin()?;
-                (stage.simulation).put_areas(&mut rec, &stroke.changed, !is_back)?;
-                self.frames.submit(rec)?;
+                let put = (stage.simulation).put_areas(&mut rec, &stroke.changed, !is_back);
+                if put.is_ok() {
+                    self.frames.submit(rec)?;
+                }
+                put
+            };
+            // One that is refused stays where it was: the next undo or redo goes through it.
+            strokes.put(stroke, is_back == taken.is_err());
+            if let Err(error) = taken {
+                refused = Some((is_back, error));
+                break;
             }
-            to.push(stroke);
         }
         stage.forget_picture();
         self.window.request_redraw();
+        match refused {
+            None => Ok(()),
+            Some((true, error)) => {
+                self.tell_unless_lost(context, "A stroke could not be undone", error)
+            }
+            Some((false, error)) => {
+                self.tell_unless_lost(context, "A stroke could not be redone", error)
+            }
+        }
+    }
+
+    /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
+    fn tell_unless_lost(
+        &mut self,
+        context: &egui::Context,
+        what: &str,
+        error: Error,
+    ) -> Result<()> {
+        if is_loss(&error) {
+            return Err(error);
+        }
+        let text = format!("{what}: {error}");
+        self.interface.notice(context, text, true);
         Ok(())
     }
 
     /// Another atlas has other texels: strokes on the one before are no longer known.
     pub(in super::super) fn forget_strokes(&mut self) {
         self.hand.strokes = Strokes::default();
-        self.tell_strokes();
+        self.hand.strokes.tell(&mut self.interface.undo);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Hand;
     use super::*;
+    use glam::Vec2;
+    use myxo::render::View;
+    use myxo::scene::Scene;
+    use myxo::scene::settings::Settings;
+
+    const TEXEL: Repainted = Repainted {
+        texel: 0,
+        before: 0.0,
+        after: 1.0,
+    };
 
     fn stroke(number: u64, texels: usize) -> Stroke {
-        let texel = Repainted {
-            texel: 0,
-            before: 0.0,
-            after: 1.0,
-        };
         Stroke {
             number,
-            changed: vec![texel; texels],
+            changed: vec![TEXEL; texels],
             is_first: false,
         }
+    }
+
+    /// Which strokes go back (true) or come again on the way there.
+    fn taken(strokes: &mut Strokes, last: u64) -> Vec<(u64, bool)> {
+        let mut taken = Vec::new();
+        while let Some((stroke, is_back)) = strokes.take_towards(last) {
+            taken.push((stroke.number, is_back));
+            strokes.put(stroke, !is_back);
+        }
+        taken
+    }
+
+    #[test]
+    fn undo_leads_through_the_strokes_one_by_one() {
+        let mut settings = Settings::default();
+        let scene = Scene::from_settings("torus".to_owned(), settings.clone(), ".".into()).unwrap();
+        let mut view = View::of(&scene, Vec2::ONE);
+        let mut undo = Undo::new(&settings, &view);
+        let mut strokes = Strokes::default();
+        // Ends that have waited come one right after the other.
+        for number in 1..=3_u64 {
+            strokes.keep(&mut undo, vec![TEXEL; 3], number == 1);
+            assert_eq!(undo.strokes(), number);
+        }
+        for number in [3_u64, 2, 1] {
+            assert!(undo.undo(&mut settings, &mut view));
+            assert_eq!(taken(&mut strokes, undo.strokes()), [(number, true)]);
+        }
+        assert!(!undo.can_undo());
+        for number in 1..=2_u64 {
+            assert!(undo.redo(&mut settings, &mut view));
+            assert_eq!(taken(&mut strokes, undo.strokes()), [(number, false)]);
+        }
+        // A stroke that comes now takes the place of the one that is undone.
+        strokes.keep(&mut undo, vec![TEXEL; 3], false);
+        assert!(!undo.can_redo() && undo.strokes() == 4);
+        assert!(undo.undo(&mut settings, &mut view));
+        assert_eq!(taken(&mut strokes, undo.strokes()), [(4, true)]);
+        assert_eq!(undo.strokes(), 2);
+        // One that does not go back for want of memory does so with the next.
+        assert!(undo.undo(&mut settings, &mut view));
+        let (refused, is_back) = strokes.take_towards(undo.strokes()).unwrap();
+        assert!(is_back);
+        strokes.put(refused, true);
+        assert!(undo.undo(&mut settings, &mut view));
+        let both = [(2_u64, true), (1, true)];
+        assert_eq!(taken(&mut strokes, undo.strokes()), both);
+    }
+
+    #[test]
+    fn strokes_take_no_more_memory_than_is_counted() {
+        let mut changed = Vec::with_capacity(1000);
+        changed.push(TEXEL);
+        let mut strokes = Strokes::default();
+        strokes.push(Stroke {
+            changed,
+            ..stroke(1, 0)
+        });
+        assert!(strokes.done[0].changed.capacity() < 1000);
+    }
+
+    #[test]
+    fn a_lost_device_takes_the_stroke_that_goes_on_with_it() {
+        let mut hand = Hand::default();
+        hand.strokes.open = Some(Open {
+            before: Some(Areas::default()),
+            span: 0..0,
+        });
+        hand.leave_device();
+        assert!(hand.strokes.open.is_none());
     }
 
     #[test]

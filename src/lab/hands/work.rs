@@ -100,6 +100,8 @@ impl Hand {
     /// The device goes, and all that is on it.
     pub fn leave_device(&mut self) {
         self.dabs.clear();
+        // A stroke that goes on holds areas on the device.
+        self.strokes = Strokes::default();
         self.probe = None;
         self.carry = None;
     }
@@ -120,7 +122,14 @@ impl Lab {
                 brush,
                 radius,
             } => self.stroke([from, to], brush, radius, size),
-            Work::EndStroke(number) => self.end_stroke(context, number)?,
+            Work::EndStroke => self.end_stroke(context)?,
+            Work::Undo { again } => {
+                let mut commands = Vec::new();
+                self.interface.undo_now(again, &mut commands);
+                for command in commands {
+                    self.obey(context, command, size)?;
+                }
+            }
             Work::ToStroke(last) => self.take_strokes(context, last)?,
             Work::Remove(object) => {
                 let object = self.interface.edited.objects.get(object).cloned();
@@ -348,7 +357,6 @@ impl Lab {
             mean_trail: (mean as f32).clamp(1e-3, 1e4),
             radius: setup.radius,
             reach: settings.distance.reach,
-            has_areas: simulation.state().bias.is_some(),
         };
     }
 

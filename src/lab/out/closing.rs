@@ -195,7 +195,12 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         | Command::SavePreset(_)
         | Command::RemovePreset(_)
         | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
-        Command::Apply | Command::TakeOut(Out::Cancel) => AtTheEnd::Helps,
+        // Undo takes back what the strokes before it have come to.
+        Command::Apply
+        | Command::TakeOut(Out::Cancel)
+        | Command::Hand(
+            Work::Stroke { .. } | Work::EndStroke | Work::ToStroke(_) | Work::Undo { .. },
+        ) => AtTheEnd::Helps,
         Command::TakeOut(Out::Film) => {
             given_up("a film was given up: the window closed before it began")
         }
@@ -250,7 +255,10 @@ mod tests {
         for command in [Command::Screenshot, Command::Save, export] {
             assert_eq!(at_the_end(&command), AtTheEnd::Writes, "{command:?}");
         }
-        assert_eq!(at_the_end(&Command::Apply), AtTheEnd::Helps);
+        let undo = Command::Hand(Work::Undo { again: false });
+        for command in [Command::Apply, Command::Hand(Work::EndStroke), undo] {
+            assert_eq!(at_the_end(&command), AtTheEnd::Helps, "{command:?}");
+        }
         for out in [Out::Film, Out::Record] {
             let end = at_the_end(&Command::TakeOut(out));
             assert!(matches!(end, AtTheEnd::GivenUp(_)), "{end:?}");

@@ -233,11 +233,7 @@ impl Simulation {
     /// Does a brush change what attracts, repels or forbids, if it touches anything?
     #[must_use]
     pub fn changes_areas(&self, brush: Brush) -> bool {
-        match brush {
-            Brush::Attract { .. } | Brush::NoGo => true,
-            Brush::Erase { .. } => self.state.bias.is_some(),
-            Brush::Trail { .. } | Brush::Particles { .. } => false,
-        }
+        brush.changes_areas(self.state.bias.is_some())
     }
 
     /// Records a copy, on the device, of what attracts, repels and forbids as all that was recorded so far leaves it.

@@ -103,32 +103,40 @@ fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     assert_eq!(harness.interface.hands.tool, Tool::Look);
 }
 
-/// From press to release, wherever the pointer has been, a brush that leaves something makes one thing to undo.
+fn count_of_ends(commands: &[Command]) -> usize {
+    let ends = commands.iter();
+    ends.filter(|c| **c == Command::Hand(Work::EndStroke))
+        .count()
+}
+
+/// What the window does at the end of a stroke.
+fn end_stroke(harness: &mut Harness, has_changed: bool) {
+    let interface = &mut harness.interface;
+    interface.hands.pending_ends -= 1;
+    if has_changed {
+        interface.undo.stroke();
+    }
+}
+
+/// From press to release, wherever the pointer has been, a brush that may leave something makes one stroke.
 #[test]
 fn a_stroke_is_one_thing_to_undo() {
     let mut harness = harness();
     let to = IN_PICTURE + vec2(60.0, 20.0);
-    let ends = |commands: &[Command]| -> Vec<u64> {
-        let ends = commands.iter().filter_map(|command| match command {
-            Command::Hand(Work::EndStroke(number)) => Some(*number),
-            _ => None,
-        });
-        ends.collect()
-    };
-    for (tool, has_areas, end) in [
-        (Tool::Trail, true, None),
-        (Tool::Particles, true, None),
-        (Tool::Erase, false, None),
-        (Tool::NoGo, false, Some(1)),
-        (Tool::Attract, true, Some(2)),
-        (Tool::Erase, true, Some(3)),
+    for (tool, ends, last) in [
+        (Tool::Trail, 0, 0),
+        (Tool::Particles, 0, 0),
+        (Tool::NoGo, 1, 1),
+        (Tool::Attract, 1, 2),
+        (Tool::Erase, 1, 3),
     ] {
         harness.interface.hands.take(tool);
-        harness.facts.hand.has_areas = has_areas;
         let commands = dragged(&mut harness, IN_PICTURE, to);
-        assert_eq!(ends(&commands), Vec::from_iter(end), "{tool:?}");
-        let last = harness.interface.undo.strokes();
-        assert_eq!(last, end.unwrap_or_default(), "{tool:?}");
+        assert_eq!(count_of_ends(&commands), ends, "{tool:?}");
+        if ends > 0 {
+            end_stroke(&mut harness, true);
+        }
+        assert_eq!(harness.interface.undo.strokes(), last, "{tool:?}");
     }
     // Through the panel and back it is the same stroke, which cannot be undone before it is over.
     harness.interface.hands.take(Tool::Repel);
@@ -141,7 +149,8 @@ fn a_stroke_is_one_thing_to_undo() {
     let are_strokes = |c: &Command| matches!(c, Command::Hand(Work::Stroke { .. }));
     assert!(commands.iter().all(are_strokes), "{commands:?}");
     commands.extend(harness.frame(vec![button(IN_PICTURE, false)]).commands);
-    assert_eq!(ends(&commands), [4]);
+    assert_eq!(count_of_ends(&commands), 1);
+    end_stroke(&mut harness, true);
     for (undoes, last) in [(true, 3), (true, 2), (false, 3)] {
         let mut commands = Vec::new();
         match undoes {
@@ -150,6 +159,43 @@ fn a_stroke_is_one_thing_to_undo() {
         }
         let wanted = [Command::Apply, Command::Hand(Work::ToStroke(last))];
         assert_eq!(commands, wanted);
+    }
+    // A stroke that has changed nothing leaves what was undone.
+    dragged(&mut harness, IN_PICTURE, to);
+    end_stroke(&mut harness, false);
+    assert_eq!(harness.interface.undo.strokes(), 3);
+    harness.interface.redo(&mut Vec::new());
+    assert_eq!(harness.interface.undo.strokes(), 4);
+}
+
+/// While long steps are under way strokes wait for their ends, and undo and redo for their turn.
+#[test]
+fn undo_comes_after_the_strokes_that_wait_for_their_ends() {
+    let mut harness = harness();
+    let to = IN_PICTURE + vec2(60.0, 20.0);
+    harness.interface.hands.take(Tool::NoGo);
+    for _ in 0..2 {
+        let commands = dragged(&mut harness, IN_PICTURE, to);
+        assert_eq!(count_of_ends(&commands), 1);
+    }
+    // What is changed meanwhile comes after them.
+    harness.interface.edited.trail.decay = 0.5;
+    harness.frame(vec![]);
+    let mut commands = Vec::new();
+    harness.interface.undo(&mut commands);
+    harness.interface.redo(&mut commands);
+    let turn = |again: bool| Command::Hand(Work::Undo { again });
+    assert_eq!(commands, [turn(false), turn(true)]);
+    assert_eq!(harness.interface.undo.strokes(), 0);
+    for last in 1..=2 {
+        end_stroke(&mut harness, true);
+        assert_eq!(harness.interface.undo.strokes(), last);
+    }
+    for last in [2, 1, 0] {
+        harness.interface.undo(&mut Vec::new());
+        assert_eq!(harness.interface.undo.strokes(), last);
+        let decay = harness.interface.edited.trail.decay;
+        assert_eq!(decay, Settings::default().trail.decay, "{last}");
     }
 }
 
