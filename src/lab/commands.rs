@@ -249,7 +249,7 @@ impl Lab {
             return;
         };
         let lost = match coming {
-            Some((_, again)) if is_same => {
+            Some((_, Some(again))) if is_same => {
                 self.left.insert(0, again);
                 return;
             }
@@ -284,8 +284,12 @@ impl Lab {
                 self.interface.notice(&context, text, false);
             }
             Err(error) if is_loss(&error) => {
-                // It is given up like any that is on its way then.
+                // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
+                // was lost by.
                 self.loading = Some(loading);
+                if let Some((_, again)) = &mut self.hand.coming {
+                    *again = None;
+                }
                 return Err(error);
             }
             Err(error) => self.interface.notice(&context, error.to_string(), true),

@@ -14,14 +14,17 @@ use myxo::{Error, Result};
 
 use super::LabOptions;
 use super::clocks::Clocks;
+use super::out::say;
 use super::saving::save_scene;
 use super::screen::Screen;
-use super::window::Lab;
+use super::window::{Lab, log_messages};
 
 /// A device that is lost again before the scene has run for so long is not replaced, or it would go on for ever.
 const RUNS_FOR: Duration = Duration::from_secs(10);
 /// Other threads let go of a lost device as soon as they look; one that does not within this time has failed.
 const LET_GO_WITHIN: Duration = Duration::from_secs(20);
+/// What helps where a scene is too much for the device.
+const ADVICE: &str = "if it happens again, take fewer particles or a smaller atlas";
 
 /// What is known of a device that was lost.
 #[derive(Default)]
@@ -74,7 +77,11 @@ impl Lab {
             Some(Ok(path)) => format!("the scene as it was set is kept in {}", path.display()),
             Some(Err(error)) => format!("the scene as it was set is not kept, either: {error}"),
         };
-        Error::Invalid(format!("{error}; what had grown is lost, {kept}"))
+        let mut text = format!("{error}; what had grown is lost, {kept}");
+        if is_loss(error) {
+            text += &format!("; {ADVICE}");
+        }
+        Error::Invalid(text)
     }
 
     /// Keeps the scene as it is set in a file, once as long as nothing changes.
@@ -103,6 +110,7 @@ impl Lab {
         self.keep_preferences();
         let was_painted = self.has_painted();
         let was_on = self.ctx.info().name.clone();
+        let untold = self.what_does_not_come();
         self.leave_device();
         let Self {
             gui,
@@ -113,10 +121,17 @@ impl Lab {
             ..
         } = self;
         drop((gui, swapchain, frames, answers));
-        let told = end(ctx);
-        let screen = match Screen::open(&self.window, options) {
+        let (told, screen) = match end(ctx) {
+            Ok(told) => (told, Screen::open(&self.window, options)),
+            Err(held) => (Vec::new(), Err(held)),
+        };
+        let screen = match screen {
             Ok(screen) => screen,
             Err(refused) => {
+                log_messages(&told);
+                for text in &untold {
+                    say(text);
+                }
                 self.out.close();
                 return Err(Error::Invalid(format!(
                     "{ended}; no device takes its place: {refused}"
@@ -146,7 +161,7 @@ impl Lab {
             clocks,
             ..self
         };
-        lab.tell_messages(told);
+        lab.tell_messages(&told);
         let kept = lab.lost.as_ref().and_then(|lost| lost.kept.as_ref());
         let kept = kept.map(|(_, path)| path.as_path());
         let on = &lab.ctx.info().name;
@@ -163,7 +178,8 @@ impl Lab {
         self.ctx.pretend_lost();
         self.under_way = None;
         self.out.leave_device();
-        self.feeder.close();
+        // What is at work ends by itself, and nobody waits for what it measures.
+        self.feeder = Default::default();
         self.hand.leave_device();
         self.report_messages();
         let lost = self.lost.get_or_insert_default();
@@ -194,14 +210,19 @@ impl Lab {
 }
 
 /// Ends a device of which the window has nothing any more, and gives what the validation layers have said last.
-fn end(mut ctx: Arc<Context>) -> Vec<String> {
+fn end(mut ctx: Arc<Context>) -> Result<Vec<String>> {
     let begun = Instant::now();
     loop {
         ctx = match ctx.end() {
-            Ok(messages) => return messages,
+            Ok(messages) => return Ok(messages),
             // A thread that exports is about to learn that its state does not come.
             Err(held) if begun.elapsed() < LET_GO_WITHIN => held,
-            Err(_) => return Vec::new(),
+            Err(_) => {
+                return Err(Error::Invalid(format!(
+                    "the one that was lost is still in use after {} s: start the program again",
+                    LET_GO_WITHIN.as_secs()
+                )));
+            }
         };
         sleep(Duration::from_millis(2));
     }
@@ -219,7 +240,8 @@ fn notice(error: &Error, was_painted: bool, on: Option<&String>, kept: Option<&P
         format!(", which are kept in {}", path.display())
     });
     format!(
-        "The device was lost ({why}): what had grown{painted} is gone. The scene begins anew{on} with all its settings{kept}"
+        "The device was lost ({why}): what had grown{painted} is gone. The scene begins anew{on} with all its \
+         settings{kept}; {ADVICE}"
     )
 }
 
@@ -238,11 +260,12 @@ mod tests {
         assert_eq!(
             notice(&error, false, None, Some(file)),
             "The device was lost (vkQueueSubmit: the last kernel begun was `walk`, number 3 of 9 in its frame): what had \
-             grown is gone. The scene begins anew with all its settings, which are kept in /tmp/cube_000001.toml"
+             grown is gone. The scene begins anew with all its settings, which are kept in /tmp/cube_000001.toml; \
+             if it happens again, take fewer particles or a smaller atlas"
         );
         let other = "llvmpipe".to_owned();
         let told = notice(&error, true, Some(&other), None);
         let end = "what had grown and was painted is gone. The scene begins anew on llvmpipe with all its settings";
-        assert!(told.ends_with(end), "{told}");
+        assert!(told.ends_with(&format!("{end}; {ADVICE}")), "{told}");
     }
 }

@@ -220,8 +220,14 @@ impl Lab {
         self.clocks.facts.full_screen = self.window.fullscreen().is_some();
         let mut seen = self.run_interface()?;
         let place = seen.picture;
-        for command in std::mem::take(&mut seen.shown.commands) {
-            self.obey(&seen.context, command, place.size)?;
+        let mut commands = std::mem::take(&mut seen.shown.commands).into_iter();
+        while let Some(command) = commands.next() {
+            if let Err(error) = self.obey(&seen.context, command, place.size) {
+                // What was asked for after it may still be done with another device.
+                self.left
+                    .extend(commands.map(|command| Left::Command(command, place.size)));
+                return Err(error);
+            }
         }
         self.look_under_hand(place.size);
         let view = self.present_view(since_last);
@@ -395,7 +401,7 @@ impl Lab {
 
     /// Passes on what the validation layers say.
     pub(super) fn report_messages(&mut self) {
-        self.tell_messages(self.ctx.take_messages());
+        self.tell_messages(&self.ctx.take_messages());
         let told = self.ctx.debug_entries();
         if !told.entries.is_empty() || told.overflow > 0 {
             log::warn!("told by debug_value:\n{told}");
@@ -403,11 +409,9 @@ impl Lab {
     }
 
     /// Passes on messages of the validation layers.
-    pub(super) fn tell_messages(&mut self, messages: Vec<String>) {
-        for message in messages {
-            self.message_count += 1;
-            log::error!("validation: {message}");
-        }
+    pub(super) fn tell_messages(&mut self, messages: &[String]) {
+        self.message_count += messages.len();
+        log_messages(messages);
     }
 
     /// Keeps what is the same in every scene for the next time.
@@ -453,6 +457,13 @@ impl Lab {
             )));
         }
         Ok(())
+    }
+}
+
+/// Logs messages of the validation layers.
+pub(super) fn log_messages(messages: &[String]) {
+    for message in messages {
+        log::error!("validation: {message}");
     }
 }
 

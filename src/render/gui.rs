@@ -68,8 +68,12 @@ impl Gui {
         let Some(renderer) = &mut self.renderer else {
             return Ok(());
         };
-        if !delta.free.is_empty() {
-            self.ctx.wait_idle()?;
+        if !delta.free.is_empty()
+            && let Err(error) = self.ctx.wait_idle()
+        {
+            // The textures go with the device, and egui takes changes that are dropped for a mistake.
+            delta.clear();
+            return Err(error.into());
         }
         let mut first_error = None;
         for (id, changes) in delta.set.drain() {

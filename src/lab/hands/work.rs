@@ -46,8 +46,9 @@ pub struct Hand {
     probe: Option<Probe>,
     /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
     pub carry: Option<Vec<Option<usize>>>,
-    /// The object that comes or goes with the scene on its way: how it is told of, and what asks for it again.
-    pub(in super::super) coming: Option<(String, Left)>,
+    /// The object that comes or goes with the scene on its way: how it is told of, and what asks for it again, if anything
+    /// may.
+    pub(in super::super) coming: Option<(String, Option<Left>)>,
 }
 
 impl Hand {
@@ -396,7 +397,7 @@ impl Lab {
         });
         from.push(None);
         self.hand.carry = Some(from);
-        self.hand.coming = Some((what, Left::Command(again, [0; 2])));
+        self.hand.coming = Some((what, Some(Left::Command(again, [0; 2]))));
     }
 
     /// An object goes. Those that come or go already do so first.
@@ -424,7 +425,7 @@ impl Lab {
         });
         self.hand.carry = Some(from);
         let what = format!("the removal of {}", object.name);
-        self.hand.coming = Some((what, Left::Removal(object)));
+        self.hand.coming = Some((what, Some(Left::Removal(object))));
     }
 
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning.

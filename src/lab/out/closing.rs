@@ -28,7 +28,9 @@ impl Lab {
     /// The window closes while commands wait for steps: those that write files are obeyed, in their order. What else was
     /// asked for, and does not come any more, is said.
     pub(in super::super) fn obey_what_writes(&mut self) {
-        self.tell_what_was_on_its_way();
+        if let Some(text) = self.was_on_its_way() {
+            say(&text);
+        }
         let left = std::mem::take(&mut self.left);
         let left: Vec<_> = (left.into_iter().map(|left| (end_of(&left), left))).collect();
         let any_writes = (left.iter()).any(|(end, _)| *end == AtTheEnd::Writes);
@@ -64,19 +66,27 @@ impl Lab {
         }
     }
 
-    /// A scene, or an object that was to come or to go.
-    fn tell_what_was_on_its_way(&mut self) {
-        let coming = self.hand.coming.take().map(|(what, _)| what);
+    /// What is said where nothing that waits is obeyed: of all that does not come any more.
+    pub(in super::super) fn what_does_not_come(&self) -> Vec<String> {
+        let waits = self.left.iter().filter_map(|left| match end_of(left) {
+            AtTheEnd::GivenUp(text) => Some(text),
+            _ => None,
+        });
+        self.was_on_its_way().into_iter().chain(waits).collect()
+    }
+
+    /// What is said of a scene, or an object that was to come or to go.
+    fn was_on_its_way(&self) -> Option<String> {
+        let coming = self.hand.coming.as_ref().map(|(what, _)| what.clone());
         let loading = self.loading.as_ref();
         // Before there is a scene, nothing but the first one can be.
         let loading = loading.filter(|loading| {
             let is_other = loading.origin != Origin::Shown;
-            self.stage.is_some() && is_other && !loading.told().is_cancelled
+            self.scene().is_some() && is_other && !loading.told().is_cancelled
         });
         let what = coming.or_else(|| loading.map(|loading| loading.name.clone()));
-        if let Some(what) = what.filter(|_| self.loading.is_some()) {
-            say(&format!("{what} was on its way, and was given up"));
-        }
+        let what = what.filter(|_| self.loading.is_some())?;
+        Some(format!("{what} was on its way, and was given up"))
     }
 
     fn finish_job(&mut self) {
@@ -97,8 +107,15 @@ impl Lab {
 
     /// Does what needs the device.
     fn make_ready(&mut self) -> Result<()> {
-        if matches!(&self.out.job, Some(Job::Export(export)) if export.is_asked()) {
+        let needs_state = |job: &Job| match job {
+            Job::Export(export) => export.is_asked(),
+            job => job.draws(),
+        };
+        if self.out.job.as_ref().is_some_and(needs_state) {
+            let context = self.egui.egui_ctx().clone();
             let mut rec = self.frames.begin()?;
+            // What was painted before is seen in it.
+            self.record_hands(&mut rec, &context)?;
             self.record_asked(&mut rec)?;
             self.frames.submit(rec)?;
             self.frames.wait_idle()?;
@@ -187,6 +204,11 @@ fn at_the_end(command: &Command) -> AtTheEnd {
     let given_up = |text: &str| AtTheEnd::GivenUp(text.to_owned());
     match command {
         Command::TakeFile(path) => not_opened(path),
+        Command::Open(name) => not_opened(Path::new(name)),
+        Command::OpenLeft(left) => not_opened(Path::new(&left.name)),
+        Command::Hand(Work::Remove(_)) => {
+            given_up("an object was not taken out of the scene: the window closed before its turn")
+        }
         Command::Hand(Work::Add(mesh)) => AtTheEnd::GivenUp(format!(
             "{mesh} was not added to the scene: the window closed before its turn"
         )),
@@ -212,7 +234,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
 }
 
 /// A line on the terminal.
-fn say(text: &str) {
+pub(in super::super) fn say(text: &str) {
     // Nobody listening is no reason to stop.
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }
@@ -247,7 +269,11 @@ fn told_of(path: &Path, ended: Option<Result<Written>>, is_cancelled: bool) -> S
 mod tests {
     use super::super::Model;
     use super::*;
+    use crate::lab::left::LeftScene;
+    use glam::Vec2;
     use myxo::scene::settings::ObjectSettings;
+    use myxo::sim::paint::Brush;
+    use std::time::SystemTime;
 
     #[test]
     fn commands_that_write_are_obeyed_at_the_end() {
@@ -255,8 +281,15 @@ mod tests {
         for command in [Command::Screenshot, Command::Save, export] {
             assert_eq!(at_the_end(&command), AtTheEnd::Writes, "{command:?}");
         }
-        let undo = Command::Hand(Work::Undo { again: false });
-        for command in [Command::Apply, Command::Hand(Work::EndStroke), undo] {
+        let stroke = Work::Stroke {
+            from: Vec2::ZERO,
+            to: Vec2::ONE,
+            brush: Brush::NoGo,
+            radius: 0.1,
+        };
+        let undo = Work::Undo { again: false };
+        let strokes = [stroke, Work::EndStroke, Work::ToStroke(0), undo].map(Command::Hand);
+        for command in [Command::Apply].into_iter().chain(strokes) {
             assert_eq!(at_the_end(&command), AtTheEnd::Helps, "{command:?}");
         }
         for out in [Out::Film, Out::Record] {
@@ -269,6 +302,12 @@ mod tests {
             ..ObjectSettings::default()
         });
         let add = Command::Hand(Work::Add("builtin:cube".to_owned()));
+        let remove = Command::Hand(Work::Remove(0));
+        let as_left = Command::OpenLeft(LeftScene {
+            name: "knot".to_owned(),
+            file: "left/knot_000001.toml".into(),
+            since: SystemTime::UNIX_EPOCH,
+        });
         for (left, told) in [
             (Left::File("a/tip.obj".into()), "a/tip.obj was not opened"),
             (
@@ -276,6 +315,12 @@ mod tests {
                 "b.toml was not opened",
             ),
             (Left::Command(add, [1, 1]), "builtin:cube was not added"),
+            (Left::Command(remove, [1, 1]), "an object was not taken out"),
+            (
+                Left::Command(Command::Open("torus"), [1, 1]),
+                "torus was not opened",
+            ),
+            (Left::Command(as_left, [1, 1]), "knot was not opened"),
             (Left::Removal(object), "ball was not taken out of the scene"),
         ] {
             let AtTheEnd::GivenUp(text) = end_of(&left) else {

@@ -19,6 +19,7 @@ use myxo::{Error, Result};
 use super::interface::Interface;
 use super::stage::Stage;
 use super::window::Lab;
+pub(super) use closing::say;
 use job::{ExportJob, Film, Job, Picture};
 pub use names::Reserved;
 use recording::Recording;

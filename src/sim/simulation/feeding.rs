@@ -1,6 +1,6 @@
 //! Food and markers of the running simulation: put there, taken away, and what is left of them.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use super::super::food::buffers::{FoodBuffers, scent_of};
 use super::super::food::{FoodPlace, Pantry, places};
@@ -12,7 +12,7 @@ use super::super::texel_paths::TexelPaths;
 use super::super::types::Meal;
 use super::Simulation;
 use crate::error::{Error, Result};
-use crate::gpu::Context;
+use crate::gpu::{Context, GpuError};
 use crate::scene::foods;
 use crate::scene::settings::Settings;
 
@@ -58,7 +58,8 @@ impl Served {
 
 /// Other food for a running simulation: what takes long about it, to be done by any thread.
 pub struct FoodOrder {
-    ctx: Arc<Context>,
+    /// Measuring takes long and needs no device, so it keeps none from ending.
+    ctx: Weak<Context>,
     setup: Arc<Setup>,
     settings: Settings,
     /// What is left of the food that there is.
@@ -84,18 +85,25 @@ impl FoodOrder {
     /// Measures how far every texel is from it, and makes the kernels that the first food needs.
     ///
     /// # Errors
-    /// When a food lies off its object or on none, there are too many, or they reach too many texels.
+    /// When a food lies off its object or on none, there are too many, or they reach too many texels; when the device is lost
+    /// or has ended meanwhile.
     pub fn prepare(self) -> Result<PreparedFood> {
-        let served = measured(&self.setup, &self.settings)?
+        let pantry = measured(&self.setup, &self.settings)?;
+        let ctx = self.ctx.upgrade().filter(|ctx| !ctx.is_lost());
+        let ctx = ctx.ok_or_else(|| GpuError::DeviceLost {
+            call: "preparing food",
+            last: "food was being measured without it".to_owned(),
+        })?;
+        let served = pantry
             .map(|pantry| {
                 let left = pantry.kept(&self.setup.pantry, &self.remaining);
-                Served::new(&self.ctx, pantry, &left)
+                Served::new(&ctx, pantry, &left)
             })
             .transpose()?;
-        let paths = TexelPaths::of(self.ctx.info(), self.setup.atlas.texel_count() as u64);
+        let paths = TexelPaths::of(ctx.info(), self.setup.atlas.texel_count() as u64);
         let constants = StepConstants::new(&self.settings, paths).with_bias(self.has_bias);
         let kernels = (constants != self.constants)
-            .then(|| Kernels::new(&self.ctx, &constants))
+            .then(|| Kernels::new(&ctx, &constants))
             .transpose()?
             .map(|kernels| (constants, kernels));
         Ok(PreparedFood {
@@ -156,7 +164,7 @@ impl Simulation {
     #[must_use]
     pub fn order_food(&self, settings: &Settings) -> Option<FoodOrder> {
         (!has_same_food(settings, &self.settings)).then(|| FoodOrder {
-            ctx: Arc::clone(&self.ctx),
+            ctx: Arc::downgrade(&self.ctx),
             setup: Arc::clone(&self.setup),
             settings: settings.clone(),
             // A guess: what is eaten meanwhile is seen to when it is served.
