@@ -36,15 +36,22 @@ fn lose(lab: &Lab) {
     goes_on(lab);
 }
 
+/// Held, with the card open by which things are taken out, and GIFs chosen there.
+#[track_caller]
+fn held_with_gifs() -> Lab {
+    let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab
+}
+
 #[test]
 fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
     if !can_tour() {
         return;
     }
-    let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
-    lab.key_until("space", "it is held", "playing", false);
-    lab.click_until("out", "out", true);
-    lab.click("out.kind=GIF");
+    let lab = held_with_gifs();
     lab.key_until("Escape", "the card goes", "out", false);
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
@@ -94,10 +101,7 @@ fn a_film_keeps_the_pictures_that_it_had_when_the_device_was_lost() {
     if !can_tour() {
         return;
     }
-    let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
-    lab.key_until("space", "it is held", "playing", false);
-    lab.click_until("out", "out", true);
-    lab.click("out.kind=GIF");
+    let lab = held_with_gifs();
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");
     lab.click("out.film");
     lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
