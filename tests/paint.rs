@@ -283,6 +283,46 @@ fn every_brush_agrees_with_the_twins_between_steps() {
     gpu.finish();
 }
 
+/// Every brush while it runs, without pictures between: a dab, a step and the next dab of the same brush are in order by
+/// themselves, in one recording, and leave what they leave one by one.
+#[test]
+fn strokes_go_on_between_steps_without_pictures() {
+    let Some(gpu) = gpu() else { return };
+    let brushes = [
+        Brush::Trail { amount: 4.0 },
+        Brush::Attract { amount: 2.0 },
+        Brush::NoGo,
+        Brush::Attract { amount: -3.0 },
+        Brush::Erase { share: 0.4 },
+        Brush::Particles { share: 0.3 },
+    ];
+    let hash = |in_one_recording: bool| {
+        let scene = trio(Strategy::Direct);
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let dabs = brushes.map(|brush| dab(brush, Vec3::new(0.3, 0.5, 0.3), 0.9));
+        // Each twice, with a step after it.
+        let dabs = dabs.iter().flat_map(|dab| [dab, dab]);
+        if in_one_recording {
+            gpu.run(|rec| {
+                for dab in dabs {
+                    assert!(simulation.paint(rec, dab).unwrap().count() > 0);
+                    simulation.record_step(rec);
+                }
+            });
+        } else {
+            for dab in dabs {
+                paint(&gpu, &mut simulation, dab);
+                steps(&gpu, &mut simulation, 1);
+            }
+        }
+        let state = simulation.snapshot().unwrap();
+        state.validate(simulation.setup()).unwrap();
+        state.hash()
+    };
+    assert_eq!(hash(true), hash(false));
+    gpu.finish();
+}
+
 /// On an edge of a cube where two charts meet: a dab paints both faces, with no gap and no doubled row, and as much trail as its
 /// disc has area.
 #[test]

@@ -167,6 +167,9 @@ impl Simulation {
         let Some(painter) = &self.painter else {
             return;
         };
+        // The dab before, a step or a picture may have read it.
+        let painted: [&dyn AnyBuffer; 1] = [field];
+        rec.barrier(Kernel, Kernel, &painted);
         rec.dispatch(
             &painter.paint,
             Threads(params.texel_count),
@@ -179,7 +182,6 @@ impl Simulation {
             params,
         );
         // The gutter is filled from texels that were painted, and is read by sensors and pictures.
-        let painted: [&dyn AnyBuffer; 1] = [field];
         rec.barrier(Kernel, Kernel, &painted);
         rec.dispatch(
             &self.kernels.exchange_seams,
