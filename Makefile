@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long mutants bench atlases gallery guide window window-times clean
+.PHONY: help demo test long mutants bench atlases gallery pictures guide window window-times clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -69,6 +69,23 @@ gallery: ## draw the small pictures of the lab's gallery, and all presets on one
 	@.ci/setup demo
 	cargo run --release --example gallery -- assets/thumbnails
 	mv assets/thumbnails/presets.png assets/pictures/presets.png
+
+# Each is one command; the README names most of them.
+DRAW := $(MYXO) render
+PICTURES := assets/pictures
+
+pictures: ## draw the README's other pictures (ten minutes)
+	@.ci/setup demo
+	cargo build --release
+	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --out $(PICTURES)/trio.gif
+	$(DRAW) gears --steps 600 --size 960x600 --out $(PICTURES)/gears.png
+	$(DRAW) torus --size 1200x640 --out $(PICTURES)/torus.png
+	$(DRAW) suzanne --preset cells --size 600x450 --out $(PICTURES)/suzanne.png
+	$(DRAW) gyroid --set picture.color_map=ice --size 600x450 --out $(PICTURES)/gyroid.png
+	$(DRAW) cube --preset cells --set picture.color_map=viridis --size 600x450 --out $(PICTURES)/cube.png
+	$(DRAW) oats --steps 300 --set camera.target=[0,-0.1,0] --size 900x600 --out $(PICTURES)/oats.png
+	$(DRAW) suzanne --view charts --size 768x768 --out $(PICTURES)/suzanne_charts.png
+	$(MYXO) atlas suzanne --size 768 --out $(PICTURES)/suzanne_atlas.png
 
 guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (a quarter of an hour)
 	@.ci/setup demo
