@@ -243,6 +243,10 @@ fn advance_agrees_with_its_twin() {
         ("favourite density", |s| s.physarum.favourite_density = 2.0),
         ("gravity", |s| s.physarum.gravity_weight = 3.0),
         ("decrowding", |s| s.physarum.decrowding_weight = 0.7),
+        ("decrowding and a reference density", |s| {
+            s.physarum.decrowding_weight = 0.7;
+            s.physarum.reference_density = 3.0;
+        }),
         ("few attempts, long steps", |s| {
             s.physarum.edge_crossing_attempts = 1;
             s.physarum.speed = 0.3;

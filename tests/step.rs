@@ -173,6 +173,40 @@ fn trail_loses_exactly_what_decay_takes() {
     gpu.finish();
 }
 
+/// With a reference density the mean of the trail is the same for any number of particles and any texture: what a density of
+/// 0.5 leaves by itself.
+#[test]
+fn a_look_holds_for_any_number_of_particles() {
+    let Some(gpu) = gpu() else { return };
+    let decay = 0.9;
+    for (count, size) in [(2_000, 128), (30_000, 128), (8_000, 256)] {
+        let scene = scene("builtin:torus?major=24&minor=16", |s| {
+            s.particles.count = count;
+            s.atlas.size = size;
+            s.trail.decay = decay;
+            s.physarum.deposit = 2.0;
+            s.physarum.reference_density = 0.5;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        advance(&gpu, &mut simulation, 12);
+        let state = simulation.snapshot().unwrap();
+        let atlas = &simulation.setup().atlas;
+        let owned = (0..state.trail.len()).filter(|&texel| atlas.density[texel] > 0.0);
+        let mass: f64 = owned
+            .map(|texel| f64::from(state.trail[texel] / atlas.density[texel]))
+            .sum();
+        let mean = mass / f64::from(atlas.owned_count);
+        let expected: f64 = (1..=12)
+            .map(|age| 2.0 * 0.5 * f64::from(decay).powi(age))
+            .sum();
+        assert!(
+            (mean - expected).abs() < 1e-3 * expected,
+            "{count} particles, {size}: {mean}, not {expected}"
+        );
+    }
+    gpu.finish();
+}
+
 /// A constant trail stays constant under diffusion, over every seam.
 #[test]
 fn constant_trail_stays_constant() {

@@ -131,6 +131,8 @@ pub struct PhysarumSettings {
     pub sensor_noise: f32,
     /// Trail that one particle leaves in a step, where texels have the mean size.
     pub deposit: f32,
+    /// Particles per texel in use that deposit and decrowding weight are meant for; 0 for any.
+    pub reference_density: f32,
     /// What happens at the open border of a surface.
     pub border: Border,
     /// Edges that one walk may cross in a step; the rest is walked in the next.
@@ -156,6 +158,7 @@ impl Default for PhysarumSettings {
             sensor_offset: 0.03,
             sensor_noise: 0.0,
             deposit: 1.0,
+            reference_density: 0.0,
             border: Border::Reflect,
             edge_crossing_attempts: 10,
             sensing: Sensing::Auto,

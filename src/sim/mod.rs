@@ -38,7 +38,7 @@ pub mod tree_queries;
 pub mod twin;
 pub mod types;
 
-pub use params::{StepConstants, StepParams, TINY_TRAIL};
+pub use params::{StepConstants, StepParams, TINY_TRAIL, deposit_factor};
 pub use pipelines::{FORMS_OF_ADVANCE, Kernels};
 pub use setup::{Setup, atlas_options};
 pub use simulation::{Areas, FoodOrder, PreparedFood, Simulation, SnapshotCopy};

@@ -240,7 +240,8 @@ impl StepParams {
         let first_vertex_normal = setup.surface.halfedges.len() as u32;
         let in_halves = settings.trail.diffusion > GREATEST_DIFFUSION;
         let diffusion = settings.trail.diffusion * if in_halves { 0.5 } else { 1.0 };
-        let everywhere = physarum_row(physarum, radius);
+        let factor = deposit_factor(settings, setup);
+        let everywhere = physarum_row(physarum, radius, factor);
         let advance = AdvanceParams {
             particle_count: setup.particles.len() as u32,
             seed: seed_word(settings.seed),
@@ -334,13 +335,13 @@ impl StepParams {
             turn,
             diffuse: DiffuseParams {
                 diffusion,
-                deposit: physarum.deposit,
+                deposit: factor * physarum.deposit,
                 decay: settings.trail.decay,
                 ..spreading(atlas).0
             },
             diffuse_seams: DiffuseSeamsParams {
                 diffusion,
-                deposit: physarum.deposit,
+                deposit: factor * physarum.deposit,
                 decay: settings.trail.decay,
                 ..spreading(atlas).1
             },
@@ -425,14 +426,30 @@ fn sensor_offsets(settings: &Settings) -> impl Iterator<Item = f32> {
 
 /// What particles do on each object: the scene's values with the object's own over them.
 #[must_use]
-pub fn physarums(settings: &Settings, radius: f32) -> Vec<Physarum> {
+pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
     let objects = settings.objects.iter();
+    let factor = deposit_factor(settings, setup);
     objects
-        .map(|object| physarum_row(&object.physarum.over(&settings.physarum), radius))
+        .map(|object| {
+            let physarum = object.physarum.over(&settings.physarum);
+            physarum_row(&physarum, setup.radius, factor)
+        })
         .collect()
 }
 
-fn physarum_row(physarum: &PhysarumSettings, radius: f32) -> Physarum {
+/// What deposits and decrowding weights are multiplied by: where the settings say which density they were made for, the
+/// trail's mean stays what it is there, whatever the number of particles and the size of the texture.
+#[must_use]
+pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
+    let reference = settings.physarum.reference_density;
+    let count = setup.particles.len();
+    if reference == 0.0 || count == 0 {
+        return 1.0;
+    }
+    (f64::from(reference) * f64::from(setup.atlas.owned_count) / count as f64) as f32
+}
+
+fn physarum_row(physarum: &PhysarumSettings, radius: f32, factor: f32) -> Physarum {
     let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
     let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
     Physarum {
@@ -445,7 +462,7 @@ fn physarum_row(physarum: &PhysarumSettings, radius: f32) -> Physarum {
         sensor_noise: physarum.sensor_noise,
         favourite_density: physarum.favourite_density,
         gravity_weight: physarum.gravity_weight / radius,
-        decrowding_weight: physarum.decrowding_weight,
+        decrowding_weight: factor * physarum.decrowding_weight,
         distance_weight: physarum.distance_weight / radius,
         pad0: 0.0,
     }

@@ -166,7 +166,7 @@ impl Simulation {
         if !self.constants.advance.own_physarum {
             return None;
         }
-        let physarums = physarums(&self.settings, self.setup.radius);
+        let physarums = physarums(&self.settings, &self.setup);
         if physarums == self.physarums {
             return None;
         }

@@ -6,6 +6,7 @@ use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 use myxo::sim::carry::carried;
+use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
 
@@ -305,7 +306,8 @@ impl Lab {
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let particles = f64::from(settings.particles.count);
         let decay = f64::from(settings.trail.decay).clamp(0.0, 0.999);
-        let mean = f64::from(settings.physarum.deposit) * particles
+        let mean = f64::from(deposit_factor(settings, setup) * settings.physarum.deposit)
+            * particles
             / f64::from(setup.atlas.owned_count.max(1))
             * (decay / (1.0 - decay)).max(1.0);
         let size = Vec2::new(size[0] as f32, size[1] as f32);

@@ -158,6 +158,19 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(physarum.deposit, (0.0, 1e6), (0.0, 10.0), Logarithmic),
     },
     Parameter {
+        key: "physarum.reference_density",
+        name: "Reference density",
+        unit: "particles per texel",
+        help: "How many particles the look was made for: where there are twice as many, each leaves half as much trail, and the decrowding weight is half, so that the look stays. 0 takes both as they are.",
+        effect: Effect::Live,
+        kind: real!(
+            physarum.reference_density,
+            (0.0, 1e6),
+            (0.0, 10.0),
+            Logarithmic
+        ),
+    },
+    Parameter {
         key: "physarum.border",
         name: "Border rule",
         unit: "",
