@@ -11,7 +11,7 @@ use super::parameters::{
     FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside,
     out_of_range,
 };
-use super::presets::SECTIONS;
+use super::presets::{PARTS, foreign};
 use super::settings::{FoodSettings, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
@@ -92,21 +92,11 @@ impl Reader {
         let Some(table) = self.parse(prefix, text) else {
             return;
         };
-        let [first, second, third] = SECTIONS;
-        let mut others: Vec<_> = table.get_ref().keys().collect();
-        let is_empty = others.is_empty();
-        others.retain(|key| !SECTIONS.contains(&key.get_ref().as_ref()));
-        let other = others.into_iter().min_by_key(|key| key.span().start);
-        if let Some(key) = other {
-            let message = format!(
-                "{} is no part of a look: a preset has the sections [{first}], [{second}] and [{third}] only",
-                key.get_ref()
-            );
-            self.problem(key.span().start, message);
-        } else if is_empty {
-            let message =
-                format!("it has none of the sections [{first}], [{second}] and [{third}]");
-            self.problem(0, message);
+        if let Some((at, key)) = foreign(table.get_ref()) {
+            let message = format!("{key} is no part of a look: a preset has {PARTS} only");
+            self.problem(at, message);
+        } else if table.get_ref().is_empty() {
+            self.problem(0, format!("it has nothing of a look: {PARTS}"));
         } else {
             // Of most looks scattered food is no part.
             self.settings.feeding.scattered = 0;

@@ -1,4 +1,5 @@
-//! Presets: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]`, that come with the program or lie in files.
+//! Presets: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]` and the colours of the trail, that come with
+//! the program or lie in files.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -11,8 +12,14 @@ use super::error::SceneError;
 use super::parameters::{Kind, PARAMETERS, Parameter};
 use super::settings::Settings;
 
-/// The sections of scene files that a look consists of.
-pub const SECTIONS: [&str; 3] = ["physarum", "trail", "feeding"];
+/// The sections of scene files that a look consists of. Of the last it has the colours of the trail alone.
+const SECTIONS: [&str; 4] = ["physarum", "trail", "feeding", PICTURE];
+const PICTURE: &str = "picture";
+const COLOURS: &str = "color_map";
+
+/// What looks consist of, as messages say it.
+pub(super) const PARTS: &str =
+    "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
 /// How particles walk and sense rather than what comes of it: presets leave these as they are.
 const HOW: [&str; 3] = [
@@ -24,7 +31,10 @@ const HOW: [&str; 3] = [
 /// Does a look consist of it?
 #[must_use]
 pub fn is_look(parameter: &Parameter) -> bool {
-    SECTIONS.contains(&parameter.section()) && !HOW.contains(&parameter.key)
+    match parameter.section() {
+        PICTURE => parameter.key.ends_with(COLOURS),
+        section => SECTIONS.contains(&section) && !HOW.contains(&parameter.key),
+    }
 }
 
 /// The look of `settings` as the text of a preset; `summary`, one line, says what it is.
@@ -59,10 +69,23 @@ pub fn to_toml(settings: &Settings, summary: &str) -> String {
 /// Is the text a look and nothing else? A scene file that has no more than a look is one, too.
 #[must_use]
 pub fn is_preset(text: &str) -> bool {
-    DeTable::parse(text).is_ok_and(|table| {
-        let mut keys = table.get_ref().keys().map(|key| key.get_ref().as_ref());
-        !table.get_ref().is_empty() && keys.all(|key: &str| SECTIONS.contains(&key))
-    })
+    DeTable::parse(text)
+        .is_ok_and(|table| !table.get_ref().is_empty() && foreign(table.get_ref()).is_none())
+}
+
+/// The first key that no look has, and where it begins.
+pub(super) fn foreign(table: &DeTable<'_>) -> Option<(usize, String)> {
+    let sections = table.iter().filter_map(|(section, value)| {
+        let name = section.get_ref();
+        if !SECTIONS.contains(&name.as_ref()) {
+            return Some((section.span().start, name.to_string()));
+        }
+        let keys = value.get_ref().as_table().filter(|_| name == PICTURE)?;
+        let other = keys.keys().filter(|key| key.get_ref() != COLOURS);
+        let other = other.min_by_key(|key| key.span().start)?;
+        Some((other.span().start, format!("{name}.{}", other.get_ref())))
+    });
+    sections.min_by_key(|&(start, _)| start)
 }
 
 /// The text of the preset that `wanted` names: one that comes with the program, or a `.toml` file.
@@ -88,6 +111,7 @@ pub(super) fn text_of(wanted: &str) -> Result<Cow<'static, str>, SceneError> {
 mod tests {
     use super::*;
     use crate::scene::file::Reader;
+    use crate::scene::settings::ColorMap;
     use crate::scene::{Overrides, Scene};
 
     fn read(settings: Settings, text: &str) -> Result<Settings, Vec<String>> {
@@ -105,6 +129,7 @@ mod tests {
         settings.physarum.distance_weight = -1e-5;
         settings.trail.decay = 0.875;
         settings.trail.diffusion_distance = 3;
+        settings.picture.color_map = ColorMap::Ice;
         settings.seed = 99;
         let text = to_toml(&settings, "Mine,\nin two lines.");
         assert!(text.starts_with("# Mine, in two lines.\n"), "{text}");
@@ -131,11 +156,15 @@ mod tests {
         }
         let problem = |text| read(Settings::default(), text).expect_err("it is wrong");
         for (text, part) in [
-            ("", "it has none of the sections"),
-            ("# nothing", "it has none of the sections"),
+            ("", "it has nothing of a look"),
+            ("# nothing", "it has nothing of a look"),
             ("[physarum", "line 1: not valid TOML"),
             ("seed = 1\n[trail]\ndecay = 0.5", "line 1: seed is no part"),
             ("[atlas]\nsize = 64", "line 1: atlas is no part of a look"),
+            (
+                "[picture]\ncolor_map = \"ice\"\nshow = \"relief\"",
+                "line 3: picture.show is no part of a look",
+            ),
         ] {
             assert!(!is_preset(text), "{text}");
             let [problem] = &problem(text)[..] else {
