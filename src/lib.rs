@@ -113,7 +113,9 @@
 //!
 //! **Invariant:** on one device, driver and build, the same scene and seed give the same bits. Random streams are
 //! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
-//! hash ([`sim::Snapshot::hash`]) does not see the order of particles.
+//! hash ([`sim::Snapshot::hash`]) does not see the order of particles. There is one exception: in a run in which the
+//! transfer buffer overflows (`Flow::refused` above 0), the order of atomic additions decides who finds it full and stays.
+//! Then particles are still conserved, but the bits are not the same in every run.
 //!
 //! **Invariant:** no particle is lost or doubled, and every one counts once a step on an owned or a gutter texel
 //! ([`sim::Snapshot::validate`]).
