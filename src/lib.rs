@@ -3,8 +3,8 @@
 //! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
 //! others left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
 //! surface and decays (the agent model of Jones, "Characteristics of Pattern Formation and Evolution in
-//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010). The `myxo` executable is a thin
-//! user of this library.
+//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010; particles may share a place and no turn is
+//! random here, and `docs/guide.md` has the other differences). The `myxo` executable is a thin user of this library.
 //!
 //! What each parameter does to the picture is shown in `docs/guide.md`; `docs/code.md` goes through a step kernel by kernel.
 //!
