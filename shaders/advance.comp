@@ -1,15 +1,31 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer.
-// Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses; distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
-// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended, guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
+// Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses;
+//         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
+// Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
+//         guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
-// In four forms: first, sensors read straight ahead in the atlas where nothing of their chart is hidden on the way, and particles
-// with others are listed; these come in a second dispatch, as walk_sensors, where sensors walk. Where sensors see other objects, those
-// that may have to do with one are listed apart, and come as advance_near and, if their sensors walk, as walk_near; the first two
-// then know of none. Devices that run both sides of every branch would pay for all that of each particle otherwise. Or there is
-// one form in which all sensors walk.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
-// Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where particle_indices is full, the particle stays on its object; flow.wanted counts on.
-// walkers has room for every particle, where there are several objects twice, and each is listed at most once: in the first half those that walk from the front, those that are near from the back; in the second those that are near and walk.
+// Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
+//         particle_indices is full, the particle stays on its object; flow.wanted counts on. Who finds it full is decided by
+//         the order of atomic additions, so then runs are not alike to the bit.
+// Where this differs from the agents of Jones (2010) is listed in docs/guide.md.
+//
+// One shader, five forms (SENSING), because devices that run both sides of every branch would pay for all of them for each
+// particle. Each form is a pipeline of its own, by the name that timers show:
+//
+//   pipeline      SENSING                  particles                                 sensors        sees other objects
+//   advance       SENSORS_WALK             all                                       walk           if ACROSS
+//   advance       SENSORS_STRAIGHT         all; lists those that the others take     read straight  no
+//   walk_sensors  SENSORS_WALK_LISTED      with a walk pending or a way not clear    walk           no
+//   advance_near  SENSORS_STRAIGHT_LISTED  that may have to do with another object   read straight  if ACROSS
+//   walk_near     SENSORS_WALK_NEAR        of which both are true                    walk           if ACROSS
+//
+// By sensing = "walk", and with gravity, the first form is the only one. By "auto" the second comes first; walk_sensors follows,
+// and where sensors see other objects (ACROSS) advance_near and walk_near. "Read straight" is straight ahead in the atlas,
+// where nothing of the chart is hidden on the way.
+//
+// walkers has room for every particle, where there are several objects twice, and each is listed at most once: in the first
+// half those that walk from the front, those that are near from the back; in the second those that are near and walk.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -89,6 +105,7 @@ layout(push_constant) uniform Params {
     uint always;              // marks that hold for every texel, because nothing is known as far as they would say
 } params;
 
+// Numbers of bindings have no order: the build takes them from here, by name.
 // Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
 // buffers scalar by scalar.
 layout(rgba32ui, set = 0, binding = 0) uniform writeonly uimageBuffer particles;

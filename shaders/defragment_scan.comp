@@ -1,6 +1,8 @@
-// defragment_scan: lists what lies in the wrong place after the border has moved: particles that stay and lie in the area given away, and transfers whose particle does not lie there. They are equally many.
+// defragment_scan: lists what lies in the wrong place after the border has moved: particles that stay and lie in the area
+// given away, and transfers whose particle does not lie there. They are equally many.
 // Reads   departing, motions, windows, flow.
-// Writes  stayers and outside (appended, counted in flow).
+// Writes  particle_indices (appended, counted in flow.stayers): slots of particles that stay; transfer_indices (appended,
+//         counted in flow.outside): transfers whose particle lies outside.
 // One invocation a transfer that leaves, which looks at one slot of the area too.
 // Overflow: cannot happen; either list has at most as many entries as there are transfers.
 

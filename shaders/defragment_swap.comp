@@ -1,5 +1,6 @@
-// defragment_swap: exchanges the particles that defragment_scan has listed, pair by pair, and tells transfers the new slot of their particle.
-// Reads   flow, the two lists.
+// defragment_swap: exchanges the particles that defragment_scan has listed, pair by pair, and tells transfers the new slot
+// of their particle.
+// Reads   flow, particle_indices, transfer_indices.
 // Writes  particles, motions, departing, in place.
 // One invocation a pair; which ones are paired does not matter, as nothing depends on a particle's slot.
 // Overflow: cannot happen; nothing is appended.

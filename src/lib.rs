@@ -3,8 +3,8 @@
 //! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
 //! others left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
 //! surface and decays (the agent model of Jones, "Characteristics of Pattern Formation and Evolution in
-//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010). The `myxo` executable is a thin
-//! user of this library.
+//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010; particles may share a place and no turn is
+//! random here, and `docs/guide.md` has the other differences). The `myxo` executable is a thin user of this library.
 //!
 //! What each parameter does to the picture is shown in `docs/guide.md`; `docs/code.md` goes through a step kernel by kernel.
 //!
@@ -46,27 +46,17 @@
 //!
 //! # One step
 //!
-//! [`sim::step`] is the whole simulation, as a script of dispatches and barriers:
+//! [`sim::step`] is the whole simulation, as a script of dispatches and barriers, and the only place that lists them all in
+//! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
-//! ```text
-//! distance         signed distance to the other objects            one invocation a texel, where objects moved
-//! exchange_seams   fills the gutters of what distance wrote        one invocation a gutter texel
-//!
-//! for each object in turn, or once for all:
-//!   transfer_in    those that were under way to it land            one invocation a transfer
-//!   advance        pending walk, sense, turn, walk, deposit,       one invocation a particle
-//!                  select who has gone into another object
-//!   move_border    counts them; where the next window begins       one invocation
-//!   transfer_out   where each goes on, on the other object         one invocation a transfer
-//!   defragment_*   stayers in front, leavers in the next window    one invocation a transfer
-//!
-//! digest           what was eaten is taken from each food          one invocation a food
-//! scent            what sensors read of food, where that changed   one invocation a texel that food reaches
-//!
-//! diffuse          trail spreads, takes up deposits, decays        one invocation per four texels
-//! diffuse_seams    the same for texels that exchange over a seam   one invocation a seam texel
-//! exchange_seams   gutter texels, so that reads never see a seam   one invocation a gutter texel
-//! ```
+//! 1. Where objects have moved, texels learn their signed distance to the other objects, and where sensors go on there.
+//! 2. For each object in turn, or once for all: those that were under way to it land; every particle walks what is pending,
+//!    senses, turns, walks, deposits, and is selected if it has gone into another object; for those selected it is found where
+//!    they go on there; and the particle buffer is put in order again.
+//! 3. Where there is food, what was eaten is taken away, and what sensors read of food is summed up anew.
+//! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
+//!    reads never see a seam.
+//! 5. Every so many steps particles are sorted by their place in the texture.
 //!
 //! What a scene has no use for is not recorded: with one object there are no distances and no transfers. Which of the
 //! kernels of a turn run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over
@@ -113,7 +103,9 @@
 //!
 //! **Invariant:** on one device, driver and build, the same scene and seed give the same bits. Random streams are
 //! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
-//! hash ([`sim::Snapshot::hash`]) does not see the order of particles.
+//! hash ([`sim::Snapshot::hash`]) does not see the order of particles. There is one exception: in a run in which the
+//! transfer buffer overflows (`Flow::refused` above 0), the order of atomic additions decides who finds it full and stays.
+//! Then particles are still conserved, but the bits are not the same in every run.
 //!
 //! **Invariant:** no particle is lost or doubled, and every one counts once a step on an owned or a gutter texel
 //! ([`sim::Snapshot::validate`]).

@@ -335,7 +335,8 @@ pub struct Counters {
     /// Particles under way from one object to another.
     #[serde(default)]
     pub in_flight: u64,
-    /// Particles that found the transfer buffer full and stayed on their object.
+    /// Particles that found the transfer buffer full and stayed on their object. Above 0 the state is not the same in
+    /// every run: the order of atomic additions decides who finds it full.
     #[serde(default)]
     pub transfer_overflow: u64,
     /// The transfer buffer size that would have done so far.
@@ -394,7 +395,8 @@ impl Counters {
         } = *self;
         (transfer_overflow > 0).then(|| {
             format!(
-                "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object; \
+                "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object, \
+                 not the same ones in every run; \
                  raise transfer.buffer_size from {} to {}",
                 told(transfer_overflow),
                 grouped(buffer_size.into()),

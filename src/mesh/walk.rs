@@ -1,7 +1,8 @@
 //! Straight walks on the surface in double precision: straight in each triangle, unfolded across each edge.
 //!
-//! This is the reference that the kernels are measured against, and what seams are laid out by. The form that the
-//! simulation runs is `shaders/include/walk.glsl`, with its float32 twin in `sim::twin::walk`.
+//! This is the reference that the kernels are measured against, and what seams are laid out by. Kernels walk in float32, in
+//! two forms: particles and sensors by `shaders/include/strip.glsl` (twin `sim::twin::strip`), transfers, folding
+//! and queries by `shaders/include/walk.glsl` (twin `sim::twin::walk`).
 
 use glam::{DVec2, DVec3};
 

@@ -189,8 +189,8 @@ pub struct Flow {
     /// be under way, so once some were refused it is all that were selected in a step, if that is more: every transfer
     /// arrives before its object has its next turn.
     pub most_wanted: u32,
-    /// Particles that stayed because the lists were full, in all turns so far. Like all that follow, it is not counted
-    /// beyond the largest number.
+    /// Particles that stayed because the lists were full, in all turns so far. Who they are is not the same in every run,
+    /// so above 0 neither are the bits. Like all that follow, it is not counted beyond the largest number.
     pub refused: u32,
     /// Particles that were selected so far, the refused ones among them.
     pub selected: u32,
