@@ -48,7 +48,20 @@ struct Table {
     steps: u32,
     /// `KEY=VALUE`, before those of the strip.
     set: Vec<String>,
+    /// Before that, but for scenes whose own look is shown.
+    plain: Vec<String>,
+    own_looks: Vec<String>,
     strip: Vec<Strip>,
+}
+
+impl Table {
+    fn plain_on(&self, scene: &String) -> &[String] {
+        if self.own_looks.contains(scene) {
+            &[]
+        } else {
+            &self.plain
+        }
+    }
 }
 
 /// One parameter at several values.
@@ -154,13 +167,14 @@ struct Artist {
 
 impl Artist {
     fn picture(&mut self, table: &Table, strip: &Strip, value: &str) -> Result<RgbImage> {
+        let name = strip.scene.as_ref().unwrap_or(&table.scene);
+        let everywhere = table.plain_on(name).iter().chain(&table.set);
         let overrides = Overrides {
-            set: (table.set.iter().chain(&strip.set).cloned())
+            set: (everywhere.chain(&strip.set).cloned())
                 .chain([format!("{}={value}", strip.key)])
                 .collect(),
             ..Overrides::default()
         };
-        let name = strip.scene.as_ref().unwrap_or(&table.scene);
         let scene = Scene::load(Path::new(name), &overrides)?;
         let steps = strip.steps.unwrap_or(table.steps);
         let mut drawn = self.drawn.iter();

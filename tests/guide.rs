@@ -178,7 +178,12 @@ fn every_strip_sets_what_there_is() {
     for strip in table["strip"].as_array().expect("it has strips") {
         let strip = strip.as_table().expect("a strip is a table");
         let scene = word(strip.get("scene").unwrap_or(&table["scene"]));
-        let set = [list(&table, "set"), list(strip, "set")].concat();
+        let set = [
+            list(&table, "plain"),
+            list(&table, "set"),
+            list(strip, "set"),
+        ]
+        .concat();
         let values = list(strip, "values");
         assert!(values.len() > 1, "{strip}");
         for value in values {

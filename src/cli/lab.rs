@@ -14,14 +14,11 @@ use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
 use crate::lab::{self, LabOptions, LeftScenes, Opened, Preferences};
 
-/// Of what opens where no scene is named: trails as they are by themselves draw together to a few lines within a minute.
-const FIRST_LOOK: &str = "cells";
-
 /// Open a window: look, play, turn parameters
 #[derive(Clone, Debug, Default, Args)]
 #[command(after_help = "\
 Examples:
-  myxo lab                              the scene torus with the look cells
+  myxo lab                              the scene torus
   myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000
   myxo lab --resume fish_000001.ckpt    goes on where the file was written")]
@@ -89,14 +86,8 @@ impl Lab {
     }
 
     fn load(&self) -> Result<Scene> {
-        let mut overrides = self.changes.overrides();
-        let scene = self.scene.clone().unwrap_or_else(|| {
-            overrides
-                .preset
-                .get_or_insert_with(|| FIRST_LOOK.to_owned());
-            DEFAULT_SCENE.into()
-        });
-        let mut loaded = Scene::load(&scene, &overrides)?;
+        let scene = self.scene.clone().unwrap_or_else(|| DEFAULT_SCENE.into());
+        let mut loaded = Scene::load(&scene, &self.changes.overrides())?;
         if let Some(name) = LeftScenes::name_of(&scene) {
             loaded.name = name;
         }

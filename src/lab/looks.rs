@@ -37,12 +37,20 @@ impl Interface {
         names.chain(own.map(|own| own.name.clone())).collect()
     }
 
+    /// What is edited, with the colours that the picture has.
+    fn look(&self) -> Settings {
+        let mut look = self.edited.clone();
+        look.picture.color_map = self.view.color_map;
+        look
+    }
+
     /// Finds the preset whose look the scene has, if there is one.
     pub(super) fn find_preset(&mut self) {
+        let look = self.look();
         let is_taken = |name: &String| {
             let text = self.preset_text(name);
-            let with = text.map(|text| with_preset(&self.edited, name, &text));
-            with.is_some_and(|with| with.is_ok_and(|with| with == self.edited))
+            let with = text.map(|text| with_preset(&look, name, &text));
+            with.is_some_and(|with| with.is_ok_and(|with| with == look))
         };
         self.preset = self.preset_names().into_iter().find(is_taken);
     }
@@ -70,7 +78,7 @@ impl Interface {
         text: &str,
         commands: &mut Vec<Command>,
     ) -> bool {
-        match with_preset(&self.edited, name, text) {
+        match with_preset(&self.look(), name, text) {
             Ok(to) => {
                 self.preset = Some(name.to_owned());
                 self.change_look(ctx, to, commands);
@@ -88,20 +96,23 @@ impl Interface {
 
     /// Is something different from what the preset says?
     pub(super) fn is_changed_from(&self, name: &str) -> bool {
-        let with = |text: String| with_preset(&self.edited, name, &text).ok();
+        let look = self.look();
+        let with = |text: String| with_preset(&look, name, &text).ok();
         let with = self.preset_text(name).and_then(with);
-        self.morph.is_none() && with.is_some_and(|with| with != self.edited)
+        self.morph.is_none() && with.is_some_and(|with| with != look)
     }
 
     /// A look that nobody has thought of.
     pub(super) fn by_chance(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         let seed = ctx.input(|i| i.time).to_bits();
         self.preset = None;
-        let to = by_chance(&self.edited, seed);
+        let to = by_chance(&self.look(), seed);
         self.change_look(ctx, to, commands);
     }
 
-    fn change_look(&mut self, ctx: &egui::Context, to: Settings, commands: &mut Vec<Command>) {
+    fn change_look(&mut self, ctx: &egui::Context, mut to: Settings, commands: &mut Vec<Command>) {
+        self.view.color_map = to.picture.color_map;
+        to.picture.color_map = self.edited.picture.color_map;
         if self.morph_seconds > 0.0 {
             let now = ctx.input(|i| i.time);
             self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
@@ -133,7 +144,7 @@ impl Interface {
 
     /// The look as it is edited, as the text of a preset.
     fn look_text(&self, scene: &str) -> String {
-        presets::to_toml(&self.edited, &format!("A look of one's own, from {scene}."))
+        presets::to_toml(&self.look(), &format!("A look of one's own, from {scene}."))
     }
 }
 

@@ -5,7 +5,7 @@ use myxo::scene::SceneError;
 use myxo::scene::file::Reader;
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Scale, find};
 use myxo::scene::presets::is_look;
-use myxo::scene::settings::Settings;
+use myxo::scene::settings::{ColorMap, Settings};
 
 /// A look that changes into another.
 #[derive(Clone, Debug)]
@@ -113,8 +113,12 @@ const BY_CHANCE: &[(&str, f64, f64)] = &[
     ("trail.decay", 0.82, 0.975),
 ];
 
-/// How often chance lets particles avoid a crowd or seek a density.
+/// How often chance lets particles avoid a crowd, and how often it lets them seek a density: without one most looks come to
+/// a few lines.
 const SELDOM: f64 = 0.3;
+const OFTEN: f64 = 0.75;
+/// Particles per texel that such looks are meant for.
+const REFERENCE_DENSITY: f64 = 0.54;
 
 /// A look made up by chance; the same seed makes the same.
 pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
@@ -133,23 +137,35 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
             (number.set)(&mut settings, value);
         }
     };
+    let mut decay = 0.0;
     for &(key, low, high) in BY_CHANCE {
-        set(key, low * (high / low).powf(chance()));
+        let value = low * (high / low).powf(chance());
+        set(key, value);
+        if key == "trail.decay" {
+            decay = value;
+        }
     }
-    let sometimes = [chance(), chance()].map(|chance| chance < SELDOM);
-    let [crowd, favourite] = [chance(), chance()];
-    let sometimes = sometimes.map(f64::from);
-    set("physarum.decrowding_weight", sometimes[0] * crowd);
+    let crowds = f64::from(chance() < SELDOM);
+    let favours = f64::from(chance() < OFTEN);
+    set("physarum.decrowding_weight", crowds * chance());
+    set("physarum.reference_density", REFERENCE_DENSITY);
+    // Around the trail's mean, which is that much where the reference density is.
+    let mean = REFERENCE_DENSITY * decay / (1.0 - decay);
     set(
         "physarum.favourite_density",
-        sometimes[1] * (4.0 + 26.0 * favourite),
+        favours * mean * (1.2 + 2.3 * chance()),
     );
+    let colours = ColorMap::ALL;
+    settings.picture.color_map =
+        colours[(chance() * colours.len() as f64) as usize % colours.len()];
     settings
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashSet;
+
     use myxo::scene::builtin::{Builtin, PRESETS};
     use myxo::scene::parameters::out_of_range;
 
@@ -243,7 +259,11 @@ mod tests {
             }
             seeking += usize::from(made.physarum.favourite_density > 0.0);
         }
-        assert!((30..90).contains(&seeking), "{seeking}");
+        assert!((120..180).contains(&seeking), "{seeking}");
+        let colours: HashSet<&str> = (0..200)
+            .map(|seed| by_chance(&settings, seed).picture.color_map.word())
+            .collect();
+        assert_eq!(colours.len(), ColorMap::ALL.len());
         assert_ne!(by_chance(&settings, 1), by_chance(&settings, 2));
     }
 }

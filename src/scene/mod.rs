@@ -29,6 +29,9 @@ pub use settings::Settings;
 use file::{Problem, Reader};
 use settings::ObjectSettings;
 
+/// The look of a bare model.
+const MODELS_PRESET: &str = "network";
+
 /// What the command line changes about a scene, in the order in which it is applied.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
@@ -63,7 +66,7 @@ pub struct Scene {
 
 impl Scene {
     /// Loads a scene: the name of a built-in, a TOML file, or a bare model (`.obj`, `.glb`, `.gltf` or
-    /// `builtin:MESH`), which makes a scene of one object.
+    /// `builtin:MESH`), which makes a scene of one object with the look of the preset `network`.
     ///
     /// # Errors
     /// When nothing has that name, a file cannot be read, a key is unknown, a value is not allowed (all of them in one
@@ -101,6 +104,10 @@ impl Scene {
                     mesh,
                     ..ObjectSettings::default()
                 }];
+                // By the plain defaults a network is gone after some hundred steps.
+                if let Some(preset) = builtin::preset(MODELS_PRESET) {
+                    reader.preset("", preset.text);
+                }
                 name
             }
             Source::File => {

@@ -83,8 +83,8 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     let mut harness = Harness::new();
     let first = &myxo::scene::builtin::PRESETS[0];
     let second = &myxo::scene::builtin::PRESETS[1];
-    // The scene has the look of the first one: before it comes the last one, and behind that the first again.
-    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
+    // The scene has the look of none: before comes the last one, and behind that the first.
+    assert_eq!(harness.interface.preset, None);
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
     let last = myxo::scene::builtin::PRESETS.last().map(|last| last.name);
     assert_eq!(harness.interface.preset.as_deref(), last);
@@ -92,8 +92,14 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
     harness.interface.morph_seconds = 1.0;
     let to = presets::with_preset(&harness.interface.edited, second.name, second.text);
-    let to = to.expect("it is right");
+    let mut to = to.expect("it is right");
+    // Colours are the picture's, and come at once.
+    let colours = std::mem::replace(
+        &mut to.picture.color_map,
+        harness.interface.edited.picture.color_map,
+    );
     harness.press(Key::CloseBracket);
+    assert_eq!(harness.interface.view.color_map, colours);
     assert_ne!(harness.interface.edited, to, "on the way");
     harness.time += 0.5;
     assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
