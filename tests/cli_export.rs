@@ -2,8 +2,6 @@
 
 mod program;
 
-use std::process::Command;
-
 use program::{Folder, TINY, done, failed, no_device, path, refused, report, short_render, text};
 
 const ENDINGS: [&str; 4] = ["glb", "ply", "npz", "toml"];
@@ -121,19 +119,13 @@ fn a_full_disk_leaves_what_is_whole() {
         return;
     }
     let folder = Folder::new();
-    // Blocks of 512 bytes, as `sh` counts them: files end at 32 KiB.
-    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
     folder.with("x.npz", "old");
     let mut arguments = [&["export"], &TINY[..], &["--steps", "2"]].concat();
     let files = ENDINGS.map(|ending| folder.file(format!("x.{ending}")));
     files
         .iter()
         .for_each(|file| arguments.extend(["--out", path(file)]));
-    let output = Command::new("sh")
-        .args(["-c", limited, "sh", env!("CARGO_BIN_EXE_myxo")])
-        .args(arguments)
-        .output()
-        .expect("there is a shell");
+    let output = program::with_files_up_to(64, &arguments);
     let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{messages}");
     let says = format!("myxo: cannot write {}: ", path(&folder.file("x.npz")));

@@ -75,7 +75,7 @@ impl ExportCommand {
         session.progress.finish();
         let (completed, ending, written) = ran?;
 
-        let all = written.len() == self.out.len();
+        let all = written.len() == self.out.len() && !ending.lacks_checkpoint;
         console::message(&format!(
             "{} at step {}: state hash {:016x}",
             session.scene.name,

@@ -222,7 +222,9 @@ impl Profile {
             sink.write(trace)?;
             console::message(&format!("{}: {agreement}", path.display()));
         }
-        Ok(if interrupted {
+        Ok(if ending.lacks_checkpoint {
+            Outcome::Failed
+        } else if interrupted {
             Outcome::Interrupted
         } else {
             Outcome::Done

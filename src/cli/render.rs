@@ -113,7 +113,7 @@ impl Render {
         if let Some(sink) = report_sink {
             sink.write(report.to_json())?;
         }
-        Ok(if outputs.failed() {
+        Ok(if outputs.failed() || ending.lacks_checkpoint {
             Outcome::Failed
         } else if interrupted {
             Outcome::Interrupted

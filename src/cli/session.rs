@@ -68,6 +68,8 @@ pub struct Ending {
     pub wall: Duration,
     /// Steps that this session did.
     pub steps: u64,
+    /// Could the checkpoint not be written? Why has been told.
+    pub lacks_checkpoint: bool,
 }
 
 impl Session {
@@ -257,7 +259,8 @@ impl Session {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
-    /// Waits for the last step, checks and keeps the state.
+    /// Waits for the last step, checks and keeps the state. A checkpoint that cannot be written is told of and takes
+    /// nothing else with it.
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
@@ -269,20 +272,27 @@ impl Session {
         if let Some(warning) = counters.overflow(settings.transfer.buffer_size) {
             self.progress.say(&format!("warning: {warning}"));
         }
+        let mut lacks_checkpoint = false;
         if let Some(path) = &self.options.state.checkpoint {
             let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
-            checkpoint.write(path)?;
+            let text = match checkpoint.write(path) {
+                Ok(()) => {
+                    let step = checkpoint.snapshot.step;
+                    format!("checkpoint at step {step}: {}", path.display())
+                }
+                Err(error) => {
+                    lacks_checkpoint = true;
+                    format!("myxo: {error}")
+                }
+            };
+            self.progress.say(&text);
             snapshot = checkpoint.snapshot;
-            self.progress.say(&format!(
-                "checkpoint at step {}: {}",
-                snapshot.step,
-                path.display()
-            ));
         }
         Ok(Ending {
             steps: self.simulation.step() - self.first_step,
             snapshot,
             wall,
+            lacks_checkpoint,
         })
     }
 
