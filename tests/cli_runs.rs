@@ -73,6 +73,11 @@ fn same_scene_and_seed_same_hash() {
     for part in ["from step 4 on", "seed       differs   7 -> 8", "advance"] {
         assert!(differs.contains(part), "{part} in {differs}");
     }
+    assert!(!differs.contains("settings "), "{differs}");
+    let (_, differs) = compare("set");
+    let key = "settings   differ    trail.decay = 0.5, which was 0.95\n";
+    assert!(differs.contains(key), "{differs}");
+    assert_eq!(differs.matches("settings ").count(), 1, "{differs}");
 }
 
 #[test]
@@ -96,6 +101,8 @@ fn report_tells_everything_about_a_run() {
         );
     }
     assert_eq!(report["scene"], "cube");
+    assert_eq!(report["settings"]["particles"]["count"], 2000);
+    assert_eq!(report["settings"]["object"][0]["mesh"], "builtin:cube");
     assert_eq!(report["steps"], 5);
     assert_eq!(report["particles"], 2000);
     assert_eq!(report["atlas_size"], 64);

@@ -9,7 +9,7 @@ use myxo::Result;
 use super::report::Report;
 use super::{Outcome, console, ratios};
 
-/// Compare the reports of two runs: states and times
+/// Compare the reports of two runs: states, settings and times
 ///
 /// Exits 0 where the state hashes are equal, 1 where they differ, 2 where a report cannot be read.
 #[derive(Clone, Debug, Args)]

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use super::report::{KernelTime, Report, Times};
+use super::settings;
 
 /// A ratio of medians, and where it lies with the confidence that the medians' own intervals have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,11 +70,22 @@ pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)
         .collect()
 }
 
-/// The differences as lines.
+/// The differences as lines: of the set-up, then keys of the scene.
 pub fn differences_text(a: &Report, b: &Report) -> String {
     let mut text = String::new();
     for (what, a, b) in differences(a, b) {
         let _ = writeln!(text, "{what:<10} differs   {a} -> {b}");
+    }
+    match (a.settings.is_null(), b.settings.is_null()) {
+        (false, false) => {
+            for line in settings::differences(&a.settings, &b.settings) {
+                let _ = writeln!(text, "settings   differ    {line}");
+            }
+        }
+        // Programs wrote reports without them.
+        (true, true) => {}
+        (true, false) => text.push_str("settings   unknown   the first report has none\n"),
+        (false, true) => text.push_str("settings   unknown   the second report has none\n"),
     }
     text
 }

@@ -13,6 +13,7 @@ use myxo::sim::transfers::told;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::host::{self, HostLoad};
 
@@ -30,6 +31,10 @@ pub struct Report {
     pub scene: String,
     /// The seed.
     pub seed: u64,
+    /// Every key of the scene as it was run, as a scene file has them: `settings["physarum"]["speed"]`. `null` in reports
+    /// of programs that did not write it.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub settings: Value,
     /// Steps that were run, fewer than asked for when interrupted.
     pub steps: u64,
     /// Particles of all objects together.
@@ -442,7 +447,7 @@ impl Report {
                 source,
             })?;
         serde_json::from_slice(&text).map_err(|error| {
-            let is_of_two = serde_json::from_slice::<serde_json::Value>(&text)
+            let is_of_two = serde_json::from_slice::<Value>(&text)
                 .is_ok_and(|json| json["first"].is_object() && json["second"].is_object());
             if is_of_two {
                 return Error::Invalid(format!(
@@ -495,7 +500,7 @@ mod tests {
             serde_json::from_str::<Report>(&text).expect("it is JSON"),
             report
         );
-        let value: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+        let value: Value = serde_json::from_str(&text).expect("it is JSON");
         for key in [
             "device",
             "driver",

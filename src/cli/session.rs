@@ -19,7 +19,7 @@ use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, Counters, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
-use super::times;
+use super::{settings, times};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
@@ -330,6 +330,7 @@ impl Session {
             driver: format!("{} {}", info.driver, info.driver_version),
             scene: self.scene.name.clone(),
             seed: self.scene.settings.seed,
+            settings: settings::of(&self.scene),
             steps: ending.steps,
             particles: setup.particles.len() as u64,
             atlas_size: setup.atlas.size,
