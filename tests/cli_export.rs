@@ -38,7 +38,24 @@ fn a_run_and_its_checkpoint_export_the_same() {
             .map(|file| std::fs::read(file).expect("it is there"))
             .collect()
     };
-    let first = run("a", &["--steps", "15", "--checkpoint", path(&state)]);
+    let json = folder.file("a.json");
+    let kept = ["--checkpoint", path(&state), "--report", path(&json)];
+    let first = run("a", &[&["--steps", "15"], &kept[..]].concat());
+    let told = report(&json);
+    assert_eq!(
+        (&told["steps"], &told["interrupted"]),
+        (&15.into(), &false.into())
+    );
+    let hash = told["state_hash"].as_str().expect("there is a hash");
+    let utf32: Vec<u8> = hash
+        .chars()
+        .flat_map(|c| u32::from(c).to_le_bytes())
+        .collect();
+    let is_hash = |bytes: &[u8]| bytes == utf32;
+    assert!(
+        first[2].windows(utf32.len()).any(is_hash),
+        "it is in the .npz"
+    );
     assert!(first[0].starts_with(b"glTF\x02\0\0\0") && first[1].starts_with(b"ply\n"));
     assert!(first[2].starts_with(b"PK") && first[3].starts_with(b"# cube, as it was at step 15"));
     assert_eq!(run("b", &["--steps", "0", "--resume", path(&state)]), first);

@@ -153,10 +153,7 @@ impl Render {
         while done < self.steps && !interrupt::requested() {
             session.step()?;
             done += 1;
-            if done == 1 && self.steps > 1 {
-                // The first step compiles kernels, which is no part of what a step takes.
-                session.forget_times()?;
-            }
+            session.forget_first(self.steps)?;
             if done.is_multiple_of(self.every) && outputs.want_every_frame() {
                 let picture = camera.take(session)?;
                 outputs.frame(&picture, &session.progress);

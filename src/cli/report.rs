@@ -49,7 +49,7 @@ pub struct Report {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<StateHash>,
     /// GPU time of a step, between timestamps at its beginning and end: the mean of those that were measured. `render`
-    /// leaves out the first one, which compiles kernels, and keeps the last 4,096.
+    /// and `export` leave out the first one, which compiles kernels, and keep the last 4,096.
     pub gpu_ms_per_step: Option<f64>,
     /// The same with its spread.
     #[serde(default)]
@@ -457,7 +457,7 @@ impl Report {
                 ));
             }
             Error::Invalid(format!(
-                "{}: not a report of `myxo render` or `myxo profile`: {error}",
+                "{}: not a report of `myxo render`, `export` or `profile`: {error}",
                 path.display()
             ))
         })

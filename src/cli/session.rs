@@ -241,6 +241,14 @@ impl Session {
         Ok(())
     }
 
+    /// Forgets the first of several steps: it compiles kernels, which is no part of what a step takes.
+    pub fn forget_first(&mut self, of_steps: u32) -> Result<()> {
+        if self.simulation.step() - self.first_step == 1 && of_steps > 1 {
+            self.forget_times()?;
+        }
+        Ok(())
+    }
+
     /// The kernels of a step, each once, in order.
     pub fn kernels(&self) -> &[(String, u32)] {
         &self.kernels

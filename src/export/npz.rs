@@ -10,6 +10,7 @@
 //! | `time` | `f8` | | seconds of the objects' motion |
 //! | `scene_radius` | `f8` | | world units |
 //! | `scene_name`, `scene_toml` | `U` | | |
+//! | `version`, `commit`, `device`, `driver`, `state_hash` | `U` | | as reports have them |
 //! | `particle_position` | `f4` | N, 3 | world units |
 //! | `particle_heading` | `f4` | N, 3 | unit vectors, world |
 //! | `particle_object` | `i4` | N | object |
@@ -76,6 +77,16 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     archive.scalar("scene_radius", f64::from(export.scene.radius))?;
     archive.texts("scene_name", &[], &[export.scene.name.as_str()])?;
     archive.texts("scene_toml", &[], &[export.scene_file().as_str()])?;
+    let state_hash = format!("{:016x}", export.snapshot.hash());
+    for (name, text) in [
+        ("version", env!("CARGO_PKG_VERSION")),
+        ("commit", option_env!("MYXO_COMMIT").unwrap_or_default()),
+        ("device", &export.device),
+        ("driver", &export.driver),
+        ("state_hash", &state_hash),
+    ] {
+        archive.texts(name, &[], &[text])?;
+    }
     write_particles(export, &mut archive)?;
     write_texels(export, &mut archive)?;
     write_foods(export, &mut archive)?;
