@@ -74,6 +74,9 @@ fn same_scene_and_seed_same_hash() {
         assert!(differs.contains(part), "{part} in {differs}");
     }
     assert!(!differs.contains("settings "), "{differs}");
+    let doubts = differs.contains("note: one run each: ");
+    let is_timed = a["gpu_ms_per_step"].is_number();
+    assert_eq!(doubts, is_timed, "{differs}");
     let (_, differs) = compare("set");
     let key = "settings   differ    trail.decay = 0.5, which was 0.95\n";
     assert!(differs.contains(key), "{differs}");
@@ -119,6 +122,11 @@ fn report_tells_everything_about_a_run() {
     );
     assert!(report["wall_ms_per_step"].as_f64() > Some(0.0));
     assert_eq!(report["load_average"].as_array().map(Vec::len), Some(3));
+    assert!(
+        report["host_load"]["is_busy"].is_boolean(),
+        "{}",
+        report["host_load"]
+    );
     // A checkout knows its commit; what was unpacked from an archive does not.
     let commit = report.get("commit").expect("the key is there");
     assert_eq!(

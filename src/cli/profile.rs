@@ -2,7 +2,6 @@
 
 mod turns;
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -299,45 +298,14 @@ fn comparison(a: &Report, b: &Report) -> Result<String> {
         )));
     }
     for (which, report) in [("first", a), ("second", b)] {
-        let is_timed = |kernel: &super::report::KernelTime| kernel.time.mean_ms.is_some();
-        if !report.kernels.iter().any(is_timed) {
+        if !report.has_kernel_times() {
             return Err(Error::Invalid(format!(
                 "the {which} report has no times of kernels, which are what is compared: measure it on a device \
                  with timestamps, for at least a step"
             )));
         }
     }
-    let mut text = ratios::differences_text(a, b);
-    for (which, report) in [("first", a), ("second", b)] {
-        let doubts = [
-            (report.validation).then(|| "the validation layers were on".to_owned()),
-            report.host_load.and_then(|load| load.warning()),
-            report
-                .interrupted
-                .then(|| "the measurement was interrupted".to_owned()),
-        ];
-        for doubt in doubts.into_iter().flatten() {
-            let _ = writeln!(text, "warning: {which}: {doubt}");
-        }
-    }
-    let has_other_work = ratios::differences(a, b)
-        .iter()
-        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
-    if has_other_work {
-        text.push_str(
-            "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
-        );
-    }
-    if a.steps.min(b.steps) < 6 {
-        text.push_str(
-            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
-        );
-    }
-    if a.repetitions.is_empty() || b.repetitions.is_empty() {
-        text.push_str(
-            "note: one run each: intervals leave out what changes from run to run; --repeat takes it in\n",
-        );
-    }
+    let mut text = ratios::differences_text(a, b) + &ratios::doubts_text(a, b);
     if !text.is_empty() {
         text.push('\n');
     }

@@ -90,6 +90,42 @@ pub fn differences_text(a: &Report, b: &Report) -> String {
     text
 }
 
+/// What makes the ratios of two reports' times doubtful, as lines.
+pub fn doubts_text(a: &Report, b: &Report) -> String {
+    let mut text = String::new();
+    for (which, report) in [("first", a), ("second", b)] {
+        let doubts = [
+            (report.validation).then(|| "the validation layers were on".to_owned()),
+            report.host_load.and_then(|load| load.warning()),
+            report
+                .interrupted
+                .then(|| "the measurement was interrupted".to_owned()),
+        ];
+        for doubt in doubts.into_iter().flatten() {
+            let _ = writeln!(text, "warning: {which}: {doubt}");
+        }
+    }
+    let has_other_work = differences(a, b)
+        .iter()
+        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
+    if has_other_work {
+        text.push_str(
+            "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
+        );
+    }
+    if a.steps.min(b.steps) < 6 {
+        text.push_str(
+            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
+        );
+    }
+    if a.repetitions.is_empty() || b.repetitions.is_empty() {
+        text.push_str(
+            "note: one run each: intervals leave out what changes from run to run; `myxo profile --repeat` takes it in\n",
+        );
+    }
+    text
+}
+
 /// The times of both: medians and their ratio where both have them, else means.
 pub fn table(a: &Report, b: &Report) -> String {
     let mut text = String::new();

@@ -423,6 +423,13 @@ impl Report {
         self.repetitions = repetitions;
     }
 
+    /// Was any kernel timed?
+    #[must_use]
+    pub fn has_kernel_times(&self) -> bool {
+        let mut kernels = self.kernels.iter();
+        kernels.any(|kernel| kernel.time.mean_ms.is_some())
+    }
+
     /// A report with what is known about the program and the host, all else empty.
     #[must_use]
     pub fn of_this_host() -> Self {

@@ -14,6 +14,7 @@ use myxo::sim::{Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
+use super::host::Watch;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
@@ -51,6 +52,8 @@ pub struct Session {
     bandwidth: Option<Bandwidth>,
     /// While it is measured: what the host has taken for each frame, milliseconds, to record it and to submit it.
     host_ms: Option<Vec<[f64; 2]>>,
+    /// Who else uses the host while times are taken.
+    watch: Watch,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -87,6 +90,7 @@ impl Session {
         options: &CommonOptions,
         steps: u64,
     ) -> Result<Self> {
+        let mut watch = Watch::new();
         let oddities: BTreeSet<String> = scene
             .meshes
             .iter()
@@ -126,6 +130,7 @@ impl Session {
         }
         let mut frames = Frames::new(ctx, FRAMES_IN_FLIGHT)?;
         let kernels = counted(simulation.kernels(&mut frames.begin()?));
+        watch.begin();
         Ok(Self {
             frames,
             kernels,
@@ -141,6 +146,7 @@ impl Session {
             started: Instant::now(),
             trace: None,
             host_ms: None,
+            watch,
         })
     }
 
@@ -238,6 +244,7 @@ impl Session {
     pub fn forget_times(&mut self) -> Result<()> {
         self.frames.wait_idle()?;
         self.frames.timings_mut().clear();
+        self.watch.begin();
         Ok(())
     }
 
@@ -272,6 +279,7 @@ impl Session {
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
+        self.watch.end();
         self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
@@ -364,6 +372,7 @@ impl Session {
             ),
             validation: self.options.device.validate,
             interrupted,
+            host_load: Some(self.watch.load()),
             ..Report::of_this_host()
         }
     }
