@@ -59,6 +59,26 @@ fn a_run_and_its_checkpoint_export_the_same() {
     assert!(first[0].starts_with(b"glTF\x02\0\0\0") && first[1].starts_with(b"ply\n"));
     assert!(first[2].starts_with(b"PK") && first[3].starts_with(b"# cube, as it was at step 15"));
     assert_eq!(run("b", &["--steps", "0", "--resume", path(&state)]), first);
+    // Its settings come with it, under what is set over them.
+    let own = |set: &[&str]| {
+        let [scene, again] = ["own.toml", "own.json"].map(|name| folder.file(name));
+        let run = ["export", "--steps", "0", "--resume", path(&state)];
+        let files = ["--out", path(&scene), "--report", path(&again)];
+        let messages = done(&[&run[..], &files, set].concat());
+        (report(&again), messages)
+    };
+    let (resumed, messages) = own(&[]);
+    assert_eq!(resumed["settings"], told["settings"]);
+    assert_eq!(resumed["state_hash"], told["state_hash"]);
+    assert!(messages.contains("going on from step 15\n"), "{messages}");
+    let (resumed, messages) = own(&["--set", "trail.decay=0.5"]);
+    assert_eq!(resumed["settings"]["trail"]["decay"], 0.5);
+    let says = "going on from step 15; trail.decay = 0.5, which was 0.95\n";
+    assert!(messages.contains(says), "{messages}");
+    let picture = folder.file("x.png");
+    let resume = ["--resume", path(&state), "--out", path(&picture)];
+    let message = failed(&[&["render", "--seed", "8"], &resume[..]].concat());
+    assert!(message.contains("seed = 8, which was 7"), "{message}");
 
     // The model is a scene again, and so is the scene file.
     for name in ["a.glb", "a.toml"] {

@@ -27,11 +27,12 @@ Examples:
   myxo export torus --steps 400 --out torus.glb
   myxo export trio --steps 900 --out trio.npz --out trio.ply --report trio.json
   myxo export suzanne --preset cells --steps 600 --colors vertex --out head.glb
-  myxo export torus --resume torus.ckpt --steps 0 --out torus.npz"
+  myxo export --resume torus.ckpt --steps 0 --out torus.npz"
 )]
 pub struct ExportCommand {
-    /// A built-in name, a .toml file or a model
-    scene: PathBuf,
+    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    #[arg(required_unless_present = "resume")]
+    scene: Option<PathBuf>,
     /// How many steps to run; 0 takes the start, or what --resume names, as it is
     #[arg(long, value_name = "N", default_value_t = 400)]
     steps: u32,
@@ -67,7 +68,7 @@ impl ExportCommand {
             .iter()
             .map(|path| ExportFile::create(path))
             .collect::<Result<_>>()?;
-        let scene = self.common.load(&self.scene)?;
+        let scene = self.common.load(self.scene.as_deref())?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         interrupt::install()?;
 

@@ -37,8 +37,8 @@ Examples:
                                                 what a setting costs, steps in turn
   myxo profile torus --against cube             the same for another scene")]
 pub struct Profile {
-    /// A built-in name, a .toml file or a model
-    #[arg(required_unless_present = "compare")]
+    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    #[arg(required_unless_present_any = ["compare", "resume"])]
     scene: Option<PathBuf>,
     /// Prints the ratios of the second report's times to the first one's, each with the interval in which it lies with 95 %
     /// confidence, and says what makes them doubtful. With --repeat the spread from run to run counts, too
@@ -97,9 +97,7 @@ impl Profile {
         }
         let files = self.report.iter().chain(&self.trace);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
-        let scene = self
-            .common
-            .load(self.scene.as_deref().unwrap_or("".as_ref()))?;
+        let scene = self.common.load(self.scene.as_deref())?;
         let other = (!self.against.is_empty())
             .then(|| turns::other(self, self.scene.as_deref().unwrap_or("".as_ref())))
             .transpose()?;
