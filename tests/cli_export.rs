@@ -168,6 +168,7 @@ fn a_full_disk_leaves_what_is_whole() {
     let says = format!("myxo: cannot write {}: ", path(&folder.file("x.npz")));
     assert_eq!(messages.matches(&says).count(), 1, "{messages}");
     assert!(messages.contains("free some space"), "{messages}");
+    assert!(!messages.contains("ZipWriter"), "{messages}");
     assert_eq!(folder.names(), ["x.glb", "x.npz", "x.ply", "x.toml"]);
     let old = std::fs::read(folder.file("x.npz")).expect("it is there");
     assert_eq!(old, b"old");

@@ -68,6 +68,7 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     let out = UntilFailed {
         out,
         has_failed: false,
+        at: 0,
     };
     let mut archive = Archive(ZipWriter::new(out));
     archive.scalar("layout_version", LAYOUT_VERSION)?;
@@ -100,6 +101,8 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
 struct UntilFailed<W> {
     out: W,
     has_failed: bool,
+    /// Where the next byte comes, as far as is known.
+    at: u64,
 }
 
 impl<W: Write> Write for UntilFailed<W> {
@@ -109,6 +112,7 @@ impl<W: Write> Write for UntilFailed<W> {
         }
         let written = self.out.write(bytes);
         self.has_failed = written.is_err();
+        self.at += *written.as_ref().unwrap_or(&0) as u64;
         written
     }
 
@@ -116,16 +120,22 @@ impl<W: Write> Write for UntilFailed<W> {
         if self.has_failed {
             return Ok(());
         }
-        self.out.flush()
+        let flushed = self.out.flush();
+        self.has_failed = flushed.is_err();
+        flushed
     }
 }
 
 impl<W: Seek> Seek for UntilFailed<W> {
     fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
         if self.has_failed {
-            return Ok(0);
+            return Ok(self.at);
         }
-        self.out.seek(to)
+        // What lies in between may write what it has gathered, and fail with that.
+        let sought = self.out.seek(to);
+        self.has_failed = sought.is_err();
+        self.at = *sought.as_ref().unwrap_or(&self.at);
+        sought
     }
 }
 
