@@ -63,6 +63,8 @@ def check(data):
     if with_food:
         check_food(data, corners)
     print(f"checked: {len(triangle)} particles, {owned.sum()} texels with a surface")
+    print(f"made by: myxo {data['version']} (commit {data['commit'] or 'unknown'}) on {data['device']}, "
+          f"state hash {data['state_hash']}")
 
 
 def check_food(data, corners):

@@ -2,8 +2,6 @@
 
 mod program;
 
-use std::process::Command;
-
 use program::{Folder, TINY, done, failed, no_device, path, refused, report, short_render, text};
 
 const ENDINGS: [&str; 4] = ["glb", "ply", "npz", "toml"];
@@ -40,10 +38,47 @@ fn a_run_and_its_checkpoint_export_the_same() {
             .map(|file| std::fs::read(file).expect("it is there"))
             .collect()
     };
-    let first = run("a", &["--steps", "15", "--checkpoint", path(&state)]);
+    let json = folder.file("a.json");
+    let kept = ["--checkpoint", path(&state), "--report", path(&json)];
+    let first = run("a", &[&["--steps", "15"], &kept[..]].concat());
+    let told = report(&json);
+    assert_eq!(
+        (&told["steps"], &told["interrupted"]),
+        (&15.into(), &false.into())
+    );
+    let hash = told["state_hash"].as_str().expect("there is a hash");
+    let utf32: Vec<u8> = hash
+        .chars()
+        .flat_map(|c| u32::from(c).to_le_bytes())
+        .collect();
+    let is_hash = |bytes: &[u8]| bytes == utf32;
+    assert!(
+        first[2].windows(utf32.len()).any(is_hash),
+        "it is in the .npz"
+    );
     assert!(first[0].starts_with(b"glTF\x02\0\0\0") && first[1].starts_with(b"ply\n"));
     assert!(first[2].starts_with(b"PK") && first[3].starts_with(b"# cube, as it was at step 15"));
     assert_eq!(run("b", &["--steps", "0", "--resume", path(&state)]), first);
+    // Its settings come with it, under what is set over them.
+    let own = |set: &[&str]| {
+        let [scene, again] = ["own.toml", "own.json"].map(|name| folder.file(name));
+        let run = ["export", "--steps", "0", "--resume", path(&state)];
+        let files = ["--out", path(&scene), "--report", path(&again)];
+        let messages = done(&[&run[..], &files, set].concat());
+        (report(&again), messages)
+    };
+    let (resumed, messages) = own(&[]);
+    assert_eq!(resumed["settings"], told["settings"]);
+    assert_eq!(resumed["state_hash"], told["state_hash"]);
+    assert!(messages.contains("going on from step 15\n"), "{messages}");
+    let (resumed, messages) = own(&["--set", "trail.decay=0.5"]);
+    assert_eq!(resumed["settings"]["trail"]["decay"], 0.5);
+    let says = "going on from step 15; trail.decay = 0.5, which was 0.95\n";
+    assert!(messages.contains(says), "{messages}");
+    let picture = folder.file("x.png");
+    let resume = ["--resume", path(&state), "--out", path(&picture)];
+    let message = failed(&[&["render", "--seed", "8"], &resume[..]].concat());
+    assert!(message.contains("seed = 8, which was 7"), "{message}");
 
     // The model is a scene again, and so is the scene file.
     for name in ["a.glb", "a.toml"] {
@@ -121,24 +156,19 @@ fn a_full_disk_leaves_what_is_whole() {
         return;
     }
     let folder = Folder::new();
-    // Blocks of 512 bytes, as `sh` counts them: files end at 32 KiB.
-    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
     folder.with("x.npz", "old");
     let mut arguments = [&["export"], &TINY[..], &["--steps", "2"]].concat();
     let files = ENDINGS.map(|ending| folder.file(format!("x.{ending}")));
     files
         .iter()
         .for_each(|file| arguments.extend(["--out", path(file)]));
-    let output = Command::new("sh")
-        .args(["-c", limited, "sh", env!("CARGO_BIN_EXE_myxo")])
-        .args(arguments)
-        .output()
-        .expect("there is a shell");
+    let output = program::with_files_up_to(64, &arguments);
     let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{messages}");
     let says = format!("myxo: cannot write {}: ", path(&folder.file("x.npz")));
     assert_eq!(messages.matches(&says).count(), 1, "{messages}");
     assert!(messages.contains("free some space"), "{messages}");
+    assert!(!messages.contains("ZipWriter"), "{messages}");
     assert_eq!(folder.names(), ["x.glb", "x.npz", "x.ply", "x.toml"]);
     let old = std::fs::read(folder.file("x.npz")).expect("it is there");
     assert_eq!(old, b"old");

@@ -5,7 +5,7 @@ mod program;
 
 use std::ffi::OsStr;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use program::{
     Folder, TINY, but_for_load, failed, failure, no_device, path, program, short_render as render,
@@ -125,8 +125,6 @@ fn a_full_disk_leaves_what_is_whole() {
         return;
     }
     let folder = Folder::new();
-    // Blocks of 512 bytes, as `sh` counts them: files end at 8 KiB.
-    let limited = "trap '' XFSZ; ulimit -f 16; exec \"$@\"";
     let [picture, small, gif, film] =
         ["x.png", "s/%d.png", "x.gif", "x.mp4"].map(|name| folder.file(name));
     let report = folder.file("x.json");
@@ -136,11 +134,7 @@ fn a_full_disk_leaves_what_is_whole() {
     }
     let position = arguments.iter().position(|argument| *argument == "64x48");
     arguments[position.expect("the size is there")] = "800x600";
-    let output = Command::new("sh")
-        .args(["-c", limited, "sh", env!("CARGO_BIN_EXE_myxo")])
-        .args(arguments)
-        .output()
-        .expect("there is a shell");
+    let output = program::with_files_up_to(16, &arguments);
     let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{messages}");
     assert!(!messages.contains("panicked"), "{messages}");
@@ -154,6 +148,53 @@ fn a_full_disk_leaves_what_is_whole() {
     );
     assert_eq!(folder.names(), ["x.json"], "{messages}");
     assert_eq!(program::report(&report)["interrupted"], false);
+}
+
+/// A checkpoint that finds no room takes nothing else with it.
+#[cfg(unix)]
+#[test]
+fn without_a_checkpoint_all_else_is_written() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let state = folder.file("x.state");
+    let keep = ["--checkpoint", path(&state), "--steps", "2"];
+    let says = format!("myxo: cannot write {}: ", path(&state));
+    let refused = |arguments: &[&str]| {
+        let output = program::with_files_up_to(64, arguments);
+        let messages = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{messages}");
+        assert_eq!(messages.matches(&says).count(), 1, "{messages}");
+        messages
+    };
+    let (picture, report) = (folder.file("x.png"), folder.file("x.json"));
+    let render = render(
+        "cube",
+        &picture,
+        &["--report", path(&report), keep[0], keep[1]],
+    );
+    let messages = refused(&render);
+    assert!(
+        messages.contains(&format!("{} (", path(&picture))),
+        "{messages}"
+    );
+    let hash = program::report(&report)["state_hash"].clone();
+    assert!(
+        messages.contains(hash.as_str().expect("a hash")),
+        "{messages}"
+    );
+    let model = folder.file("x.ply");
+    let out = ["--out", path(&model)];
+    let messages = refused(&[&["export"], &TINY[..], &keep, &out].concat());
+    assert!(
+        messages.contains(&format!("{} (", path(&model))),
+        "{messages}"
+    );
+    let times = folder.file("times.json");
+    let measured = ["--warmup", "1", "--report", path(&times)];
+    refused(&[&["profile"], &TINY[..], &keep, &measured].concat());
+    assert_eq!(folder.names(), ["times.json", "x.json", "x.ply", "x.png"]);
 }
 
 #[cfg(target_os = "linux")]

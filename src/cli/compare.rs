@@ -9,7 +9,7 @@ use myxo::Result;
 use super::report::Report;
 use super::{Outcome, console, ratios};
 
-/// Compare the reports of two runs: states and times
+/// Compare the reports of two runs: states, settings and times
 ///
 /// Exits 0 where the state hashes are equal, 1 where they differ, 2 where a report cannot be read.
 #[derive(Clone, Debug, Args)]
@@ -38,7 +38,7 @@ impl Compare {
     }
 }
 
-/// The comparison as text: the state first, then what differs in the set-up, then the times.
+/// The comparison as text: the state first, then what differs in the set-up, what makes times doubtful, and the times.
 fn comparison(a: &Report, b: &Report) -> String {
     let mut text = String::new();
     if a.state_hash == b.state_hash {
@@ -57,6 +57,9 @@ fn comparison(a: &Report, b: &Report) -> String {
         }
     }
     text.push_str(&ratios::differences_text(a, b));
+    if a.has_kernel_times() && b.has_kernel_times() {
+        text.push_str(&ratios::doubts_text(a, b));
+    }
     text.push('\n');
     text + &ratios::table(a, b)
 }
@@ -76,6 +79,7 @@ fn first_difference(a: &Report, b: &Report) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::host::HostLoad;
     use crate::cli::report::{KernelTime, StateHash, Times, hash_text};
 
     fn report(hash: u64, ms: f64) -> Report {
@@ -124,6 +128,35 @@ mod tests {
                 && line("diffuse ").ends_with("2.500        3.750    1.500"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn doubts_about_times_are_told() {
+        let busy = Report {
+            host_load: Some(HostLoad {
+                others: Some(0.4),
+                is_busy: true,
+                ..HostLoad::default()
+            }),
+            steps: 9,
+            ..report(5, 15.0)
+        };
+        let quiet = Report {
+            steps: 9,
+            ..report(5, 10.0)
+        };
+        let text = comparison(&quiet, &busy);
+        let busy_line = "warning: second: the machine was busy: other programs have taken 40 % of its processors";
+        for part in [busy_line, "note: one run each: "] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert!(!text.contains("warning: first"), "{text}");
+        // Without times there is nothing to doubt.
+        let untimed = Report {
+            kernels: Vec::new(),
+            ..busy
+        };
+        assert!(!comparison(&quiet, &untimed).contains("warning"));
     }
 
     #[test]

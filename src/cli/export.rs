@@ -7,7 +7,7 @@ use myxo::Result;
 use myxo::export::{self, Export, ExportFile};
 use myxo::render::output::Written;
 
-use super::files::check_distinct;
+use super::files::{Sink, check_distinct};
 use super::options::CommonOptions;
 use super::session::{Ending, Session};
 use super::{Outcome, console, interrupt};
@@ -25,19 +25,23 @@ const FINE: f32 = 6.0;
     after_help = "\
 Examples:
   myxo export torus --steps 400 --out torus.glb
-  myxo export trio --steps 900 --out trio.npz --out trio.ply
+  myxo export trio --steps 900 --out trio.npz --out trio.ply --report trio.json
   myxo export suzanne --preset cells --steps 600 --colors vertex --out head.glb
-  myxo export torus --resume torus.ckpt --steps 0 --out torus.npz"
+  myxo export --resume torus.ckpt --steps 0 --out torus.npz"
 )]
 pub struct ExportCommand {
-    /// A built-in name, a .toml file or a model
-    scene: PathBuf,
+    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    #[arg(required_unless_present = "resume")]
+    scene: Option<PathBuf>,
     /// How many steps to run; 0 takes the start, or what --resume names, as it is
     #[arg(long, value_name = "N", default_value_t = 400)]
     steps: u32,
     /// What to write: .glb, .ply, .npz or .toml. May be repeated
     #[arg(long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
+    /// Writes the report of the run as JSON; - for the standard output
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// What carries the colours of a .glb
     #[arg(long, value_enum, default_value_t)]
     colors: Colors,
@@ -57,13 +61,15 @@ enum Colors {
 impl ExportCommand {
     /// Checks everything that can be checked before the work, and does it.
     pub fn run(&self) -> Result<Outcome> {
-        check_distinct(self.out.iter().chain(&self.common.state.checkpoint))?;
+        let files = self.out.iter().chain(&self.report);
+        check_distinct(files.chain(&self.common.state.checkpoint))?;
         let files: Vec<ExportFile> = self
             .out
             .iter()
             .map(|path| ExportFile::create(path))
             .collect::<Result<_>>()?;
-        let scene = self.common.load(&self.scene)?;
+        let scene = self.common.load(self.scene.as_deref())?;
+        let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         interrupt::install()?;
 
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
@@ -75,7 +81,7 @@ impl ExportCommand {
         session.progress.finish();
         let (completed, ending, written) = ran?;
 
-        let all = written.len() == self.out.len();
+        let all = written.len() == self.out.len() && !ending.lacks_checkpoint;
         console::message(&format!(
             "{} at step {}: state hash {:016x}",
             session.scene.name,
@@ -84,6 +90,9 @@ impl ExportCommand {
         ));
         for written in written {
             console::message(&written.to_string());
+        }
+        if let Some(sink) = report_sink {
+            sink.write(session.report(&ending, !completed).to_json())?;
         }
         Ok(match (all, completed) {
             (false, _) => Outcome::Failed,
@@ -99,6 +108,7 @@ impl ExportCommand {
                 return Ok(false);
             }
             session.step()?;
+            session.forget_first(self.steps)?;
         }
         Ok(true)
     }

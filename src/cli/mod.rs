@@ -22,6 +22,7 @@ mod render;
 mod report;
 mod scenes;
 mod session;
+mod settings;
 mod table;
 mod times;
 mod work;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use myxo::Result;
 use myxo::scene::{Overrides, Scene, builtin};
+use myxo::sim::checkpoint::Checkpoint;
 
 use super::files;
 use crate::lab::OwnPresets;
@@ -66,7 +67,7 @@ pub struct StateOptions {
     /// Writes the whole state here at the end, also when interrupted
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
-    /// Goes on from the state in this file
+    /// Goes on from the state in this file, with the scene that it was written with if none is named
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
     /// Lists the state hash every N steps
@@ -86,12 +87,23 @@ pub struct CommonOptions {
 }
 
 impl CommonOptions {
-    /// Loads the scene, and makes sure that the files of [`StateOptions`] are there and can be written.
-    pub fn load(&self, scene: &Path) -> Result<Scene> {
-        let scene = Scene::load(scene, &self.scene.overrides())?;
-        if let Some(path) = &self.state.resume {
-            files::check_readable(path)?;
-        }
+    /// Loads the scene, and makes sure that the files of [`StateOptions`] are there and can be written. Without a scene it
+    /// is that of the checkpoint to go on from.
+    pub fn load(&self, scene: Option<&Path>) -> Result<Scene> {
+        let overrides = self.scene.overrides();
+        let resume = self.state.resume.as_deref();
+        let scene = match (scene, resume) {
+            (None, Some(path)) => {
+                files::check_readable(path)?;
+                Checkpoint::read(path)?.own_scene(path, &overrides)?
+            }
+            (scene, _) => {
+                // The command line has made sure that there is one.
+                let scene = Scene::load(scene.unwrap_or("".as_ref()), &overrides)?;
+                resume.map(files::check_readable).transpose()?;
+                scene
+            }
+        };
         if let Some(path) = &self.state.checkpoint {
             files::check_writable(path)?;
         }

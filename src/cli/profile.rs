@@ -2,7 +2,6 @@
 
 mod turns;
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -14,7 +13,7 @@ use myxo::{Error, Result};
 use super::files::{Sink, check_distinct};
 use super::host::Watch;
 use super::options::CommonOptions;
-use super::report::{HostTimes, Repetition, Report, Times};
+use super::report::{Repetition, Report, Times};
 use super::session::{Ending, Session};
 use super::times::Run;
 use super::{Outcome, console, interrupt, ratios};
@@ -38,8 +37,8 @@ Examples:
                                                 what a setting costs, steps in turn
   myxo profile torus --against cube             the same for another scene")]
 pub struct Profile {
-    /// A built-in name, a .toml file or a model
-    #[arg(required_unless_present = "compare")]
+    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    #[arg(required_unless_present_any = ["compare", "resume"])]
     scene: Option<PathBuf>,
     /// Prints the ratios of the second report's times to the first one's, each with the interval in which it lies with 95 %
     /// confidence, and says what makes them doubtful. With --repeat the spread from run to run counts, too
@@ -98,9 +97,7 @@ impl Profile {
         }
         let files = self.report.iter().chain(&self.trace);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
-        let scene = self
-            .common
-            .load(self.scene.as_deref().unwrap_or("".as_ref()))?;
+        let scene = self.common.load(self.scene.as_deref())?;
         let other = (!self.against.is_empty())
             .then(|| turns::other(self, self.scene.as_deref().unwrap_or("".as_ref())))
             .transpose()?;
@@ -200,7 +197,7 @@ impl Profile {
             report.alone.clone_from(&self.kernel);
             report.gpu_ms_per_step = None;
             report.gpu_step = Times::default();
-            report.host_step = HostTimes::default();
+            report.host_step = None;
         }
         if let Some(warning) = load.warning() {
             console::message(&warning);
@@ -222,7 +219,9 @@ impl Profile {
             sink.write(trace)?;
             console::message(&format!("{}: {agreement}", path.display()));
         }
-        Ok(if interrupted {
+        Ok(if ending.lacks_checkpoint {
+            Outcome::Failed
+        } else if interrupted {
             Outcome::Interrupted
         } else {
             Outcome::Done
@@ -250,7 +249,7 @@ impl Measured {
 
 /// A line with what the host takes for a step.
 fn host_time(report: &Report) -> String {
-    let host = &report.host_step;
+    let host = report.host_step.unwrap_or_default();
     let [Some(recording), Some(submitting), Some(most)] = [
         host.recording.median_ms,
         host.submitting.median_ms,
@@ -297,45 +296,14 @@ fn comparison(a: &Report, b: &Report) -> Result<String> {
         )));
     }
     for (which, report) in [("first", a), ("second", b)] {
-        let is_timed = |kernel: &super::report::KernelTime| kernel.time.mean_ms.is_some();
-        if !report.kernels.iter().any(is_timed) {
+        if !report.has_kernel_times() {
             return Err(Error::Invalid(format!(
                 "the {which} report has no times of kernels, which are what is compared: measure it on a device \
                  with timestamps, for at least a step"
             )));
         }
     }
-    let mut text = ratios::differences_text(a, b);
-    for (which, report) in [("first", a), ("second", b)] {
-        let doubts = [
-            (report.validation).then(|| "the validation layers were on".to_owned()),
-            report.host_load.and_then(|load| load.warning()),
-            report
-                .interrupted
-                .then(|| "the measurement was interrupted".to_owned()),
-        ];
-        for doubt in doubts.into_iter().flatten() {
-            let _ = writeln!(text, "warning: {which}: {doubt}");
-        }
-    }
-    let has_other_work = ratios::differences(a, b)
-        .iter()
-        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
-    if has_other_work {
-        text.push_str(
-            "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
-        );
-    }
-    if a.steps.min(b.steps) < 6 {
-        text.push_str(
-            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
-        );
-    }
-    if a.repetitions.is_empty() || b.repetitions.is_empty() {
-        text.push_str(
-            "note: one run each: intervals leave out what changes from run to run; --repeat takes it in\n",
-        );
-    }
+    let mut text = ratios::differences_text(a, b) + &ratios::doubts_text(a, b);
     if !text.is_empty() {
         text.push('\n');
     }

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use super::report::{KernelTime, Report, Times};
+use super::settings;
 
 /// A ratio of medians, and where it lies with the confidence that the medians' own intervals have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,11 +70,58 @@ pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)
         .collect()
 }
 
-/// The differences as lines.
+/// The differences as lines: of the set-up, then keys of the scene.
 pub fn differences_text(a: &Report, b: &Report) -> String {
     let mut text = String::new();
     for (what, a, b) in differences(a, b) {
         let _ = writeln!(text, "{what:<10} differs   {a} -> {b}");
+    }
+    match (a.settings.is_null(), b.settings.is_null()) {
+        (false, false) => {
+            for line in settings::differences(&a.settings, &b.settings) {
+                let _ = writeln!(text, "settings   differ    {line}");
+            }
+        }
+        // Programs wrote reports without them.
+        (true, true) => {}
+        (true, false) => text.push_str("settings   unknown   the first report has none\n"),
+        (false, true) => text.push_str("settings   unknown   the second report has none\n"),
+    }
+    text
+}
+
+/// What makes the ratios of two reports' times doubtful, as lines.
+pub fn doubts_text(a: &Report, b: &Report) -> String {
+    let mut text = String::new();
+    for (which, report) in [("first", a), ("second", b)] {
+        let doubts = [
+            (report.validation).then(|| "the validation layers were on".to_owned()),
+            report.host_load.and_then(|load| load.warning()),
+            report
+                .interrupted
+                .then(|| "the measurement was interrupted".to_owned()),
+        ];
+        for doubt in doubts.into_iter().flatten() {
+            let _ = writeln!(text, "warning: {which}: {doubt}");
+        }
+    }
+    let has_other_work = differences(a, b)
+        .iter()
+        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
+    if has_other_work {
+        text.push_str(
+            "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
+        );
+    }
+    if a.steps.min(b.steps) < 6 {
+        text.push_str(
+            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
+        );
+    }
+    if a.repetitions.is_empty() || b.repetitions.is_empty() {
+        text.push_str(
+            "note: one run each: intervals leave out what changes from run to run; `myxo profile --repeat` takes it in\n",
+        );
     }
     text
 }
@@ -99,14 +147,16 @@ pub fn table(a: &Report, b: &Report) -> String {
     row(&mut text, "wall", &wall(a), &wall(b));
     let find = |report: &Report, name: &str| {
         let kernel = report.kernels.iter().find(|kernel| kernel.name == name);
-        kernel.map_or(none, |kernel| kernel.time)
+        kernel.map_or(none, KernelTime::in_each_step)
     };
-    for KernelTime { name, time, .. } in &a.kernels {
-        row(&mut text, name, time, &find(b, name));
+    for kernel in &a.kernels {
+        let name = &kernel.name;
+        row(&mut text, name, &kernel.in_each_step(), &find(b, name));
     }
-    for KernelTime { name, time, .. } in &b.kernels {
+    for kernel in &b.kernels {
+        let name = &kernel.name;
         if a.kernels.iter().all(|kernel| kernel.name != *name) {
-            row(&mut text, name, &none, time);
+            row(&mut text, name, &none, &kernel.in_each_step());
         }
     }
     text

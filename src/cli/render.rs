@@ -34,10 +34,12 @@ Examples:
   myxo render torus --size 3840x2160 --transparent --out torus_4k.png
   myxo render fish.glb --steps 600 --out 'frames/fish_%05d.png' --size 1920x1080
   myxo render trio --steps 900 --view relief --split --out relief.png
-  myxo render torus --preset cells --set picture.color_map=viridis --out cells.png")]
+  myxo render torus --preset cells --set picture.color_map=viridis --out cells.png
+  myxo render --resume torus.ckpt --steps 400 --out later.png")]
 pub struct Render {
-    /// A built-in name, a .toml file or a model
-    scene: PathBuf,
+    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    #[arg(required_unless_present = "resume")]
+    scene: Option<PathBuf>,
     /// How many steps to run
     #[arg(long, value_name = "N", default_value_t = 400)]
     steps: u32,
@@ -78,7 +80,7 @@ impl Render {
                 .chain(&self.report)
                 .chain(&self.common.state.checkpoint),
         )?;
-        let mut scene = self.common.load(&self.scene)?;
+        let mut scene = self.common.load(self.scene.as_deref())?;
         if let Some(view) = self.view {
             scene.settings.picture.show = view;
         }
@@ -113,7 +115,7 @@ impl Render {
         if let Some(sink) = report_sink {
             sink.write(report.to_json())?;
         }
-        Ok(if outputs.failed() {
+        Ok(if outputs.failed() || ending.lacks_checkpoint {
             Outcome::Failed
         } else if interrupted {
             Outcome::Interrupted
@@ -153,10 +155,7 @@ impl Render {
         while done < self.steps && !interrupt::requested() {
             session.step()?;
             done += 1;
-            if done == 1 && self.steps > 1 {
-                // The first step compiles kernels, which is no part of what a step takes.
-                session.forget_times()?;
-            }
+            session.forget_first(self.steps)?;
             if done.is_multiple_of(self.every) && outputs.want_every_frame() {
                 let picture = camera.take(session)?;
                 outputs.frame(&picture, &session.progress);

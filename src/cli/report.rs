@@ -13,6 +13,7 @@ use myxo::sim::transfers::told;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::host::{self, HostLoad};
 
@@ -30,6 +31,10 @@ pub struct Report {
     pub scene: String,
     /// The seed.
     pub seed: u64,
+    /// Every key of the scene as it was run, as a scene file has them: `settings["physarum"]["speed"]`. `null` in reports
+    /// of programs that did not write it.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub settings: Value,
     /// Steps that were run, fewer than asked for when interrupted.
     pub steps: u64,
     /// Particles of all objects together.
@@ -44,14 +49,14 @@ pub struct Report {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<StateHash>,
     /// GPU time of a step, between timestamps at its beginning and end: the mean of those that were measured. `render`
-    /// leaves out the first one, which compiles kernels, and keeps the last 4,096.
+    /// and `export` leave out the first one, which compiles kernels, and keep the last 4,096.
     pub gpu_ms_per_step: Option<f64>,
     /// The same with its spread.
     #[serde(default)]
     pub gpu_step: Times,
-    /// What the host takes for a step where steps were measured, of the last repetition.
-    #[serde(default)]
-    pub host_step: HostTimes,
+    /// What the host takes for a step, where it was measured: by `profile`, of the last repetition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host_step: Option<HostTimes>,
     /// Time of a step as people experience it.
     pub wall_ms_per_step: f64,
     /// Where the GPU time goes.
@@ -146,8 +151,8 @@ impl FoodLeft {
     }
 }
 
-/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. A kernel of
-/// every 16th step takes nothing in the others.
+/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. Of a kernel that
+/// not every step has the mean is over all of them, and all else over those that have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// Arithmetic mean.
@@ -182,19 +187,19 @@ pub struct HostTimes {
 }
 
 impl HostTimes {
-    /// Of steps that took so many milliseconds to record and to submit.
+    /// Of steps that took so many milliseconds to record and to submit; nothing of none.
     #[must_use]
-    pub fn of(steps: &[[f64; 2]]) -> Self {
+    pub fn of(steps: &[[f64; 2]]) -> Option<Self> {
         if steps.is_empty() {
-            return Self::default();
+            return None;
         }
         let times =
             |ms: fn(&[f64; 2]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
-        Self {
+        Some(Self {
             recording: times(|step| step[0]),
             submitting: times(|step| step[1]),
             both: times(|step| step[0] + step[1]),
-        }
+        })
     }
 }
 
@@ -234,6 +239,9 @@ pub struct KernelTime {
     pub name: String,
     /// How often it is dispatched in a step.
     pub dispatches_per_step: f64,
+    /// The part of the steps that have it, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of_steps: Option<f64>,
     /// Of a step's dispatches together.
     #[serde(flatten)]
     pub time: Times,
@@ -251,6 +259,19 @@ pub struct KernelTime {
     /// The same as part of what the device's own copies get through.
     #[serde(default)]
     pub of_copy_bandwidth: Option<f64>,
+}
+
+impl KernelTime {
+    /// Its times as they are part of each step: of a kernel that not every step has, the mean only.
+    pub fn in_each_step(&self) -> Times {
+        if self.of_steps.is_none_or(|part| part >= 1.0) {
+            return self.time;
+        }
+        Times {
+            mean_ms: self.time.mean_ms,
+            ..Times::default()
+        }
+    }
 }
 
 /// How much a kernel gets through, by the median of its times; by the mean where not every step has it.
@@ -420,6 +441,13 @@ impl Report {
         self.repetitions = repetitions;
     }
 
+    /// Was any kernel timed?
+    #[must_use]
+    pub fn has_kernel_times(&self) -> bool {
+        let mut kernels = self.kernels.iter();
+        kernels.any(|kernel| kernel.time.mean_ms.is_some())
+    }
+
     /// A report with what is known about the program and the host, all else empty.
     #[must_use]
     pub fn of_this_host() -> Self {
@@ -444,7 +472,7 @@ impl Report {
                 source,
             })?;
         serde_json::from_slice(&text).map_err(|error| {
-            let is_of_two = serde_json::from_slice::<serde_json::Value>(&text)
+            let is_of_two = serde_json::from_slice::<Value>(&text)
                 .is_ok_and(|json| json["first"].is_object() && json["second"].is_object());
             if is_of_two {
                 return Error::Invalid(format!(
@@ -454,7 +482,7 @@ impl Report {
                 ));
             }
             Error::Invalid(format!(
-                "{}: not a report of `myxo render` or `myxo profile`: {error}",
+                "{}: not a report of `myxo render`, `export` or `profile`: {error}",
                 path.display()
             ))
         })
@@ -497,7 +525,7 @@ mod tests {
             serde_json::from_str::<Report>(&text).expect("it is JSON"),
             report
         );
-        let value: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+        let value: Value = serde_json::from_str(&text).expect("it is JSON");
         for key in [
             "device",
             "driver",

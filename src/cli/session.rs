@@ -14,12 +14,13 @@ use myxo::sim::{Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
+use super::host::Watch;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, Counters, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
-use super::times;
+use super::{settings, times};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
@@ -51,6 +52,8 @@ pub struct Session {
     bandwidth: Option<Bandwidth>,
     /// While it is measured: what the host has taken for each frame, milliseconds, to record it and to submit it.
     host_ms: Option<Vec<[f64; 2]>>,
+    /// Who else uses the host while times are taken.
+    watch: Watch,
 }
 
 /// The host's side of a trace, and what brings the device's to the same clock.
@@ -68,6 +71,8 @@ pub struct Ending {
     pub wall: Duration,
     /// Steps that this session did.
     pub steps: u64,
+    /// Could the checkpoint not be written? Why has been told.
+    pub lacks_checkpoint: bool,
 }
 
 impl Session {
@@ -85,6 +90,7 @@ impl Session {
         options: &CommonOptions,
         steps: u64,
     ) -> Result<Self> {
+        let mut watch = Watch::new();
         let oddities: BTreeSet<String> = scene
             .meshes
             .iter()
@@ -124,6 +130,7 @@ impl Session {
         }
         let mut frames = Frames::new(ctx, FRAMES_IN_FLIGHT)?;
         let kernels = counted(simulation.kernels(&mut frames.begin()?));
+        watch.begin();
         Ok(Self {
             frames,
             kernels,
@@ -139,6 +146,7 @@ impl Session {
             started: Instant::now(),
             trace: None,
             host_ms: None,
+            watch,
         })
     }
 
@@ -236,6 +244,15 @@ impl Session {
     pub fn forget_times(&mut self) -> Result<()> {
         self.frames.wait_idle()?;
         self.frames.timings_mut().clear();
+        self.watch.begin();
+        Ok(())
+    }
+
+    /// Forgets the first of several steps: it compiles kernels, which is no part of what a step takes.
+    pub fn forget_first(&mut self, of_steps: u32) -> Result<()> {
+        if self.simulation.step() - self.first_step == 1 && of_steps > 1 {
+            self.forget_times()?;
+        }
         Ok(())
     }
 
@@ -257,10 +274,12 @@ impl Session {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
-    /// Waits for the last step, checks and keeps the state.
+    /// Waits for the last step, checks and keeps the state. A checkpoint that cannot be written is told of and takes
+    /// nothing else with it.
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
+        self.watch.end();
         self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
@@ -269,20 +288,27 @@ impl Session {
         if let Some(warning) = counters.overflow(settings.transfer.buffer_size) {
             self.progress.say(&format!("warning: {warning}"));
         }
+        let mut lacks_checkpoint = false;
         if let Some(path) = &self.options.state.checkpoint {
             let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
-            checkpoint.write(path)?;
+            let text = match checkpoint.write(path) {
+                Ok(()) => {
+                    let step = checkpoint.snapshot.step;
+                    format!("checkpoint at step {step}: {}", path.display())
+                }
+                Err(error) => {
+                    lacks_checkpoint = true;
+                    format!("myxo: {error}")
+                }
+            };
+            self.progress.say(&text);
             snapshot = checkpoint.snapshot;
-            self.progress.say(&format!(
-                "checkpoint at step {}: {}",
-                snapshot.step,
-                path.display()
-            ));
         }
         Ok(Ending {
             steps: self.simulation.step() - self.first_step,
             snapshot,
             wall,
+            lacks_checkpoint,
         })
     }
 
@@ -320,6 +346,7 @@ impl Session {
             driver: format!("{} {}", info.driver, info.driver_version),
             scene: self.scene.name.clone(),
             seed: self.scene.settings.seed,
+            settings: settings::of(&self.scene),
             steps: ending.steps,
             particles: setup.particles.len() as u64,
             atlas_size: setup.atlas.size,
@@ -333,7 +360,7 @@ impl Session {
                 Times::from(&times.step)
             },
             copy_bandwidth: self.bandwidth,
-            host_step: HostTimes::of(self.host_ms.as_deref().unwrap_or_default()),
+            host_step: self.host_ms.as_deref().and_then(HostTimes::of),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),
@@ -345,6 +372,7 @@ impl Session {
             ),
             validation: self.options.device.validate,
             interrupted,
+            host_load: Some(self.watch.load()),
             ..Report::of_this_host()
         }
     }

@@ -7,7 +7,7 @@
 //! | `.npz` | particles, texels, meshes and poses, as arrays for NumPy | [`npz`] |
 //! | `.toml` | a scene file that begins where the objects are now | [`Export::scene_file`] |
 //!
-//! **Invariant:** the same state gives the same bytes.
+//! **Invariant:** the same state of the same program and device gives the same bytes.
 
 pub mod corners;
 pub mod glb;
@@ -99,6 +99,10 @@ pub struct Export<'a> {
     pub time: f64,
     /// What pictures of it look like.
     pub view: View,
+    /// The name of the device that computed it.
+    pub device: String,
+    /// That device's driver and its version.
+    pub driver: String,
 }
 
 impl<'a> Export<'a> {
@@ -118,6 +122,7 @@ impl<'a> Export<'a> {
             ..scene.clone()
         };
         let objects = 0..scene.settings.objects.len();
+        let info = simulation.ctx().info();
         Self {
             setup: simulation.shared_setup(),
             snapshot,
@@ -126,6 +131,8 @@ impl<'a> Export<'a> {
             set_from_outside: objects.map(|i| simulation.is_pose_set(i)).collect(),
             time: simulation.time(),
             view: View::of(&scene, PICTURE),
+            device: info.name.clone(),
+            driver: format!("{} {}", info.driver, info.driver_version),
             scene,
         }
     }

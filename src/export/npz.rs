@@ -10,6 +10,7 @@
 //! | `time` | `f8` | | seconds of the objects' motion |
 //! | `scene_radius` | `f8` | | world units |
 //! | `scene_name`, `scene_toml` | `U` | | |
+//! | `version`, `commit`, `device`, `driver`, `state_hash` | `U` | | as reports have them |
 //! | `particle_position` | `f4` | N, 3 | world units |
 //! | `particle_heading` | `f4` | N, 3 | unit vectors, world |
 //! | `particle_object` | `i4` | N | object |
@@ -67,6 +68,7 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     let out = UntilFailed {
         out,
         has_failed: false,
+        at: 0,
     };
     let mut archive = Archive(ZipWriter::new(out));
     archive.scalar("layout_version", LAYOUT_VERSION)?;
@@ -76,6 +78,16 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     archive.scalar("scene_radius", f64::from(export.scene.radius))?;
     archive.texts("scene_name", &[], &[export.scene.name.as_str()])?;
     archive.texts("scene_toml", &[], &[export.scene_file().as_str()])?;
+    let state_hash = format!("{:016x}", export.snapshot.hash());
+    for (name, text) in [
+        ("version", env!("CARGO_PKG_VERSION")),
+        ("commit", option_env!("MYXO_COMMIT").unwrap_or_default()),
+        ("device", &export.device),
+        ("driver", &export.driver),
+        ("state_hash", &state_hash),
+    ] {
+        archive.texts(name, &[], &[text])?;
+    }
     write_particles(export, &mut archive)?;
     write_texels(export, &mut archive)?;
     write_foods(export, &mut archive)?;
@@ -89,6 +101,8 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
 struct UntilFailed<W> {
     out: W,
     has_failed: bool,
+    /// Where the next byte comes, as far as is known.
+    at: u64,
 }
 
 impl<W: Write> Write for UntilFailed<W> {
@@ -98,6 +112,7 @@ impl<W: Write> Write for UntilFailed<W> {
         }
         let written = self.out.write(bytes);
         self.has_failed = written.is_err();
+        self.at += *written.as_ref().unwrap_or(&0) as u64;
         written
     }
 
@@ -105,16 +120,22 @@ impl<W: Write> Write for UntilFailed<W> {
         if self.has_failed {
             return Ok(());
         }
-        self.out.flush()
+        let flushed = self.out.flush();
+        self.has_failed = flushed.is_err();
+        flushed
     }
 }
 
 impl<W: Seek> Seek for UntilFailed<W> {
     fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
         if self.has_failed {
-            return Ok(0);
+            return Ok(self.at);
         }
-        self.out.seek(to)
+        // What lies in between may write what it has gathered, and fail with that.
+        let sought = self.out.seek(to);
+        self.has_failed = sought.is_err();
+        self.at = *sought.as_ref().unwrap_or(&self.at);
+        sought
     }
 }
 

@@ -319,6 +319,12 @@ impl Simulation {
         &self.settings
     }
 
+    /// The device that it runs on.
+    #[must_use]
+    pub fn ctx(&self) -> &Arc<Context> {
+        &self.ctx
+    }
+
     /// The surface, the atlas and the start.
     #[must_use]
     pub fn setup(&self) -> &Setup {

@@ -240,6 +240,14 @@ fn arrays_hold_the_state() {
         [run.simulation.time()]
     );
     assert_eq!(arrays.text("scene_name"), ["test"]);
+    assert_eq!(arrays.text("version"), [env!("CARGO_PKG_VERSION")]);
+    let commit = option_env!("MYXO_COMMIT").unwrap_or_default();
+    assert_eq!(arrays.text("commit"), [commit]);
+    let info = gpu.ctx.info();
+    assert_eq!(arrays.text("device"), [info.name.as_str()]);
+    assert!(arrays.text("driver")[0].ends_with(&info.driver_version));
+    let hash = format!("{:016x}", run.snapshot.hash());
+    assert_eq!(arrays.text("state_hash"), [hash]);
     let names: Vec<_> = run
         .scene
         .settings

@@ -29,6 +29,18 @@ pub fn myxo(arguments: &[impl AsRef<OsStr>]) -> Output {
         .expect("the program starts")
 }
 
+/// Runs it where files end after so many blocks of 512 bytes, as on a disk that is full.
+#[cfg(unix)]
+pub fn with_files_up_to(blocks: u32, arguments: &[impl AsRef<OsStr>]) -> Output {
+    let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+    Command::new("sh")
+        .args(["-c", &limited, "sh", env!("CARGO_BIN_EXE_myxo")])
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("there is a shell")
+}
+
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("output is UTF-8")
 }

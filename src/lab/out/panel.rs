@@ -334,7 +334,7 @@ fn words(model: Model) -> (&'static str, &'static str) {
         ),
         Model::Checkpoint => (
             "Checkpoint",
-            "Everything, to go on from by `myxo render SCENE --resume FILE`",
+            "Everything, to go on from by `myxo render --resume FILE`",
         ),
     }
 }

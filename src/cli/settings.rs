@@ -1,0 +1,105 @@
+//! The settings of a run as reports have them: every key of its scene file; and which of them two runs have otherwise.
+
+use std::collections::BTreeSet;
+
+use myxo::scene::Scene;
+use serde_json::Value;
+
+/// Every key of a scene, as its scene file has them: `physarum.speed` is `["physarum"]["speed"]`.
+pub fn of(scene: &Scene) -> Value {
+    toml::from_str(&scene.to_toml()).expect("a scene file is TOML without dates")
+}
+
+/// What the second run has otherwise: `physarum.speed = 0.006, which was 0.004`. Not the seed, which reports have by itself.
+pub fn differences(first: &Value, second: &Value) -> Vec<String> {
+    let mut lines = Vec::new();
+    compare("", first, second, &mut lines);
+    lines.retain(|line| !line.starts_with("seed ="));
+    lines
+}
+
+fn compare(key: &str, first: &Value, second: &Value, lines: &mut Vec<String>) {
+    let dotted = |name: &str| match key {
+        "" => name.to_owned(),
+        section => format!("{section}.{name}"),
+    };
+    match (first, second) {
+        (Value::Object(a), Value::Object(b)) => {
+            let names: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+            for name in names {
+                let [a, b] = [a, b].map(|table| table.get(name).unwrap_or(&Value::Null));
+                compare(&dotted(name), a, b, lines);
+            }
+        }
+        // Objects and foods.
+        (Value::Array(a), Value::Array(b)) if a.iter().chain(b).any(Value::is_object) => {
+            for i in 0..a.len().max(b.len()) {
+                let [a, b] = [a, b].map(|list| list.get(i).unwrap_or(&Value::Null));
+                compare(&dotted(&i.to_string()), a, b, lines);
+            }
+        }
+        (a, b) if a == b => {}
+        (Value::Null, Value::Object(_) | Value::Array(_)) => {
+            lines.push(format!("{key} is in the second only"));
+        }
+        (Value::Object(_) | Value::Array(_), Value::Null) => {
+            lines.push(format!("{key} is in the first only"));
+        }
+        (a, b) => lines.push(format!("{key} = {}, which was {}", shown(b), shown(a))),
+    }
+}
+
+/// A value as the scene file writes it; words without quotes.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => "not set".to_owned(),
+        Value::String(word) => word.clone(),
+        Value::Array(values) => {
+            let values: Vec<String> = values.iter().map(shown).collect();
+            format!("[{}]", values.join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::scene::Overrides;
+
+    fn of_scene(name: &str, set: &[&str]) -> Value {
+        let overrides = Overrides {
+            set: set.iter().map(|&text| text.to_owned()).collect(),
+            ..Overrides::default()
+        };
+        of(&Scene::load(name.as_ref(), &overrides).expect("it loads"))
+    }
+
+    #[test]
+    fn keys_are_those_of_the_scene_file_and_numbers_as_short_as_there() {
+        let settings = of_scene("cube", &["physarum.speed=0.006", "particles.count=9"]);
+        assert_eq!(settings["physarum"]["speed"], 0.006);
+        assert_eq!(settings["particles"]["count"], 9);
+        assert_eq!(settings["object"][0]["mesh"], "builtin:cube");
+        assert!(settings["radius"].as_f64() > Some(0.0), "as measured");
+    }
+
+    #[test]
+    fn keys_that_differ_are_told_as_a_resumed_run_tells_them() {
+        let a = of_scene("trio", &["physarum.speed=0.004"]);
+        assert!(differences(&a, &a).is_empty());
+        let b = [
+            "physarum.speed=0.006",
+            "physarum.border=stop",
+            "seed=99",
+            "object.1.position=[1, 2.5, 3]",
+        ];
+        let lines = differences(&a, &of_scene("trio", &b));
+        assert_eq!(lines.len(), 3, "{lines:?}");
+        assert!(lines[0].starts_with("object.1.position = [1.0, 2.5, 3.0], which was ["));
+        assert_eq!(lines[1], "physarum.border = stop, which was reflect");
+        assert_eq!(lines[2], "physarum.speed = 0.006, which was 0.004");
+        let lines = differences(&a, &of_scene("torus", &[]));
+        assert!(lines.contains(&"object.2 is in the first only".to_owned()));
+    }
+}
