@@ -272,6 +272,42 @@ fn no_steps_show_the_start() {
 
 /// Ctrl-C in a long render: whole files, a checkpoint, exit code 130; and the run that goes on from there ends as if
 /// nothing had happened.
+/// Food that reaches far takes minutes where there is much of it.
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_stops_the_measuring_of_food() {
+    use program::interrupted;
+    use std::time::Duration;
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let picture = folder.file("fed.png");
+    let settings = [
+        "particles.count=2000",
+        "atlas.size=240",
+        "feeding.scattered=256",
+        "feeding.radius=10",
+    ];
+    let mut run = program();
+    run.args(["render", "torus", "--steps", "1", "--out", path(&picture)]);
+    run.args(settings.iter().flat_map(|set| ["--set", set]));
+    let run = run
+        .env("XDG_CACHE_HOME", folder.file("cache"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    // The atlas takes a second or two.
+    let output = interrupted(run, Duration::from_secs(8), Duration::from_secs(10));
+    let message = text(&output.stderr);
+    assert!(
+        message.ends_with("myxo: interrupted while setting up\n"),
+        "{message}"
+    );
+    assert!(!picture.exists());
+}
+
 #[cfg(unix)]
 #[test]
 fn interrupted_and_resumed_ends_in_the_same_hash() {

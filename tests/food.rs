@@ -8,6 +8,7 @@ use std::sync::Arc;
 use common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
 use glam::{DVec2, UVec2, Vec3};
 use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Frames, Pipeline, Texels, Threads};
+use myxo::mesh::atlas::Control;
 use myxo::mesh::surface_distance::SurfaceDistance;
 use myxo::mesh::walk::{BorderRule, walk};
 use myxo::rng::{Purpose, random, unit};
@@ -222,7 +223,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         amount: 0,
         ..place
     };
-    let pantry = Pantry::new(surface, atlas, vec![place], None).unwrap();
+    let pantry = Pantry::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
     let field = field_of(setup, &pantry);
     let exact = SurfaceDistance::new(surface, &[place.point], 1.01 * place.radius);
     let told = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());

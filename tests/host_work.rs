@@ -5,6 +5,7 @@ mod common;
 
 use common::gpu;
 use myxo::gpu::{Commands, Frames};
+use myxo::mesh::atlas::Control;
 use myxo::scene::settings::{FoodSettings, Settings};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::Simulation;
@@ -164,7 +165,7 @@ fn food_that_is_measured_aside_is_the_same_food() {
         for settings in &changes {
             let food = aside.then(|| {
                 let order = simulation.order_food(settings).expect("it is other food");
-                std::thread::spawn(move || order.prepare())
+                std::thread::spawn(move || order.prepare(&Control::default()))
             });
             grow(&mut simulation, &mut frames, 4);
             match food {
@@ -196,7 +197,7 @@ fn food_that_is_measured_aside_is_the_same_food() {
     let mut same_places = changes[0].clone();
     same_places.feeding.fed_deposit += 1;
     let overtaken = simulation.order_food(&same_places).unwrap();
-    let overtaken = overtaken.prepare().unwrap();
+    let overtaken = overtaken.prepare(&Control::default()).unwrap();
     simulation.apply(&changes[3]).unwrap();
     simulation.apply_with_food(&same_places, overtaken).unwrap();
     assert_eq!(simulation.remaining().unwrap(), [900]);
@@ -204,7 +205,11 @@ fn food_that_is_measured_aside_is_the_same_food() {
     let mut off = changes[0].clone();
     off.foods.push(food([0.0, 50.0, 0.0], 1));
     let order = simulation.order_food(&off).unwrap();
-    let problem = order.prepare().map(|_| ()).unwrap_err().to_string();
+    let problem = order
+        .prepare(&Control::default())
+        .map(|_| ())
+        .unwrap_err()
+        .to_string();
     assert!(problem.contains("food.1.at is "), "{problem}");
     assert_eq!(simulation.settings().foods, changes[0].foods);
     drop((simulation, frames));

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use myxo::gpu::default_cache_folder;
 use myxo::mesh::atlas::Control;
+use myxo::sim::food::MEASURING;
 
 use super::{console, interrupt};
 
@@ -103,7 +104,7 @@ const BAR_AFTER: Duration = Duration::from_secs(1);
 /// A bar's whole length.
 const WHOLE: u64 = 1000;
 
-/// The setting up of a scene, most of which is the making of its atlas. Ctrl-C stops it.
+/// The setting up of a scene: most of it is the making of its atlas, or the measuring of food. Ctrl-C stops it.
 pub struct SettingUp {
     what: String,
     /// A spinner at first, because nobody knows how long it takes; draws nothing where there is no terminal.
@@ -163,17 +164,16 @@ impl SettingUp {
                 .set_style(style.expect("the template is well formed"));
             self.bar.set_length(WHOLE);
         }
-        self.bar
-            .set_message(format!("{}: making the atlas, {doing}", self.what));
+        let doing = match doing {
+            MEASURING => doing.to_owned(),
+            part => format!("making the atlas, {part}"),
+        };
+        self.bar.set_message(format!("{}: {doing}", self.what));
         self.bar.set_position((done * WHOLE as f32) as u64);
         let mut last_line = unpoisoned(&self.last_line);
         if self.bar.is_hidden() && last_line.elapsed() >= LINE_EVERY {
             *last_line = now;
-            let line = format!(
-                "{}: making the atlas, {doing}, {:.0} % done",
-                self.what,
-                100.0 * done
-            );
+            let line = format!("{}: {doing}, {:.0} % done", self.what, 100.0 * done);
             console::message(&line);
         }
     }

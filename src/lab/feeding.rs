@@ -1,8 +1,11 @@
 //! Food that the hand has changed, measured by another thread. Until it is ready what there was stays; the newest change
 //! wins.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
+use myxo::mesh::atlas::Control;
 use myxo::scene::settings::Settings;
 use myxo::sim::{FoodOrder, PreparedFood, Simulation};
 use myxo::{Error, Result};
@@ -11,11 +14,46 @@ use super::lost::is_loss;
 use super::window::Lab;
 use super::worker::joined;
 
+/// At work; it can be told to stop, as soon as it looks.
+struct Worker {
+    asked: Settings,
+    stopped: Arc<AtomicBool>,
+    thread: JoinHandle<Result<PreparedFood>>,
+}
+
+impl Worker {
+    fn begin(asked: &Settings, order: FoodOrder) -> Self {
+        let stopped = Arc::new(AtomicBool::new(false));
+        let stop = Arc::clone(&stopped);
+        let thread = thread::spawn(move || {
+            order.prepare(&Control {
+                cancelled: Some(&stop),
+                ..Control::default()
+            })
+        });
+        Self {
+            asked: asked.clone(),
+            stopped,
+            thread,
+        }
+    }
+
+    fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// Does it measure what these settings ask for, to the end?
+    fn is_for(&self, wanted: &Settings) -> bool {
+        let asked = &self.asked;
+        !self.stopped.load(Ordering::Relaxed)
+            && (&wanted.foods, &wanted.feeding) == (&asked.foods, &asked.feeding)
+    }
+}
+
 /// What is being measured, and what is wanted.
 #[derive(Default)]
 pub struct Feeder {
-    /// At work; what it was asked for stands beside it.
-    worker: Option<(Settings, JoinHandle<Result<PreparedFood>>)>,
+    worker: Option<Worker>,
     /// What the hand has set last, if it is not there yet.
     wanted: Option<Settings>,
     /// At work for a stage that was left.
@@ -36,6 +74,14 @@ impl Feeder {
         let runs = simulation.settings();
         let is_there = (&runs.foods, &runs.feeding) == (&settings.foods, &settings.feeding);
         self.wanted = (!is_there).then(|| settings.clone());
+        if let Some(worker) = &self.worker
+            && !self
+                .wanted
+                .as_ref()
+                .is_some_and(|wanted| worker.is_for(wanted))
+        {
+            worker.stop();
+        }
         self.begin(simulation);
     }
 
@@ -43,8 +89,10 @@ impl Feeder {
     pub fn leave(&mut self) {
         self.wanted = None;
         self.left.retain(|worker| !worker.is_finished());
-        self.left
-            .extend(self.worker.take().map(|(_, worker)| worker));
+        self.left.extend(self.worker.take().map(|worker| {
+            worker.stop();
+            worker.thread
+        }));
     }
 
     /// Waits for what is at work, which has the device.
@@ -63,15 +111,11 @@ impl Feeder {
 
     /// What came of what is wanted, once. What nobody wants any more is dropped.
     pub fn take(&mut self, simulation: &Simulation) -> Option<Fed> {
-        let (_, worker) = self.worker.as_ref()?;
-        if !worker.is_finished() {
-            return None;
-        }
-        let (asked, worker) = self.worker.take()?;
-        let measured = joined("measuring food", worker);
-        let same =
-            |wanted: &Settings| (&wanted.foods, &wanted.feeding) == (&asked.foods, &asked.feeding);
-        if !self.wanted.as_ref().is_some_and(same) {
+        let worker = self.worker.take_if(|worker| worker.thread.is_finished())?;
+        let is_wanted = (self.wanted.as_ref()).is_some_and(|wanted| worker.is_for(wanted));
+        let Worker { asked, thread, .. } = worker;
+        let measured = joined("measuring food", thread);
+        if !is_wanted {
             self.begin(simulation);
             return None;
         }
@@ -91,8 +135,7 @@ impl Feeder {
             return;
         };
         let order = simulation.order_food(wanted);
-        self.worker =
-            order.map(|order: FoodOrder| (wanted.clone(), thread::spawn(move || order.prepare())));
+        self.worker = order.map(|order| Worker::begin(wanted, order));
     }
 }
 

@@ -2,53 +2,31 @@
 //!
 //! The places' light is followed over the edges, as Mitchell, Mount and Papadimitriou (1987) and Chen and Han (1990) do:
 //! a window is the part of an edge that is seen from one place through one strip of triangles laid flat. Windows go on in
-//! the order of their distance, and those that a path by a vertex beats are dropped (Xin and Wang 2009). Shortest paths
-//! turn only at vertices with more than a full angle round them and at borders: these are places of their own.
+//! the order of their distance, each only where no window that went over the edge before is as near; those that a path by a
+//! vertex beats are dropped (Xin and Wang 2009). So an edge keeps a few windows, however many ways lead there: over
+//! n triangles that are all reached they become as many as n^1.5. Shortest paths turn only at vertices with more than a full
+//! angle round them and at borders: these are places of their own.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use glam::DVec2;
 
+use super::atlas::{AtlasError, Control};
 use super::surface::{NONE, Surface};
 use super::walk::SurfacePoint;
+use window::{Window, crossing, cut, is_beaten};
+
+#[cfg(test)]
+mod tests;
+mod window;
 
 /// Paths are told apart where they differ by more than this part of an edge.
 const ROUNDING: f64 = 1e-9;
 /// Places are moved so far, in weights, into their triangles: from an edge nothing is seen through it.
 const INSET: f64 = 1e-7;
-
-/// What is seen through a part of an edge. Seen from the triangle that it enters: the edge is the x axis from 0 on, the
-/// triangle lies above it, and the place that it is seen from below.
-#[derive(Clone, Copy, Debug)]
-struct Window {
-    from: f64,
-    to: f64,
-    origin: DVec2,
-    /// The way up to the origin.
-    before: f64,
-}
-
-impl Window {
-    /// Of the nearest point in it.
-    fn least(&self) -> f64 {
-        let x = self.origin.x.clamp(self.from, self.to);
-        self.before + self.origin.distance(DVec2::new(x, 0.0))
-    }
-
-    /// The distance of a place above the edge, if it is seen.
-    fn distance_to(&self, place: DVec2, slack: f64) -> Option<f64> {
-        let x = crossing(self.origin, place);
-        (x >= self.from - slack && x <= self.to + slack)
-            .then(|| self.before + self.origin.distance(place))
-    }
-}
-
-/// Where the line between a place below the x axis and one above crosses it.
-fn crossing(below: DVec2, above: DVec2) -> f64 {
-    let part = -below.y / (above.y - below.y).max(f64::MIN_POSITIVE);
-    below.x + part * (above.x - below.x)
-}
+/// Windows and turns from one look at whether to stop until the next: some milliseconds.
+const BETWEEN_LOOKS: u64 = 4096;
 
 /// What comes next: a window that enters a triangle by a half-edge, or a vertex that paths turn at.
 #[derive(Clone, Copy, Debug)]
@@ -114,17 +92,26 @@ impl<'a> SurfaceDistance<'a> {
     /// If a source is on no triangle of the surface.
     #[must_use]
     pub fn new(surface: &'a Surface, sources: &[SurfacePoint], reach: f64) -> Self {
+        Self::with_control(surface, sources, reach, &Control::default())
+            .expect("nobody asks it to stop")
+    }
+
+    /// The same, telling how far it is, and stopping where it is told to.
+    ///
+    /// # Errors
+    /// [`AtlasError::Cancelled`] when it was stopped.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn with_control(
+        surface: &'a Surface,
+        sources: &[SurfacePoint],
+        reach: f64,
+        control: &Control<'_>,
+    ) -> Result<Self, AtlasError> {
         let mut search = Search::new(surface, sources, reach);
-        search.run();
-        let mut distance = search.found;
-        // What is only a vertex's own path further on.
-        for (h, windows) in distance.windows.iter_mut().enumerate() {
-            let ends = ends_of(surface, h as u32);
-            let length = seen_from(surface, h as u32).length;
-            let [start, end] = ends.map(|vertex| distance.vertices[vertex as usize]);
-            windows.retain(|window| !is_beaten(window, start, end, length));
-        }
-        distance
+        search.run(control)?;
+        Ok(search.done())
     }
 
     /// The distance of a place, a world length; infinite beyond reach.
@@ -177,6 +164,13 @@ struct Search<'a> {
     /// For each vertex the half-edges that begin there: where its own begin, and one end more.
     first_leaving: Vec<u32>,
     leaving: Vec<u32>,
+    /// Those of the window that enters, kept so that no memory is taken for each.
+    parts: Vec<(f64, f64)>,
+    /// Tests measure what is found against what is found without.
+    cuts: bool,
+    /// Vertices that some path has come to, and those of all objects with a source.
+    reached_count: u32,
+    to_reach: u32,
 }
 
 impl<'a> Search<'a> {
@@ -213,6 +207,10 @@ impl<'a> Search<'a> {
                 .collect(),
             first_leaving,
             leaving,
+            parts: Vec::new(),
+            cuts: true,
+            reached_count: 0,
+            to_reach: vertices_of(surface, sources),
             queue: BinaryHeap::new(),
             order: 0,
             found: SurfaceDistance {
@@ -225,11 +223,16 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn run(&mut self) {
+    fn run(&mut self, control: &Control<'_>) -> Result<(), AtlasError> {
         for source in self.found.sources.clone() {
             self.leave(source);
         }
+        let mut looks = 0_u64;
         while let Some(Queued { distance, next, .. }) = self.queue.pop() {
+            if looks.is_multiple_of(BETWEEN_LOOKS) {
+                control.step("measuring distances", self.share(distance))?;
+            }
+            looks += 1;
             match next {
                 Next::Turn(vertex) if distance <= self.found.vertices[vertex as usize] => {
                     self.turn_at(vertex, distance);
@@ -238,6 +241,31 @@ impl<'a> Search<'a> {
                 Next::Enter(h, window) => self.enter(h, window),
             }
         }
+        Ok(())
+    }
+
+    /// How much is done when windows have come so far: by area of what is reached, or by vertices where all are.
+    fn share(&self, distance: f64) -> f32 {
+        let by_distance = (distance / self.found.reach).powi(2);
+        let by_vertices = f64::from(self.reached_count) / f64::from(self.to_reach.max(1));
+        by_distance.max(by_vertices).min(1.0) as f32
+    }
+
+    fn done(self) -> SurfaceDistance<'a> {
+        let mut distance = self.found;
+        // What is only a vertex's own path further on.
+        for (h, windows) in distance.windows.iter_mut().enumerate() {
+            if windows.is_empty() {
+                continue;
+            }
+            let ends = ends_of(distance.surface, h as u32);
+            let length = seen_from(distance.surface, h as u32).length;
+            let [start, end] = ends.map(|vertex| distance.vertices[vertex as usize]);
+            windows.retain(|window| !is_beaten(window, start, end, length));
+            // They stay for as long as somebody asks.
+            windows.shrink_to_fit();
+        }
+        distance
     }
 
     fn push(&mut self, distance: f64, next: Next) {
@@ -295,13 +323,13 @@ impl<'a> Search<'a> {
         if twin == NONE || to - from <= ROUNDING * length {
             return;
         }
-        // From the other side the edge runs the other way.
         let window = Window {
-            from: length - to,
-            to: length - from,
-            origin: DVec2::new(length - place.x, -place.y),
+            from,
+            to,
+            origin: place,
             before,
         };
+        let window = window.turned(length);
         if !self.is_beaten(twin, &window) {
             self.push(window.least(), Next::Enter(twin, window));
         }
@@ -313,11 +341,37 @@ impl<'a> Search<'a> {
         is_beaten(window, ends[0], ends[1], seen_from(surface, h).length)
     }
 
-    /// Through a triangle to its two other edges.
+    /// Through a triangle, what of it no other window beats.
     fn enter(&mut self, h: u32, window: Window) {
         if self.is_beaten(h, &window) {
             return;
         }
+        let surface = self.found.surface;
+        let length = seen_from(surface, h).length;
+        let twin = surface.halfedges[h as usize].twin;
+        let mut parts = std::mem::take(&mut self.parts);
+        parts.clear();
+        parts.push((window.from, window.to));
+        if self.cuts {
+            for other in &self.found.windows[h as usize] {
+                cut(&mut parts, &window, other, length);
+            }
+            // Who goes over the edge the other way has been there, too.
+            for other in &self.found.windows[twin as usize] {
+                cut(&mut parts, &window, &other.turned(length), length);
+            }
+        }
+        for &(from, to) in &parts {
+            let part = Window { from, to, ..window };
+            if !self.is_beaten(h, &part) && part.least() <= self.found.reach {
+                self.pass(h, part);
+            }
+        }
+        self.parts = parts;
+    }
+
+    /// Through a triangle to its two other edges.
+    fn pass(&mut self, h: u32, window: Window) {
         let surface = self.found.surface;
         let Seen { length, apex } = seen_from(surface, h);
         self.found.windows[h as usize].push(window);
@@ -359,21 +413,13 @@ impl<'a> Search<'a> {
     fn reach_vertex(&mut self, vertex: u32, distance: f64) {
         let known = &mut self.found.vertices[vertex as usize];
         if distance < *known {
+            self.reached_count += u32::from(known.is_infinite());
             *known = distance;
             if self.turns[vertex as usize] {
                 self.push(distance, Next::Turn(vertex));
             }
         }
     }
-}
-
-/// Is every way through the window longer than one by an end of the edge? If the way by the start is shorter to the far end
-/// of the window, it crosses all that come through nearer, and is shorter for them, too.
-fn is_beaten(window: &Window, start: f64, end: f64, length: f64) -> bool {
-    let to = |x: f64| window.before + window.origin.distance(DVec2::new(x, 0.0));
-    let slack = ROUNDING * length;
-    start + window.to + slack < to(window.to)
-        || end + length - window.from + slack < to(window.from)
 }
 
 fn inset(point: &SurfacePoint) -> SurfacePoint {
@@ -384,6 +430,21 @@ fn inset(point: &SurfacePoint) -> SurfacePoint {
         u: weights[1] / sum,
         v: weights[2] / sum,
     }
+}
+
+/// Those of all objects that some of these places are on.
+fn vertices_of(surface: &Surface, places: &[SurfacePoint]) -> u32 {
+    let has_one = |object: usize| {
+        let object_of = |place: &SurfacePoint| surface.triangles[place.triangle as usize].object;
+        places
+            .iter()
+            .any(|place| object_of(place) as usize == object)
+    };
+    let objects = surface.objects.iter().enumerate();
+    let counts = objects.filter(|(object, _)| has_one(*object));
+    counts
+        .map(|(_, range)| range.vertices.1 - range.vertices.0)
+        .sum()
 }
 
 fn next(h: u32) -> u32 {
@@ -411,6 +472,3 @@ fn seen_from(surface: &Surface, h: u32) -> Seen {
         apex: DVec2::new(way.dot(edge) / length, edge.cross(way).length() / length),
     }
 }
-
-#[cfg(test)]
-mod tests;

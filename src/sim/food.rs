@@ -9,13 +9,14 @@ mod places;
 mod tests;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 use glam::{DVec3, UVec2};
 use rayon::prelude::*;
 
 use super::types::{Mark, Meal};
 use crate::error::{Error, Result};
-use crate::mesh::atlas::Atlas;
+use crate::mesh::atlas::{Atlas, AtlasError, Control};
 use crate::mesh::surface::{Seam, Surface};
 use crate::mesh::surface_distance::SurfaceDistance;
 use crate::mesh::walk::SurfacePoint;
@@ -29,6 +30,10 @@ pub const MOST_AMOUNT: u32 = 60_000_000;
 /// Texels that all foods and markers of a scene may reach, each counted for itself: what a storage block of every device
 /// holds.
 const MOST_WHIFFS: usize = 1 << 24;
+/// What is told while distances to food are measured.
+pub const MEASURING: &str = "measuring food";
+/// Of what is done for a food: finding ways over triangles. The rest goes through texels.
+const WAYS_SHARE: f32 = 0.8;
 /// A marker is drawn as large as food of this part of its radius, but no larger than [`MARKER_RADIUS`].
 const MARKER_SHARE: f64 = 0.08;
 /// World lengths for a part of the object's own extent.
@@ -148,37 +153,30 @@ pub struct Pantry {
 }
 
 impl Pantry {
-    /// Measures how far everything is from these places. What `before` has measured is taken from there.
+    /// Measures how far everything is from these places. What `before` has measured is taken from there. Tells how far it is
+    /// as [`MEASURING`].
     ///
     /// # Errors
-    /// When they reach more texels than there may be.
+    /// When they reach more texels than there may be, and [`AtlasError::Cancelled`] when it was stopped.
     pub fn new(
         surface: &Surface,
         atlas: &Atlas,
         places: Vec<FoodPlace>,
         before: Option<&Self>,
+        control: &Control<'_>,
     ) -> Result<Self> {
         if places.is_empty() {
             return Ok(Self::default());
         }
-        let known = |place: &FoodPlace| {
-            let before = before?;
-            let same = before.places.iter().position(|was| was.reaches_as(place));
-            same.map(|i| Arc::clone(&before.reached[i]))
-        };
-        let measure = |place: &FoodPlace| Arc::new(reached(surface, atlas, place));
-        let reached: Vec<Arc<Reached>> = places
-            .par_iter()
-            .map(|place| known(place).unwrap_or_else(|| measure(place)))
-            .collect();
+        let reached = reached_by_all(surface, atlas, &places, before, control)?;
         let count: usize = reached.iter().map(|reached| reached.len()).sum();
-        refuse_too_many(count)?;
         let both = places.iter().zip(&reached);
         let mut entries: Vec<(u32, u32, f32)> = Vec::with_capacity(count);
         let mut plates = vec![0; atlas.density.len()];
         let mut nearest = vec![f32::INFINITY; atlas.density.len()];
         let mut falloff = vec![0.0_f32; atlas.density.len()];
         for (food, (place, reached)) in (0..).zip(both) {
+            control.check()?;
             for &(texel, distance) in reached.iter() {
                 let value = place.falloff(distance.into()) as f32;
                 if value > 0.0 {
@@ -266,10 +264,61 @@ impl Pantry {
     }
 }
 
+/// The texels within reach of each place, those that `before` knows taken from there.
+fn reached_by_all(
+    surface: &Surface,
+    atlas: &Atlas,
+    places: &[FoodPlace],
+    before: Option<&Pantry>,
+    control: &Control<'_>,
+) -> Result<Vec<Arc<Reached>>> {
+    let known = |place: &FoodPlace| {
+        let before = before?;
+        let same = before.places.iter().position(|was| was.reaches_as(place));
+        same.map(|i| Arc::clone(&before.reached[i]))
+    };
+    // What is done of each, as the bits of a share.
+    let done: Vec<AtomicU32> = places.iter().map(|_| AtomicU32::new(0)).collect();
+    let tell = |i: usize, share: f32| {
+        done[i].store(share.to_bits(), Ordering::Relaxed);
+        let shares = done
+            .iter()
+            .map(|share| f32::from_bits(share.load(Ordering::Relaxed)));
+        control.step(MEASURING, shares.sum::<f32>() / places.len() as f32)
+    };
+    let count = AtomicUsize::new(0);
+    let all = places.par_iter().enumerate().map(|(i, place)| {
+        let reached = match known(place) {
+            Some(reached) => reached,
+            None => {
+                let of_this = |_: &'static str, share: f32| {
+                    // That it is to stop is seen at the next check.
+                    let _ = tell(i, WAYS_SHARE * share);
+                };
+                let control = Control {
+                    progress: Some(&of_this),
+                    ..*control
+                };
+                Arc::new(reached(surface, atlas, place, &control)?)
+            }
+        };
+        // Before all are measured: too many take long.
+        refuse_too_many(count.fetch_add(reached.len(), Ordering::Relaxed) + reached.len())?;
+        tell(i, 1.0)?;
+        Ok(reached)
+    });
+    all.collect()
+}
+
 /// The owned texels within reach of a place, with their distances along the surface.
-fn reached(surface: &Surface, atlas: &Atlas, place: &FoodPlace) -> Reached {
+fn reached(
+    surface: &Surface,
+    atlas: &Atlas,
+    place: &FoodPlace,
+    control: &Control<'_>,
+) -> Result<Reached, AtlasError> {
     let reach = place.reach();
-    let distance = SurfaceDistance::new(surface, &[place.point], reach);
+    let distance = SurfaceDistance::with_control(surface, &[place.point], reach, control)?;
     let (first, end) = surface.objects[place.object as usize].triangles;
     let corners = |triangle: u32| {
         let corners = surface.corners[triangle as usize];
@@ -286,8 +335,9 @@ fn reached(surface: &Surface, atlas: &Atlas, place: &FoodPlace) -> Reached {
         })
         .collect();
     let texels = (0..atlas.owner.len() as u32).into_par_iter();
-    texels
+    let reached = texels
         .filter_map(|texel| {
+            control.check().ok()?;
             let owner = atlas.owner[texel as usize];
             if owner < first || owner >= end || !is_near[(owner - first) as usize] {
                 return None;
@@ -296,7 +346,9 @@ fn reached(surface: &Surface, atlas: &Atlas, place: &FoodPlace) -> Reached {
             let distance = distance.at(triangle, u.into(), v.into());
             (distance <= reach).then_some((texel, distance as f32))
         })
-        .collect()
+        .collect();
+    control.check()?;
+    Ok(reached)
 }
 
 /// What a gutter texel is filled with.
@@ -318,7 +370,7 @@ fn refuse_too_many(count: usize) -> Result<()> {
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "foods and markers reach {count} texels, each counted for itself, and there may be {MOST_WHIFFS}: \
-         give them smaller radii, or the atlas a smaller size"
+        "foods and markers reach more texels, each counted for itself, than the {MOST_WHIFFS} that there may be: \
+         have fewer, give them smaller radii and sizes, or the atlas a smaller size"
     )))
 }

@@ -61,7 +61,8 @@ impl Setup {
         Self::with_control(scene, &Control::default())
     }
 
-    /// The same, telling how far the atlas is, stopping where it is told to, and keeping the layout where it is told.
+    /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout
+    /// where it is told.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.
@@ -87,7 +88,7 @@ impl Setup {
             strips: scene.surface.strips(&atlas.maps),
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
-            pantry: Pantry::new(&scene.surface, &atlas, foods, None)?,
+            pantry: Pantry::new(&scene.surface, &atlas, foods, None, control)?,
             poses: scene
                 .world_from_object()
                 .into_iter()

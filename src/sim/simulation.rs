@@ -67,7 +67,8 @@ impl Simulation {
         Self::with_control(ctx, scene, &Control::default())
     }
 
-    /// The same, telling how far the atlas is, stopping where it is told to, and keeping the layout where it is told.
+    /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout
+    /// where it is told.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.

@@ -4,7 +4,8 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// A scene that takes a tenth of a second.
 pub const TINY: [&str; 5] = [
@@ -151,6 +152,33 @@ impl Folder {
         names.sort();
         names
     }
+}
+
+/// Lets what has begun go on for a while, then sends it Ctrl-C, once. It must end within `patience`, as interrupted.
+#[cfg(target_os = "linux")]
+#[track_caller]
+pub fn interrupted(run: Child, after: Duration, patience: Duration) -> Output {
+    while !handles_interrupts(run.id()) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(after);
+    let kill = format!("kill -INT {}", run.id());
+    let killed = Command::new("sh").args(["-c", &kill]).status();
+    assert!(killed.expect("there is a shell").success());
+    let asked = Instant::now();
+    let output = run.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert!(asked.elapsed() < patience, "{:?}", asked.elapsed());
+    output
+}
+
+/// Does a process handle Ctrl-C itself by now?
+#[cfg(target_os = "linux")]
+fn handles_interrupts(process: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("it runs");
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    let caught = caught.expect("Linux tells which signals are caught").trim();
+    u64::from_str_radix(caught, 16).expect("it is a mask") & 2 != 0
 }
 
 /// A report that `--report` or `--json` has written.

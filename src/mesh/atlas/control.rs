@@ -1,4 +1,4 @@
-//! How far the making of an atlas is, a way to stop it, and where layouts are kept.
+//! How far long work is, the making of an atlas above all, a way to stop it, and where layouts are kept.
 
 use std::fmt;
 use std::path::Path;
@@ -28,7 +28,7 @@ impl Control<'_> {
     ///
     /// # Errors
     /// [`AtlasError::Cancelled`] when it is to stop.
-    pub(super) fn step(&self, doing: &'static str, done: f32) -> Result<(), AtlasError> {
+    pub(crate) fn step(&self, doing: &'static str, done: f32) -> Result<(), AtlasError> {
         if let Some(progress) = self.progress {
             progress(doing, done);
         }
@@ -37,7 +37,7 @@ impl Control<'_> {
 
     /// # Errors
     /// [`AtlasError::Cancelled`] when the work is to stop.
-    pub(super) fn check(&self) -> Result<(), AtlasError> {
+    pub(crate) fn check(&self) -> Result<(), AtlasError> {
         match self.cancelled {
             Some(cancelled) if cancelled.load(Ordering::Relaxed) => Err(AtlasError::Cancelled),
             _ => Ok(()),

@@ -135,7 +135,7 @@ pub enum AtlasError {
     #[error("atlas size {0} is out of range: choose from 1 to {MAX_SIZE}")]
     Size(u32),
     /// Somebody asked to stop.
-    #[error("interrupted while the atlas was being made")]
+    #[error("interrupted while setting up")]
     Cancelled,
     /// A cell has no room for two triangles and their gutter.
     #[error(

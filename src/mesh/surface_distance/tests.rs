@@ -1,5 +1,8 @@
 //! Distances along surfaces against those that can be worked out.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::{DVec3, Vec3};
 
 use super::*;
@@ -207,4 +210,108 @@ fn there_and_back_is_equally_far() {
         }
     }
     assert!(reached > 4);
+}
+
+/// Found with and without cutting windows; how many windows there were of each.
+fn both_ways<'a>(
+    surface: &'a Surface,
+    sources: &[SurfacePoint],
+    reach: f64,
+) -> [(SurfaceDistance<'a>, usize); 2] {
+    [true, false].map(|cuts| {
+        let mut search = Search::new(surface, sources, reach);
+        search.cuts = cuts;
+        search.run(&Control::default()).unwrap();
+        let count = search.found.windows.iter().map(Vec::len).sum();
+        (search.done(), count)
+    })
+}
+
+/// What is cut away is nowhere the nearest: with saddles, handles, borders, sharp edges, several places, some on edges.
+#[test]
+fn cut_windows_change_no_distance() {
+    for name in [
+        "suzanne",
+        "plane?columns=9&rows=6",
+        "torus?major=36&minor=24",
+        "gear?teeth=12",
+        "trefoil",
+        "capsule",
+        "cube?divisions=7",
+    ] {
+        let surface = surface(name);
+        let all = points(&surface);
+        let many: Vec<_> = all
+            .iter()
+            .step_by(all.len() / 4 + 1)
+            .skip(1)
+            .copied()
+            .collect();
+        for (sources, reach) in [
+            (&many[..1], f64::INFINITY),
+            (&many[..], f64::INFINITY),
+            (&many[1..2], 0.7),
+        ] {
+            let [(cut, fewer), (whole, more)] = both_ways(&surface, sources, reach);
+            assert!(fewer <= more, "{name}: {fewer} of {more} windows");
+            for p in &all {
+                let [found, expected] = [&cut, &whole].map(|d| d.at(p.triangle, p.u, p.v));
+                let is_out = found.min(expected) > reach - 1e-6;
+                assert!(
+                    found == expected || (found - expected).abs() < 1e-8 || is_out,
+                    "{name}, {p:?}: {found} for {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// On a torus whole families of ways cross everywhere behind its hole; only the nearest go on.
+#[test]
+fn there_are_few_windows_however_far_it_reaches() {
+    let count = |name: &str| {
+        let surface = surface(name);
+        let source = points(&surface)[51];
+        let distance = SurfaceDistance::new(&surface, &[source], f64::INFINITY);
+        let count: usize = distance.windows.iter().map(Vec::len).sum();
+        count as f64 / distance.windows.len() as f64
+    };
+    let small = count("torus?major=36&minor=24");
+    let large = count("torus?major=144&minor=96");
+    assert!(small < 5.0, "{small} an edge");
+    // As the root of how many triangles there are: these are 16 times as many.
+    assert!(
+        large < 4.5 * small,
+        "{large} an edge, {small} where it is coarse"
+    );
+}
+
+#[test]
+fn it_tells_how_far_it_is_and_stops() {
+    let surface = surface("torus?major=144&minor=96");
+    let source = points(&surface)[51];
+    let run = |stop_at: f32, reach: f64| {
+        let told = Mutex::new(Vec::new());
+        let stop = AtomicBool::new(false);
+        let progress = |_: &'static str, share: f32| {
+            told.lock().unwrap().push(share);
+            stop.store(share >= stop_at, Ordering::Relaxed);
+        };
+        let control = Control {
+            progress: Some(&progress),
+            cancelled: Some(&stop),
+            cache: None,
+        };
+        let found = SurfaceDistance::with_control(&surface, &[source], reach, &control);
+        (found.map(|_| ()), told.into_inner().unwrap())
+    };
+    for reach in [0.9, f64::INFINITY] {
+        let (found, told) = run(2.0, reach);
+        assert_eq!(found, Ok(()));
+        assert!(told.len() > 5 && told.is_sorted(), "{told:?}");
+        assert!(told[0] < 0.1 && told[told.len() - 1] > 0.8, "{told:?}");
+    }
+    let (found, told) = run(0.5, f64::INFINITY);
+    assert_eq!(found, Err(AtlasError::Cancelled));
+    assert!(told.iter().filter(|share| **share >= 0.5).count() == 1);
 }

@@ -1,5 +1,8 @@
 //! Food on the host: meals, plates, places, and what is kept of it.
 
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
 use super::*;
 use crate::scene::Scene;
 use crate::scene::settings::{FoodSettings, ObjectSettings, Settings};
@@ -142,13 +145,15 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
         ],
     );
     let places = places(&after, &before.surface, before.radius).unwrap();
-    let pantry = Pantry::new(&before.surface, &before.atlas, places, Some(&before.pantry)).unwrap();
+    let control = Control::default();
+    let (surface, atlas) = (&before.surface, &before.atlas);
+    let pantry = Pantry::new(surface, atlas, places, Some(&before.pantry), &control).unwrap();
     assert!(Arc::ptr_eq(&pantry.reached[0], &before.pantry.reached[1]));
     assert!(Arc::ptr_eq(&pantry.reached[2], &before.pantry.reached[0]));
     // One of another amount is another food.
     assert_eq!(pantry.kept(&before.pantry, &[10, 20]), [20, 7, 51]);
     // It is the same as if all were measured.
-    let anew = Pantry::new(&before.surface, &before.atlas, pantry.places.clone(), None).unwrap();
+    let anew = Pantry::new(surface, atlas, pantry.places.clone(), None, &control).unwrap();
     assert!(anew.scented == pantry.scented && anew.whiffs == pantry.whiffs);
     assert!(anew.plates == pantry.plates);
 }
@@ -174,4 +179,53 @@ fn food_is_carried_over_with_its_object() {
     goes_on.restore(&moved);
     goes_on.step();
     goes_on.snapshot().validate(goes_on.setup()).unwrap();
+}
+
+/// Food that takes long tells of itself, and ends when it is asked to.
+#[test]
+fn measuring_is_told_and_can_be_stopped() {
+    let scene = settings(
+        &["ball"],
+        &[("ball", X, 0), ("ball", Y, 0), ("ball", [0.0, 0.0, 1.0], 0)],
+    );
+    let setup = setup(&scene).unwrap();
+    let Setup {
+        surface,
+        atlas,
+        pantry,
+        ..
+    } = &setup;
+    let run = |stop_at: f32| {
+        let told = Mutex::new(Vec::new());
+        let stop = AtomicBool::new(false);
+        let progress = |doing: &'static str, share: f32| {
+            assert_eq!(doing, MEASURING);
+            told.lock().unwrap().push(share);
+            if share >= stop_at {
+                stop.store(true, Ordering::Relaxed);
+            }
+        };
+        let control = Control {
+            progress: Some(&progress),
+            cancelled: Some(&stop),
+            cache: None,
+        };
+        let found = Pantry::new(surface, atlas, pantry.places.clone(), None, &control);
+        (found, told.into_inner().unwrap())
+    };
+    let (found, told) = run(2.0);
+    assert!(found.unwrap().plates == pantry.plates);
+    assert!(
+        told.iter().all(|share| (0.0..=1.001).contains(share)),
+        "{told:?}"
+    );
+    assert!(told.iter().any(|share| *share > 0.999), "{told:?}");
+    for stop_at in [0.0, 0.3, 0.9] {
+        let (found, _) = run(stop_at);
+        let error = found.map(|_| ()).unwrap_err();
+        assert!(
+            matches!(error, Error::Atlas(AtlasError::Cancelled)),
+            "{error}"
+        );
+    }
 }

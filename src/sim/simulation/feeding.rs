@@ -13,6 +13,7 @@ use super::super::types::Meal;
 use super::Simulation;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, GpuError};
+use crate::mesh::atlas::Control;
 use crate::scene::foods;
 use crate::scene::settings::Settings;
 
@@ -86,9 +87,9 @@ impl FoodOrder {
     ///
     /// # Errors
     /// When a food lies off its object or on none, there are too many, or they reach too many texels; when the device is lost
-    /// or has ended meanwhile.
-    pub fn prepare(self) -> Result<PreparedFood> {
-        let pantry = measured(&self.setup, &self.settings)?;
+    /// or has ended meanwhile; and when it was stopped.
+    pub fn prepare(self, control: &Control<'_>) -> Result<PreparedFood> {
+        let pantry = measured(&self.setup, &self.settings, control)?;
         let ctx = self.ctx.upgrade().filter(|ctx| !ctx.is_lost());
         let ctx = ctx.ok_or_else(|| GpuError::DeviceLost {
             call: "preparing food",
@@ -146,7 +147,7 @@ fn has_same_food(a: &Settings, b: &Settings) -> bool {
 }
 
 /// The food of changed settings; none where it lies as it did.
-fn measured(setup: &Setup, settings: &Settings) -> Result<Option<Pantry>> {
+fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result<Option<Pantry>> {
     if let [problem, ..] = &foods::problems(settings)[..] {
         return Err(Error::Invalid(problem.clone()));
     }
@@ -154,7 +155,8 @@ fn measured(setup: &Setup, settings: &Settings) -> Result<Option<Pantry>> {
     if places == setup.pantry.places {
         return Ok(None);
     }
-    let pantry = Pantry::new(&setup.surface, &setup.atlas, places, Some(&setup.pantry))?;
+    let (surface, before) = (&setup.surface, Some(&setup.pantry));
+    let pantry = Pantry::new(surface, &setup.atlas, places, before, control)?;
     Ok(Some(pantry))
 }
 
@@ -185,7 +187,7 @@ impl Simulation {
         }
         let mut served = match prepared {
             Some(food) if food.is_for(settings, &self.setup.pantry) => food.served.take(),
-            _ => measured(&self.setup, settings)?
+            _ => measured(&self.setup, settings, &Control::default())?
                 .map(|pantry| {
                     let left = pantry.kept(&self.setup.pantry, &self.remaining()?);
                     Served::new(&self.ctx, pantry, &left)

@@ -3,6 +3,7 @@
 use super::{Simulation, digest, scent};
 use crate::error::Result;
 use crate::gpu::Kernel as _;
+use crate::mesh::atlas::Control;
 use crate::scene::settings::Settings;
 use crate::sim::food::{Pantry, places};
 use crate::sim::kernels::{DigestParams, Scent, ScentParams};
@@ -50,7 +51,13 @@ impl Simulation {
     pub fn put_food(&mut self, settings: &Settings) -> Result<()> {
         let setup = &self.setup;
         let places = places(settings, &setup.surface, setup.radius)?;
-        let pantry = Pantry::new(&setup.surface, &setup.atlas, places, Some(&setup.pantry))?;
+        let pantry = Pantry::new(
+            &setup.surface,
+            &setup.atlas,
+            places,
+            Some(&setup.pantry),
+            &Control::default(),
+        )?;
         let left: Vec<u32> = self.meals.iter().map(|meal| meal.remaining).collect();
         let left = pantry.kept(&setup.pantry, &left);
         self.setup.pantry = pantry;
