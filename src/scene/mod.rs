@@ -281,7 +281,18 @@ fn overridden(
         reader.assignment(assignment);
     }
     if let Some(seed) = overrides.seed {
-        reader.seed(seed);
+        let key = |assignment: &&String| assignment.split('=').next().map(str::trim);
+        let mut assignments = overrides.set.iter();
+        match assignments.find(|assignment| key(assignment) == Some("seed")) {
+            None => reader.seed(seed),
+            // Nobody knows which of the two is meant.
+            Some(assignment) => reader.problems.push(Problem {
+                place: format!("--seed {seed}"),
+                message: format!(
+                    "--set {assignment} sets the seed, too: leave one of the two away"
+                ),
+            }),
+        }
     }
     reader.finish().map_err(|problems| SceneError::Problems {
         scene: scene.to_owned(),
