@@ -28,11 +28,14 @@ mod times;
 mod work;
 
 use std::ffi::OsStr;
+use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use myxo::Error;
 use myxo::mesh::atlas::AtlasError;
+use myxo::scene::builtin::SCENES;
 
 /// Physarum on the surfaces of 3D objects.
 ///
@@ -105,7 +108,7 @@ pub fn main() -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,winit=error"))
         .format_timestamp(None)
         .init();
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| with_hint(error).exit());
     let result = match &cli.command {
         None => lab::Lab::default().run(),
         Some(Command::Lab(lab)) => lab.run(),
@@ -138,6 +141,26 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// A scene where a command should stand is one to be opened.
+fn with_hint(mut error: clap::Error) -> clap::Error {
+    if error.kind() != ErrorKind::InvalidSubcommand {
+        return error;
+    }
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
+        return error;
+    };
+    let is_scene = SCENES.iter().any(|scene| scene.name == word) || Path::new(word).is_file();
+    if is_scene {
+        let hint = format!("to open it in the window: myxo lab {word}");
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![hint.into()]),
+        );
+    }
+    error
+}
+
 fn is_closed_pipe(error: &Error) -> bool {
     matches!(error, Error::Io { path, source, .. }
         if path.as_os_str() == OsStr::new(console::STDOUT) && source.kind() == std::io::ErrorKind::BrokenPipe)
@@ -147,6 +170,20 @@ fn is_closed_pipe(error: &Error) -> bool {
 mod tests {
     use super::*;
     use clap::CommandFactory as _;
+
+    #[test]
+    fn a_scene_without_a_command_is_told_how_it_opens() {
+        let told = |word: &str| {
+            let parsed = Cli::try_parse_from(["myxo", word]);
+            with_hint(parsed.expect_err(word)).to_string()
+        };
+        for word in ["cube", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")] {
+            let text = told(word);
+            assert!(text.contains(&format!("myxo lab {word}")), "{text}");
+        }
+        assert!(!told("cuboid").contains("myxo lab"));
+        assert!(told("rendr").contains("render"));
+    }
 
     /// clap's own check of names, defaults and conflicts.
     #[test]

@@ -13,8 +13,10 @@ use super::own::check_name;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::theme;
 
-/// Of a small picture, points.
-const SIZE: egui::Vec2 = vec2(150.0, 100.0);
+/// The least width of a small picture, points.
+const LEAST: f32 = 150.0;
+/// Between cards.
+const BETWEEN: egui::Vec2 = vec2(10.0, 8.0);
 
 macro_rules! pictures {
     ($($name:literal),+ $(,)?) => {
@@ -92,7 +94,8 @@ impl Interface {
             self.gallery.was_open = false;
             return;
         }
-        if !self.gallery.was_open {
+        let has_come = !self.gallery.was_open;
+        if has_come {
             self.gallery.was_open = true;
             self.gallery.forget_pictures();
             self.own.read_again();
@@ -109,33 +112,36 @@ impl Interface {
             .fixed_pos(picture.left_top() + vec2(margin, margin))
             .fixed_size(size)
             .show(ctx, |ui| {
-                egui::ScrollArea::vertical()
-                    .auto_shrink([false, true])
-                    .show(ui, |ui| {
-                        ui.set_max_width(size.x - 20.0);
-                        self.left_scenes(ui, commands);
-                        ui.horizontal(|ui| {
-                            ui.label(RichText::new("Scenes").strong());
-                            let open = ui.button("Open…").on_hover_text(OPEN);
-                            if open.marked("open").clicked() {
-                                self.begin_to_open(ui.ctx(), EVERYTHING);
-                            }
-                        });
-                        let is_shown = |scene: &Builtin| facts.scene == scene.name;
-                        if let Some(scene) = self.cards(ui, SCENES, is_shown) {
-                            commands.push(Command::Open(scene.name));
-                            self.gallery.open = false;
-                        }
-                        ui.add_space(8.0);
-                        ui.label(RichText::new("Presets").strong());
-                        self.keeping(ui, commands);
-                        self.own_cards(ui, commands);
-                        let taken = self.preset.clone();
-                        let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
-                        if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
-                            self.take_preset(ui.ctx(), preset.name, preset.text, commands);
+                let mut area = egui::ScrollArea::vertical().auto_shrink([false, true]);
+                if has_come {
+                    area = area.vertical_scroll_offset(0.0);
+                }
+                area.show(ui, |ui| {
+                    // Room for the bar, which floats over the content.
+                    ui.set_max_width(ui.available_width() - theme::SCROLL_BAR - 4.0);
+                    self.left_scenes(ui, commands);
+                    ui.horizontal(|ui| {
+                        ui.label(RichText::new("Scenes").strong());
+                        let open = ui.button("Open…").on_hover_text(OPEN);
+                        if open.marked("open").clicked() {
+                            self.begin_to_open(ui.ctx(), EVERYTHING);
                         }
                     });
+                    let is_shown = |scene: &Builtin| facts.scene == scene.name;
+                    if let Some(scene) = self.cards(ui, SCENES, is_shown) {
+                        commands.push(Command::Open(scene.name));
+                        self.gallery.open = false;
+                    }
+                    ui.add_space(8.0);
+                    ui.label(RichText::new("Presets").strong());
+                    self.keeping(ui, commands);
+                    self.own_cards(ui, commands);
+                    let taken = self.preset.clone();
+                    let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
+                    if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
+                        self.take_preset(ui.ctx(), preset.name, preset.text, commands);
+                    }
+                });
             });
         mark_cross(shown, "gallery.close");
         self.gallery.open &= open;
@@ -149,13 +155,15 @@ impl Interface {
         is_chosen: impl Fn(&Builtin) -> bool,
     ) -> Option<&'static Builtin> {
         let mut clicked = None;
+        let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing = vec2(10.0, 8.0);
+            ui.spacing_mut().item_spacing = BETWEEN;
             for builtin in all {
                 let texture = self.gallery.picture(ui.ctx(), builtin.name);
                 let texture = texture.map(TextureHandle::id);
                 let is_chosen = is_chosen(builtin);
-                if card(ui, builtin.name, builtin.summary(), texture, is_chosen).clicked() {
+                let hint = builtin.summary();
+                if card(ui, size, builtin.name, hint, texture, is_chosen).clicked() {
                     clicked = Some(builtin);
                 }
             }
@@ -230,8 +238,9 @@ impl Interface {
             return;
         }
         let mut taken = None;
+        let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing = vec2(10.0, 8.0);
+            ui.spacing_mut().item_spacing = BETWEEN;
             for own in self.own.all() {
                 let name = own.name.as_str();
                 let pictures = &mut self.gallery.own_pictures;
@@ -251,7 +260,7 @@ impl Interface {
                     None => summary(&own.text).to_owned(),
                 };
                 let is_chosen = self.preset.as_deref() == Some(name);
-                let card = card(ui, name, &hint, texture, is_chosen);
+                let card = card(ui, size, name, &hint, texture, is_chosen);
                 if own.problem.is_some() {
                     ui.painter().text(
                         card.rect.center(),
@@ -262,7 +271,7 @@ impl Interface {
                     );
                 }
                 let asked = self.gallery.removing.as_deref() == Some(name);
-                match remove_button(ui, &card, name, asked) {
+                match remove_button(ui, &card, size, name, asked) {
                     Some(Removing::Ask) => self.gallery.removing = Some(name.to_owned()),
                     Some(Removing::Keep) => self.gallery.removing = None,
                     Some(Removing::Remove) => {
@@ -288,8 +297,14 @@ enum Removing {
 }
 
 /// A cross in the corner of a card; once it was clicked, a question in the middle.
-fn remove_button(ui: &mut Ui, card: &Response, name: &str, asked: bool) -> Option<Removing> {
-    let image = Rect::from_min_size(card.rect.min, SIZE);
+fn remove_button(
+    ui: &mut Ui,
+    card: &Response,
+    size: egui::Vec2,
+    name: &str,
+    asked: bool,
+) -> Option<Removing> {
+    let image = Rect::from_min_size(card.rect.min, size);
     // Beside what is laid out, so that the next card stays where it is.
     let mut over = ui.new_child(egui::UiBuilder::new().max_rect(image));
     let ui = &mut over;
@@ -315,34 +330,45 @@ fn remove_button(ui: &mut Ui, card: &Response, name: &str, asked: bool) -> Optio
     clicked.then_some(Removing::Ask)
 }
 
+/// The size of a card's picture where as many as fit stand side by side and fill the room.
+fn card_size(room: f32) -> egui::Vec2 {
+    let count = ((room + BETWEEN.x) / (LEAST + BETWEEN.x)).floor().max(1.0);
+    // Whole points, or rounding would send the last one to the next line.
+    let width = ((room - (count - 1.0) * BETWEEN.x) / count - 0.5).floor();
+    let width = width.max(LEAST);
+    vec2(width, (width / 1.5).round())
+}
+
 /// A picture with a name below.
 fn card(
     ui: &mut Ui,
+    size: egui::Vec2,
     name: &str,
     hint: &str,
     texture: Option<egui::TextureId>,
     is_chosen: bool,
 ) -> Response {
-    let (rect, response) = ui.allocate_exact_size(SIZE + vec2(0.0, 20.0), Sense::click());
+    let (rect, response) = ui.allocate_exact_size(size + vec2(0.0, 20.0), Sense::click());
     let response = response.on_hover_text(hint).marked(&format!("card={name}"));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, name));
-    let image = Rect::from_min_size(rect.min, SIZE);
+    let image = Rect::from_min_size(rect.min, size);
     let painter = ui.painter();
     painter.rect_filled(image, 4.0, ui.visuals().extreme_bg_color);
     if let Some(texture) = texture {
         let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
         painter.image(texture, image, whole, egui::Color32::WHITE);
     }
-    let highlight = is_chosen || response.hovered() || response.has_focus();
-    if highlight {
-        let stroke = egui::Stroke::new(2.0, theme::accent(ui));
-        painter.rect_stroke(image, 4.0, stroke, egui::StrokeKind::Inside);
-    }
-    let color = if highlight {
-        theme::accent(ui)
-    } else {
-        ui.visuals().text_color()
+    // What is pointed at is not what is chosen.
+    let is_pointed_at = response.hovered() || response.has_focus();
+    let (line, color) = match (is_chosen, is_pointed_at) {
+        (true, _) => (egui::Stroke::new(2.5, theme::accent(ui)), theme::accent(ui)),
+        (false, true) => (
+            egui::Stroke::new(1.0, theme::weak(ui)),
+            ui.visuals().strong_text_color(),
+        ),
+        (false, false) => (egui::Stroke::NONE, ui.visuals().text_color()),
     };
+    painter.rect_stroke(image, 4.0, line, egui::StrokeKind::Inside);
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     painter.text(
         rect.left_bottom() + vec2(2.0, -2.0),
@@ -357,6 +383,19 @@ fn card(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cards_fill_the_width() {
+        for room in [100.0, 150.0, 309.0, 310.0, 880.0, 1283.7] {
+            let width = card_size(room).x;
+            let count = ((room + BETWEEN.x) / (width + BETWEEN.x)).floor().max(1.0);
+            let left = room - count * (width + BETWEEN.x) + BETWEEN.x;
+            assert!(
+                width >= LEAST && left < 2.0 * count,
+                "{room}: {left} are left"
+            );
+        }
+    }
 
     #[test]
     fn every_scene_and_preset_has_a_picture() {

@@ -17,11 +17,10 @@ use myxo::scene::settings::{Settings, Show};
 pub use super::facts::{Facts, KernelTime, Waiting};
 use super::gallery::Gallery;
 use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
-use super::keys::{self, KeyAction};
 use super::left::{LeftScene, LeftScenes};
 use super::navigation::{Moved, Navigation};
 use super::notices::Notice;
-use super::opening::{EVERYTHING, Opening};
+use super::opening::Opening;
 use super::out::{Out, OutPanel};
 use super::overlays::show_loading;
 use super::own::OwnPresets;
@@ -123,6 +122,8 @@ pub struct Interface {
     pub(super) morph_seconds: f64,
     pub(super) morph: Option<Morph>,
     pub(super) filter: String,
+    /// The hand is in the field for it.
+    pub(super) is_searching: bool,
     /// Is the key held?
     shift: bool,
     pub(super) notice: Option<Notice>,
@@ -178,6 +179,7 @@ impl Interface {
             morph_seconds: 0.0,
             morph: None,
             filter: String::new(),
+            is_searching: false,
             shift: false,
             notice: None,
             dropped: None,
@@ -191,7 +193,9 @@ impl Interface {
     pub fn open(&mut self, scene: &Scene) {
         self.loaded = scene.settings.clone();
         self.see_as(scene);
+        self.hands.leave_scene();
         self.restarted(scene);
+        self.hands.newcomer.clear();
         self.find_preset();
         self.undo = Undo::new(&self.edited, &self.view);
     }
@@ -237,6 +241,8 @@ impl Interface {
 
     /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
     pub fn not_shown(&mut self) {
+        let there = self.running.objects.len();
+        self.hands.selected = self.hands.selected.filter(|object| *object < there);
         if !std::mem::take(&mut self.renews) {
             return;
         }
@@ -253,6 +259,8 @@ impl Interface {
     /// Shows everything for one frame.
     pub fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let mut commands = Vec::new();
+        // A press that closes a list does nothing else.
+        self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
             self.handle_keys(ui.ctx(), &mut commands);
@@ -286,21 +294,22 @@ impl Interface {
         let moved = if self.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
-            self.navigation.apply(ui, &response, &mut self.view)
+            (self.navigation).apply(ui, &response, self.hands.drags, &mut self.view)
         };
         let beside_touched = beside.is_some_and(|rect| self.move_beside(ui, rect));
         if let Some(pixel) = moved.refocus {
             commands.push(Command::Refocus(pixel));
         }
         self.show_hands(ui, picture, facts);
+        let mut bar = None;
         if !self.performing {
-            self.show_tools(ui.ctx(), picture, &mut commands);
+            bar = self.show_tools(ui.ctx(), picture, &mut commands);
         }
         if self.help {
             self.show_help(ui.ctx(), picture);
         }
         self.show_gallery(ui.ctx(), picture, facts, &mut commands);
-        self.show_out(ui.ctx(), picture, facts, &mut commands);
+        self.show_out(ui.ctx(), picture, bar, facts, &mut commands);
         if let Some(loading) = &facts.loading {
             show_loading(ui.ctx(), picture, loading, &mut commands);
         }
@@ -371,70 +380,6 @@ impl Interface {
             || self.running.objects != self.edited.objects
     }
 
-    fn handle_keys(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        self.navigation.keep_keys(ctx);
-        for action in keys::pressed(ctx) {
-            match action {
-                KeyAction::Pause => self.playing = !self.playing,
-                KeyAction::SingleStep => {
-                    self.playing = false;
-                    commands.push(Command::Step);
-                }
-                KeyAction::Reset => commands.push(Command::Restart),
-                KeyAction::Show(show) => self.choose_view(ctx, show),
-                KeyAction::Split => self.split = !self.split,
-                KeyAction::Fly => self.toggle_flight(ctx),
-                KeyAction::NextCharts => self.view.charts = next_charts(self.view.charts),
-                KeyAction::NextColors => self.view.color_map = self.view.color_map.next(),
-                KeyAction::NextPreset => self.step_preset(ctx, true, commands),
-                KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
-                KeyAction::ByChance => self.by_chance(ctx, commands),
-                KeyAction::Fit => self.fit(),
-                KeyAction::Screenshot => commands.push(Command::Screenshot),
-                KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
-                KeyAction::TakeOut => self.out.open = !self.out.open,
-                KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
-                KeyAction::Save => commands.push(Command::Save),
-                KeyAction::Undo => self.undo(commands),
-                KeyAction::Redo => self.redo(commands),
-                KeyAction::Panel => self.panel = !self.panel,
-                KeyAction::Perform => self.perform(ctx),
-                KeyAction::FullScreen => commands.push(Command::FullScreen),
-                KeyAction::Theme => self.set_light(ctx, !self.light),
-                KeyAction::Gallery => self.gallery.open = !self.gallery.open,
-                KeyAction::Help => self.help = !self.help,
-                KeyAction::Brush | KeyAction::Food | KeyAction::Probe
-                    if self.view.show.is_flat() =>
-                {
-                    self.tell_flat(ctx);
-                }
-                KeyAction::Brush => self.hands.toggle_brush(),
-                KeyAction::Food => self.hands.toggle_food(),
-                KeyAction::Probe => self.hands.probe = !self.hands.probe,
-                KeyAction::Remove => self.remove_selected(ctx, commands),
-                KeyAction::Back => self.back(ctx, commands),
-                KeyAction::Quit => commands.push(Command::Quit),
-            }
-        }
-    }
-
-    /// Leaves what lies on top: a list, the gallery, the picture alone, a scene that is awaited.
-    fn back(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        if self.help || self.gallery.open || self.out.open {
-            self.help = false;
-            self.gallery.open = false;
-            self.out.open = false;
-        } else if self.hands.back() {
-            // A tool was left, or an object.
-        } else if self.performing {
-            self.perform(ctx);
-        } else if self.navigation.is_flying() {
-            self.toggle_flight(ctx);
-        } else {
-            commands.push(Command::CancelLoading);
-        }
-    }
-
     /// Help, gallery and what is taken out have one place: the one that is opened closes the others.
     fn keep_one_on_top(&mut self) {
         let all = [&mut self.help, &mut self.gallery.open, &mut self.out.open];
@@ -449,7 +394,7 @@ impl Interface {
     }
 
     /// The picture alone, or no longer.
-    fn perform(&mut self, ctx: &egui::Context) {
+    pub(super) fn perform(&mut self, ctx: &egui::Context) {
         self.performing = !self.performing;
         self.help = false;
         self.out.open = false;
@@ -571,8 +516,19 @@ impl Interface {
         { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
     }
 
-    /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it.
+    /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it. An object that
+    /// has come is brought into the picture in any case.
     pub(super) fn keep_fitting(&mut self, size: Vec2) {
+        let newcomer = std::mem::take(&mut self.hands.newcomer);
+        if self.is_fitted() && !newcomer.is_empty() {
+            self.view.camera.target = self.outline.0;
+            self.refit();
+        } else if !self.navigation.is_flying() {
+            let mut wide = self.view.camera;
+            wide.fit_points(newcomer, size);
+            let distance = &mut self.view.camera.distance;
+            *distance = distance.max(wide.distance);
+        }
         let camera = &mut self.view.camera;
         if self
             .fitted
@@ -581,15 +537,6 @@ impl Interface {
             camera.fit_points(self.outline.1.iter().copied(), size);
             self.fitted = Some((*camera, size));
         }
-    }
-}
-
-/// Nothing, under the trail, nothing else, and so on.
-fn next_charts(charts: f32) -> f32 {
-    match charts {
-        charts if charts < 0.5 => 0.5,
-        charts if charts < 1.0 => 1.0,
-        _ => 0.0,
     }
 }
 

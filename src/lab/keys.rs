@@ -1,7 +1,11 @@
-//! What keys do, in one table: the handler and the help read the same.
+//! What keys do: in one table, which the help reads too, and done.
 
-use egui::{Key, Modifiers};
+use egui::{Event, Key, Modifiers};
 use myxo::scene::settings::Show;
+
+use super::interface::{Command, Interface};
+use super::opening::EVERYTHING;
+use super::out::Out;
 
 /// Something that a key does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -238,7 +242,7 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         &[Key::E],
         "Ctrl E",
         KeyAction::TakeOut,
-        "take it out: pictures, films, models, data",
+        "export: pictures, films, models, data",
     ),
     (
         Modifiers::COMMAND,
@@ -379,17 +383,128 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Ctrl +, Ctrl -, Ctrl 0", "larger, smaller, usual letters"),
 ];
 
-/// What the keys pressed in this frame do; nothing while text is being typed.
+/// What the keys pressed in this frame do, in the order in which they were pressed; nothing while text is being typed.
 pub fn pressed(ctx: &egui::Context) -> Vec<KeyAction> {
     if ctx.text_edit_focused() {
         return Vec::new();
     }
+    let mut pressed = Vec::new();
     ctx.input_mut(|input| {
-        KEYS.iter()
-            .filter(|(modifiers, keys, ..)| {
-                keys.iter().any(|key| input.consume_key(*modifiers, *key))
-            })
-            .map(|(_, _, _, action, _)| *action)
-            .collect()
-    })
+        input.events.retain(|event| {
+            let Event::Key {
+                key,
+                pressed: true,
+                repeat,
+                modifiers,
+                ..
+            } = event
+            else {
+                return true;
+            };
+            let Some(action) = action_of(*modifiers, *key) else {
+                return true;
+            };
+            // A key that is held does in a slow frame what it would in a quick one.
+            if !(*repeat && pressed.contains(&action)) {
+                pressed.push(action);
+            }
+            false
+        });
+    });
+    pressed
+}
+
+/// What a key does with these held.
+fn action_of(held: Modifiers, key: Key) -> Option<KeyAction> {
+    let found = KEYS
+        .iter()
+        .find(|(modifiers, keys, ..)| keys.contains(&key) && held.matches_logically(*modifiers));
+    found.map(|(_, _, _, action, _)| *action)
+}
+
+impl Interface {
+    pub(super) fn handle_keys(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        self.navigation.keep_keys(ctx);
+        for action in pressed(ctx) {
+            match action {
+                KeyAction::Pause => self.playing = !self.playing,
+                KeyAction::SingleStep => {
+                    self.playing = false;
+                    commands.push(Command::Step);
+                }
+                KeyAction::Reset => commands.push(Command::Restart),
+                KeyAction::Show(show) => self.choose_view(ctx, show),
+                KeyAction::Split => self.split = !self.split,
+                KeyAction::Fly => self.toggle_flight(ctx),
+                KeyAction::NextCharts => self.next_charts(ctx),
+                KeyAction::NextColors => self.view.color_map = self.view.color_map.next(),
+                KeyAction::NextPreset => self.step_preset(ctx, true, commands),
+                KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
+                KeyAction::ByChance => self.by_chance(ctx, commands),
+                KeyAction::Fit => self.fit(),
+                KeyAction::Screenshot => commands.push(Command::Screenshot),
+                KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
+                KeyAction::TakeOut => self.out.open = !self.out.open,
+                KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
+                KeyAction::Save => commands.push(Command::Save),
+                KeyAction::Undo => self.undo(commands),
+                KeyAction::Redo => self.redo(commands),
+                KeyAction::Panel => self.panel = !self.panel,
+                KeyAction::Perform => self.perform(ctx),
+                KeyAction::FullScreen => commands.push(Command::FullScreen),
+                KeyAction::Theme => self.set_light(ctx, !self.light),
+                KeyAction::Gallery => self.gallery.open = !self.gallery.open,
+                KeyAction::Help => self.help = !self.help,
+                KeyAction::Brush | KeyAction::Food | KeyAction::Probe
+                    if self.view.show.is_flat() =>
+                {
+                    self.tell_flat(ctx);
+                }
+                KeyAction::Brush => self.hands.toggle_brush(),
+                KeyAction::Food => self.hands.toggle_food(),
+                KeyAction::Probe => self.hands.probe = !self.hands.probe,
+                KeyAction::Remove => self.remove_selected(ctx, commands),
+                KeyAction::Back => self.back(ctx, commands),
+                KeyAction::Quit => commands.push(Command::Quit),
+            }
+        }
+    }
+
+    /// Leaves what lies on top: a list, the field for a search with what is in it, the gallery, the picture alone, a scene that is awaited.
+    fn back(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        if egui::Popup::is_any_open(ctx) {
+            egui::Popup::close_all(ctx);
+        } else if std::mem::take(&mut self.is_searching) {
+            self.filter.clear();
+        } else if self.help || self.gallery.open || self.out.open {
+            self.help = false;
+            self.gallery.open = false;
+            self.out.open = false;
+        } else if self.hands.back() {
+            // A tool was left, or an object.
+        } else if self.performing {
+            self.perform(ctx);
+        } else if self.navigation.is_flying() {
+            self.toggle_flight(ctx);
+        } else {
+            commands.push(Command::CancelLoading);
+        }
+    }
+
+    /// Nothing, under the trail, nothing else, and so on; where the picture has no charts, that is said.
+    fn next_charts(&mut self, ctx: &egui::Context) {
+        let show = self.view.show;
+        if !show.has_charts() {
+            let text = format!(
+                "{} has no charts of X: Trail, Relief and Atlas show them",
+                show.title()
+            );
+            return self.notice(ctx, text, false);
+        }
+        self.view.charts = match self.view.charts {
+            charts if charts < 0.5 => 0.5,
+            charts if charts < 1.0 => 1.0,
+            _ => 0.0,
+        };
+    }
 }

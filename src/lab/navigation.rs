@@ -1,6 +1,6 @@
 //! The hand on the scene: drags, the wheel and double clicks become motions of the camera, of the atlas or of the light.
 
-use egui::{Key, PointerButton, Response, Ui};
+use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::view::View;
 use myxo::scene::settings::Show;
@@ -27,6 +27,32 @@ struct Flight {
     distance: f32,
 }
 
+/// What the hand dragged over the picture in a frame, points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drags {
+    /// With the first button.
+    pub first: egui::Vec2,
+    /// With the others.
+    pub others: egui::Vec2,
+    /// Where the first button went down last.
+    pub pressed: Option<Pos2>,
+}
+
+impl Drags {
+    /// As the frames have it, which is later than it is where they take long.
+    pub fn of(response: &Response) -> Self {
+        let by = |button| match response.dragged_by(button) {
+            true => response.drag_delta(),
+            false => egui::Vec2::ZERO,
+        };
+        Self {
+            first: by(PointerButton::Primary),
+            others: by(PointerButton::Secondary) + by(PointerButton::Middle),
+            pressed: None,
+        }
+    }
+}
+
 /// What the hand did in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
@@ -38,11 +64,10 @@ pub struct Moved {
 
 impl Navigation {
     /// Moves `view` as the hand did over the picture, which `response` covers.
-    pub fn apply(&mut self, ui: &Ui, response: &Response, view: &mut View) -> Moved {
+    pub fn apply(&mut self, ui: &Ui, response: &Response, drags: Drags, view: &mut View) -> Moved {
         let scale = ui.ctx().pixels_per_point();
         let pixels = |v: egui::Vec2| Vec2::new(v.x, v.y) * scale;
         let size = pixels(response.rect.size());
-        let drag = pixels(response.drag_delta());
         let (shift, scroll, pinch, seconds) = ui.input(|i| {
             (
                 i.modifiers.shift,
@@ -58,10 +83,9 @@ impl Navigation {
         let lights = ui.input(|i| i.key_down(Key::L)) && !ui.ctx().text_edit_focused();
         let mut moved = Moved::default();
 
-        let pans = response.dragged_by(PointerButton::Secondary)
-            || response.dragged_by(PointerButton::Middle);
-        let primary = response.dragged_by(PointerButton::Primary);
-        if (pans || primary) && drag != Vec2::ZERO {
+        let pans = drags.others != egui::Vec2::ZERO;
+        let drag = pixels(if pans { drags.others } else { drags.first });
+        if drag != Vec2::ZERO {
             moved.touched = true;
             self.flight = None;
             match view.show {
@@ -83,7 +107,7 @@ impl Navigation {
             }
         }
         if response.double_clicked() && view.show != Show::Atlas {
-            moved.refocus = pointer;
+            moved.refocus = drags.pressed.map(|at| pixels(at - response.rect.min));
         }
         moved.touched |= self.fly(view, seconds);
         moved.touched |= view.show != Show::Atlas && self.travel(ui.ctx(), view, seconds);

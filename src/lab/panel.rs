@@ -79,12 +79,7 @@ impl Interface {
         self.looks(ui, commands);
         ui.add_space(6.0);
         ui.separator();
-        ui.add(
-            egui::TextEdit::singleline(&mut self.filter)
-                .hint_text("🔍 find a parameter")
-                .desired_width(f32::INFINITY),
-        )
-        .marked("filter");
+        self.search(ui);
         note_value(ui.ctx(), "filter", || self.filter.clone());
         // What is looked for has the panel to itself.
         let looks_for = !self.filter.trim().is_empty();
@@ -108,6 +103,27 @@ impl Interface {
                     kernel_table(ui, facts)
                 });
             });
+    }
+
+    /// The field for what is looked for, and a way out of it.
+    fn search(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 2.0;
+            let looks_for = !self.filter.is_empty();
+            let room = if looks_for { 24.0 } else { 0.0 };
+            let field = egui::TextEdit::singleline(&mut self.filter)
+                .hint_text("🔍 find a parameter")
+                .desired_width(ui.available_width() - room);
+            self.is_searching = ui.add(field).marked("filter").has_focus();
+            if !looks_for {
+                return;
+            }
+            let clear = egui::Button::new("✖").frame(false);
+            let clear = (ui.add(clear)).on_hover_text("Shows everything again (Esc in the field)");
+            if clear.marked("filter.clear").clicked() {
+                self.filter.clear();
+            }
+        });
     }
 
     /// Picture, Camera and Light; of those that are not looked for by name, the rows that are.
@@ -195,7 +211,7 @@ impl Interface {
                 .selected(self.out.open);
             if ui
                 .add(out)
-                .on_hover_text("Take it out: pictures, recordings, films, models, data (Ctrl E)")
+                .on_hover_text("Export: pictures, recordings, films, models, data (Ctrl E)")
                 .marked("out")
                 .clicked()
             {
@@ -264,7 +280,7 @@ impl Interface {
             let name = match &self.preset {
                 Some(name) if self.is_changed_from(name) => format!("{name}*"),
                 Some(name) => name.clone(),
-                None => "preset".to_owned(),
+                None => "own look".to_owned(),
             };
             let mut chosen = None;
             egui::ComboBox::from_id_salt("preset")
@@ -377,7 +393,8 @@ impl Interface {
                 continue;
             }
             let title = format!("Object: {}", self.edited.objects[i].name);
-            section(ui, &title, false, !filter.is_empty(), |ui| {
+            let reveals = self.hands.reveals == Some(i) && filter.is_empty();
+            let shown = section_with(ui, &title, false, !filter.is_empty(), reveals, |ui| {
                 let context = RowContext {
                     loaded,
                     running,
@@ -389,6 +406,15 @@ impl Interface {
                     changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
                 }
             });
+            if reveals {
+                // It opens by and by, and only then is there something to scroll to.
+                shown.header_response.scroll_to_me(Some(Align::TOP));
+                if shown.openness < 1.0 {
+                    ui.ctx().request_repaint();
+                } else {
+                    self.hands.reveals = None;
+                }
+            }
         }
         changed |= self.food_sections(ui, &before, &filter);
         if changed {
@@ -506,17 +532,29 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
 /// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
 /// for, and leaves it afterwards as it was before.
 fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
-    egui::CollapsingHeader::new(RichText::new(title).strong())
+    section_with(ui, title, open, found, false, contents);
+}
+
+/// The same, which can be opened from elsewhere.
+fn section_with(
+    ui: &mut Ui,
+    title: &str,
+    open: bool,
+    found: bool,
+    opens: bool,
+    contents: impl FnOnce(&mut Ui),
+) -> egui::CollapsingResponse<()> {
+    let mut shown = egui::CollapsingHeader::new(RichText::new(title).strong())
         .id_salt((title, found))
         .default_open(open)
-        .open(found.then_some(true))
+        .open((found || opens).then_some(true))
         .show_unindented(ui, |ui| {
             ui.add_space(2.0);
             contents(ui);
             ui.add_space(6.0);
-        })
-        .header_response
-        .marked(&format!("section={title}"));
+        });
+    shown.header_response = shown.header_response.marked(&format!("section={title}"));
+    shown
 }
 
 #[cfg(test)]

@@ -119,7 +119,7 @@ pub fn editor<T>(
             let (low, high) = own.slider;
             // A value of its own begins as what holds here anyway.
             let mut now = before.unwrap_or((own.shared)(shared));
-            ui.checkbox(&mut has, "of its own")
+            theme::switch(ui, &mut has, "of its own")
                 .on_hover_text("Otherwise the scene's value holds here too.")
                 .marked(&format!("{key}:own"));
             if has {

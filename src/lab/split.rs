@@ -4,7 +4,7 @@ use egui::{Rect, Sense, Stroke, Ui};
 use myxo::scene::settings::Show;
 
 use super::interface::Interface;
-use super::navigation::Navigation;
+use super::navigation::{Drags, Navigation};
 use super::places::Marked as _;
 use super::theme;
 
@@ -27,7 +27,7 @@ impl Interface {
             .marked("beside");
         let mut view = self.view;
         view.show = Show::Atlas;
-        let moved = Navigation::default().apply(ui, &response, &mut view);
+        let moved = Navigation::default().apply(ui, &response, Drags::of(&response), &mut view);
         self.view.atlas = view.atlas;
         let line = Stroke::new(1.0, theme::weak(ui));
         ui.painter().vline(rect.left(), rect.y_range(), line);

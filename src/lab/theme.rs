@@ -101,6 +101,25 @@ pub fn fill_selection(visuals: &mut Visuals) {
     visuals.selection.stroke.color = on_accent(visuals);
 }
 
+/// A box that is ticked or not, with a line round it: its ground alone is hardly another than that which it stands on.
+pub fn switch(ui: &mut Ui, is_on: &mut bool, text: &str) -> egui::Response {
+    ui.scope(|ui| {
+        let line = Stroke::new(1.0, weak(ui));
+        let visuals = ui.visuals_mut();
+        let widgets = &mut visuals.widgets;
+        for widget in [
+            &mut widgets.inactive,
+            &mut widgets.hovered,
+            &mut widgets.active,
+        ] {
+            widget.bg_fill = visuals.extreme_bg_color;
+            widget.bg_stroke = line;
+        }
+        ui.checkbox(is_on, text)
+    })
+    .inner
+}
+
 /// Gives a context the look.
 pub fn apply(ctx: &egui::Context, light: bool) {
     ctx.set_theme(if light {
@@ -149,7 +168,13 @@ fn visuals(light: bool) -> Visuals {
     visuals.extreme_bg_color = palette.field;
     visuals.faint_bg_color = palette.faint;
     visuals.selection.bg_fill = palette.accent.gamma_multiply(0.32);
-    visuals.selection.stroke = Stroke::new(1.0, palette.accent);
+    // Amber on what is tinted with it is read in the dark only.
+    let chosen = if light {
+        palette.strong
+    } else {
+        palette.accent
+    };
+    visuals.selection.stroke = Stroke::new(1.0, chosen);
     visuals.hyperlink_color = palette.accent;
     visuals.warn_fg_color = palette.pending;
     visuals.error_fg_color = palette.error;

@@ -5,15 +5,15 @@ use glam::Vec3;
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::view::Light;
-use myxo::scene::settings::{ColorMap, Settings, Show};
+use myxo::scene::settings::{ColorMap, Settings};
 
 /// Entries that are kept.
 const MOST: usize = 200;
 
-/// What the picture looks like, but for where it is taken from.
+/// What the picture looks like. Where it is taken from and which view it shows are no changes of anything: who takes back a
+/// parameter wants to go on looking at the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
-    show: Show,
     color_map: ColorMap,
     exposure: Exposure,
     particle_size: f32,
@@ -29,7 +29,6 @@ struct Look {
 impl Look {
     fn of(view: &View) -> Self {
         Self {
-            show: view.show,
             color_map: view.color_map,
             exposure: view.exposure,
             particle_size: view.particle_size,
@@ -43,7 +42,6 @@ impl Look {
     }
 
     fn put(self, view: &mut View) {
-        view.show = self.show;
         view.color_map = self.color_map;
         view.exposure = self.exposure;
         view.particle_size = self.particle_size;
@@ -235,7 +233,7 @@ mod tests {
     use super::*;
     use glam::Vec2;
     use myxo::scene::Scene;
-    use myxo::scene::settings::FoodSettings;
+    use myxo::scene::settings::{FoodSettings, Show};
 
     #[test]
     fn changes_go_back_and_come_again() {
@@ -251,6 +249,7 @@ mod tests {
             undo.note(&settings, &view);
         }
         view.charts = 1.0;
+        view.show = Show::Relief;
         let camera = view.camera;
         // Not noted yet, and undone all the same.
         assert!(undo.undo(&mut settings, &mut view));
@@ -269,6 +268,7 @@ mod tests {
         assert!(undo.undo(&mut settings, &mut view) && undo.undo(&mut settings, &mut view));
         assert_eq!(settings, Settings::default());
         assert_eq!(view.camera, camera, "the camera stays");
+        assert_eq!(view.show, Show::Relief, "and so does the view");
         // Food that was refused is no entry, whatever was changed since.
         for later in [false, true] {
             undo = Undo::new(&settings, &view);

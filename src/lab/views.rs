@@ -118,6 +118,7 @@ impl Interface {
                 if more > 0 {
                     line(ui, &[], &format!("and {more} more"));
                 }
+                line(ui, &[], "bright: the nearest; dark: its own, none in reach");
             }
             _ => {}
         }

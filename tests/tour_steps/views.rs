@@ -162,7 +162,7 @@ fn every_view_can_be_chosen_and_told() {
     lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
     lab.key("ctrl+z");
     lab.wait("it can be undone", |seen| {
-        seen["state"]["show"] == "relief" && seen["values"]["trail.decay"] == "0.5"
+        seen["values"]["trail.decay"] == "0.5"
     });
     lab.quit();
 }

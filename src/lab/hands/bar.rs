@@ -8,7 +8,7 @@ use super::super::opening::{ONLY_MESHES, OPEN_MESH};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{FLAT, RADII, Tool, Work};
+use super::{RADII, Tool, Work};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
@@ -18,46 +18,41 @@ const NARROW: f32 = 24.0;
 const HAS_ROOM: f32 = 620.0;
 
 impl Interface {
-    /// Shows the bar at the right side of the picture.
+    /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
         &mut self,
         ctx: &egui::Context,
         picture: Rect,
         commands: &mut Vec<Command>,
-    ) {
-        // A picture that small is for looking.
-        if picture.width() < 260.0 || picture.height() < 330.0 {
-            return;
+    ) -> Option<Rect> {
+        // A picture that small is for looking, and so is the atlas.
+        let is_small = picture.width() < 260.0 || picture.height() < 330.0;
+        if is_small || self.view.show.is_flat() {
+            return None;
         }
         let has_controls = self.hands.tool.is_brush() || self.hands.tool == Tool::Food;
         let is_narrow = picture.width() < HAS_ROOM && !has_controls;
-        egui::Area::new("tools".into())
+        let shown = egui::Area::new("tools".into())
             .pivot(Align2::RIGHT_TOP)
             .fixed_pos(picture.right_top() + vec2(-10.0, 10.0))
             .show(ctx, |ui| {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.set_width(if is_narrow { NARROW } else { WIDTH });
                     ui.spacing_mut().item_spacing.y = 2.0;
-                    let is_solid = !self.view.show.is_flat();
-                    ui.add_enabled_ui(is_solid, |ui| {
-                        self.tools(ui, is_narrow);
-                        if self.hands.tool.is_brush() {
-                            ui.separator();
-                            self.brush_controls(ui);
-                        }
-                        if self.hands.tool == Tool::Food {
-                            ui.separator();
-                            self.food_controls(ui, WIDTH, commands);
-                        }
-                    });
-                    note_value(ui.ctx(), "tools.why_not", || {
-                        let why = if is_solid { "" } else { FLAT };
-                        why.to_owned()
-                    });
+                    self.tools(ui, is_narrow);
+                    if self.hands.tool.is_brush() {
+                        ui.separator();
+                        self.brush_controls(ui);
+                    }
+                    if self.hands.tool == Tool::Food {
+                        ui.separator();
+                        self.food_controls(ui, WIDTH, commands);
+                    }
                     ui.separator();
                     self.object_controls(ui, is_narrow, commands);
                 });
             });
+        Some(shown.response.rect)
     }
 
     fn tools(&mut self, ui: &mut Ui, is_narrow: bool) {
@@ -74,8 +69,7 @@ impl Interface {
             let is_taken = self.hands.tool == tool;
             let word = tool.word();
             let button = egui::Button::selectable(is_taken, text(sign(tool), word)).min_size(size);
-            let button = (ui.add(button).on_hover_text(told(word, tool.hint())))
-                .on_disabled_hover_text(FLAT);
+            let button = ui.add(button).on_hover_text(told(word, tool.hint()));
             if button.marked(&format!("tool={}", tool.word())).clicked() {
                 self.hands.take(tool);
             }
@@ -84,7 +78,7 @@ impl Interface {
         let probe = text("🔍", "probe");
         let probe = egui::Button::selectable(self.hands.probe, probe).min_size(size);
         let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        let probe = (ui.add(probe).on_hover_text(told("probe", hint))).on_disabled_hover_text(FLAT);
+        let probe = ui.add(probe).on_hover_text(told("probe", hint));
         if probe.marked("probe").clicked() {
             self.hands.probe = !self.hands.probe;
         }

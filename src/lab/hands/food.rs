@@ -16,6 +16,8 @@ use super::Under;
 const NEAR: f32 = 1.5;
 /// A marker that is not there yet is drawn so large, scene radii.
 const LEAST_SIZE: f32 = 0.02;
+/// Of meals that never end.
+const ENDLESS: &str = "∞";
 
 /// What the bar lets be changed of a food: key, name, what it is, and what its slider offers.
 type Control = (&'static str, &'static str, &'static str, (f64, f64));
@@ -41,7 +43,7 @@ const CONTROLS: [Control; 4] = [
     (
         "amount",
         "meals",
-        "How many meals it is; 0: it never ends",
+        "How many meals it is; ∞, typed as 0: it never ends",
         (0.0, 1e6),
     ),
 ];
@@ -162,8 +164,15 @@ impl Interface {
                 .smallest_positive(if is_whole { 1.0 } else { 0.001 })
                 .max_decimals(if is_whole { 0 } else { 3 })
                 .clamping(SliderClamping::Never)
-                .custom_parser(parse_number)
+                .custom_parser(|text| match text.trim() {
+                    ENDLESS => Some(0.0),
+                    text => parse_number(text),
+                })
                 .update_while_editing(false);
+            let slider = match is_whole {
+                true => slider.custom_formatter(|value, _| meals(value)),
+                false => slider,
+            };
             ui.add(slider)
                 .on_hover_text(hint)
                 .marked(&format!("food.{key}"));
@@ -190,6 +199,14 @@ impl Interface {
             let ctx = ui.ctx().clone();
             self.remove_food(&ctx, commands);
         }
+    }
+}
+
+/// A number of meals as people read it.
+fn meals(value: f64) -> String {
+    match value {
+        0.0 => ENDLESS.to_owned(),
+        value => format!("{value:.0}"),
     }
 }
 
@@ -261,6 +278,11 @@ mod tests {
         assert_eq!(nearest(&foods, 1.08 * Vec3::X), Some(1));
         assert_eq!(nearest(&foods, 1.04 * Vec3::Y), None);
         assert_eq!(nearest(&[], Vec3::ZERO), None);
+    }
+
+    #[test]
+    fn meals_that_never_end_are_no_zero() {
+        assert_eq!((meals(0.0), meals(500.0)), ("∞".into(), "500".into()));
     }
 
     /// What is put, taken away or refused is not in the simulation, or still is: an index always means the hand's food.

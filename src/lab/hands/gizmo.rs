@@ -1,7 +1,7 @@
 //! Handles on the picked object: arrows move it along the world's axes, rings turn it, the box in the middle moves it in
 //! the plane of the picture, and the one beside it scales it.
 
-use egui::{Color32, PointerButton, Pos2, Rect, Response, Stroke, Ui, vec2};
+use egui::{Color32, Pos2, Rect, Response, Stroke, Ui, vec2};
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::scene::motion::pose_at;
@@ -10,7 +10,7 @@ use myxo::scene::settings::{ModelAnimation, ObjectSettings};
 use super::super::interface::{Command, Facts, Interface};
 use super::super::places::Marked as _;
 use super::super::theme;
-use super::Work;
+use super::{Held, Work};
 
 /// Points from the middle to the end of an arrow.
 const ARROW: f32 = 84.0;
@@ -162,6 +162,7 @@ impl Interface {
         ui: &Ui,
         response: &Response,
         facts: &Facts,
+        held: &Held,
         commands: &mut Vec<Command>,
     ) -> bool {
         let Some(object) = self.hands.selected else {
@@ -182,15 +183,14 @@ impl Interface {
         };
         let pointer = ui.input(|i| i.pointer.latest_pos());
         let hovered = pointer.filter(|_| response.hovered() || self.hands.grab.is_some());
-        let is_down = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
-        let pressed = ui.input(|i| i.pointer.button_pressed(PointerButton::Primary));
         let to_pixel = |at: Pos2| {
             let at = (at - response.rect.min) * screen.pixels_per_point;
             Vec2::new(at.x, at.y)
         };
         let over = hovered.and_then(|at| shape.handle_at(at));
-        let is_free = pressed && self.hands.grab.is_none();
-        if let (Some(at), Some(handle), true) = (hovered, over, is_free) {
+        // Where it was pressed: in a slow frame the pointer has gone on since.
+        let pressed = held.press.filter(|_| self.hands.grab.is_none());
+        if let Some((at, handle)) = pressed.and_then(|at| Some((at, shape.handle_at(at)?))) {
             self.hands.grab = Some(Grab {
                 handle,
                 object: settings.clone(),
@@ -199,15 +199,8 @@ impl Interface {
                 scaled: 1.0,
             });
         }
-        if !is_down && let Some(grab) = self.hands.grab.take() {
-            if grab.scaled != 1.0 {
-                commands.push(Command::Hand(Work::Scale(object, grab.scaled)));
-            }
-            // The release is not a click.
-            self.draw_gizmo(ui, &shape, None, screen);
-            return true;
-        }
-        if let (Some(grab), Some(at)) = (&mut self.hands.grab, pointer) {
+        let to = held.release.or(pointer);
+        if let (Some(grab), Some(at)) = (&mut self.hands.grab, to) {
             let to = to_pixel(at);
             if grab.handle == Handle::Scale {
                 let grown = (to.x - grab.from.x - (to.y - grab.from.y)) / screen.pixels_per_point;
@@ -220,9 +213,19 @@ impl Interface {
                 }
             }
         }
-        let held = self.hands.grab.as_ref().map(|grab| grab.handle);
-        self.draw_gizmo(ui, &shape, held.or(over), screen);
-        held.is_some()
+        if !self.hands.hold.is_down()
+            && let Some(grab) = self.hands.grab.take()
+        {
+            if grab.scaled != 1.0 {
+                commands.push(Command::Hand(Work::Scale(object, grab.scaled)));
+            }
+            // The release is not a click.
+            self.draw_gizmo(ui, &shape, None, screen);
+            return true;
+        }
+        let active = self.hands.grab.as_ref().map(|grab| grab.handle);
+        self.draw_gizmo(ui, &shape, active.or(over), screen);
+        active.is_some()
     }
 
     fn draw_gizmo(&self, ui: &Ui, shape: &Shape, active: Option<Handle>, screen: Screen) {

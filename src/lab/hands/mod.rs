@@ -6,8 +6,10 @@
 mod bar;
 mod food;
 mod gizmo;
+mod hold;
 mod overlay;
 mod strokes;
+mod tool;
 mod work;
 
 use std::path::PathBuf;
@@ -19,7 +21,10 @@ use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
+use super::navigation::Drags;
 use gizmo::Grab;
+use hold::{Held, Hold, Way};
+pub use tool::Tool;
 pub use work::Hand;
 
 /// Vertices of an object that its outline is drawn round, at the most.
@@ -28,97 +33,12 @@ const OUTLINE_VERTICES: usize = 3000;
 const RADII: (f32, f32) = (0.01, 1.0);
 /// A notch of the wheel changes the radius by this factor.
 const RADIUS_PER_POINT: f32 = 0.004;
-/// A picture that took longer does not paint more.
-const LONGEST_FRAME: f32 = 0.1;
+/// A picture that took longer does not paint more, seconds.
+const LONGEST_FRAME: f32 = 0.4;
+/// Nor does a press that has not moved yet: nobody knows how long it lasts.
+const LONGEST_PRESS: f32 = 0.1;
 /// Why hands rest in a view that is flat.
 const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
-
-/// What the pointer does in the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tool {
-    /// Turns the camera, and picks objects.
-    #[default]
-    Look,
-    /// Adds trail.
-    Trail,
-    /// Takes away what was painted and what grew.
-    Erase,
-    /// Draws particles to a place.
-    Attract,
-    /// Keeps them away.
-    Repel,
-    /// Forbids them to enter.
-    NoGo,
-    /// Takes particles to a place.
-    Particles,
-    /// Puts food and markers there, and picks them.
-    Food,
-}
-
-impl Tool {
-    /// In the order of the bar.
-    pub const ALL: [Self; 8] = [
-        Self::Look,
-        Self::Trail,
-        Self::Erase,
-        Self::Attract,
-        Self::Repel,
-        Self::NoGo,
-        Self::Particles,
-        Self::Food,
-    ];
-
-    /// What it is called, for tests and in the bar.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Look => "look",
-            Self::Trail => "trail",
-            Self::Erase => "erase",
-            Self::Attract => "attract",
-            Self::Repel => "repel",
-            Self::NoGo => "no-go",
-            Self::Particles => "particles",
-            Self::Food => "food",
-        }
-    }
-
-    fn hint(self) -> &'static str {
-        match self {
-            Self::Look => {
-                "Drag turns the scene, a click picks an object (B for the brush used last, Esc to come back)"
-            }
-            Self::Trail => {
-                "Adds trail, which spreads and decays as any other. It grows on at once, so Ctrl Z does not take it back"
-            }
-            Self::Erase => {
-                "Takes away trail, and what attracts, repels or forbids. Ctrl Z brings back the latter, not the trail, \
-                 which has grown on"
-            }
-            Self::Attract => {
-                "Sensors read more here, so particles come; stays until it is erased, or undone by Ctrl Z"
-            }
-            Self::Repel => {
-                "Sensors read less here, so particles go elsewhere; stays until it is erased, or undone by Ctrl Z"
-            }
-            Self::NoGo => {
-                "Particles do not enter and turn round; those inside may leave. Stays until it is erased, or undone by \
-                 Ctrl Z"
-            }
-            Self::Particles => {
-                "Particles come here, by chance from all over the same object; their number stays what it is. They walk \
-                 on at once, so Ctrl Z does not send them back"
-            }
-            Self::Food => {
-                "A click puts food there, or picks food that lies there; Delete takes it away (O)"
-            }
-        }
-    }
-
-    /// Does it paint?
-    pub fn is_brush(self) -> bool {
-        !matches!(self, Self::Look | Self::Food)
-    }
-}
 
 /// What lies under the pointer.
 #[derive(Clone, Debug, PartialEq)]
@@ -224,8 +144,17 @@ pub struct Hands {
     pub pointer: Option<Vec2>,
     /// Where a click waits to hear what it has picked.
     click: Option<Vec2>,
-    /// Where the brush was in the frame before.
-    stroke: Option<Vec2>,
+    /// The pointer while it is held, and while its other buttons are.
+    hold: Hold,
+    others: [Hold; 2],
+    /// What was dragged over the picture in this frame.
+    pub(super) drags: Drags,
+    /// A list or a dialog lies over everything, and a press means that.
+    pub(super) is_covered: bool,
+    /// The panel is to show the object that was picked.
+    pub(super) reveals: Option<usize>,
+    /// Where an object has come that is to be seen in the picture.
+    pub(super) newcomer: Vec<Vec3>,
     /// Since the press it has painted what undo may take back.
     pub(super) paints_areas: bool,
     /// Strokes that the hand has let go of, and of which it is not known yet whether they have changed anything.
@@ -249,7 +178,12 @@ impl Hands {
             grab: None,
             pointer: None,
             click: None,
-            stroke: None,
+            hold: Hold::default(),
+            others: Default::default(),
+            drags: Drags::default(),
+            is_covered: false,
+            reveals: None,
+            newcomer: Vec::new(),
             paints_areas: false,
             pending_ends: 0,
             vertices: Vec::new(),
@@ -259,6 +193,9 @@ impl Hands {
     /// A scene begins, or begins anew.
     pub fn restarted(&mut self, scene: &Scene) {
         let surface = &scene.surface;
+        if surface.objects.len() > self.vertices.len() {
+            self.newcomer = last_points(scene);
+        }
         self.vertices = (surface.objects.iter())
             .map(|range| {
                 let (first, end) = (range.vertices.0 as usize, range.vertices.1 as usize);
@@ -268,15 +205,21 @@ impl Hands {
             })
             .collect();
         self.grab = None;
-        self.stroke = None;
+        self.click = None;
+        self.reveals = None;
         self.pending_ends = 0;
         self.selected = self.selected.filter(|object| *object < self.vertices.len());
         self.food = self.food.filter(|food| *food < scene.settings.foods.len());
     }
 
+    /// Another scene comes: what was picked is not in it, whatever has its number there.
+    pub fn leave_scene(&mut self) {
+        self.selected = None;
+        self.food = None;
+    }
+
     /// Leaves a tool or an object; false where there was nothing to leave.
     pub fn back(&mut self) -> bool {
-        self.stroke = None;
         if self.food.take().is_some() {
             return true;
         }
@@ -373,45 +316,56 @@ impl Interface {
             let from_corner = (at - response.rect.min) * scale;
             Vec2::new(from_corner.x, from_corner.y)
         };
-        let is_free = !self.opening.is_open();
-        let hovered = response.hover_pos().filter(|_| is_free).map(to_pixel);
-        let is_held = response.is_pointer_button_down_on()
-            && ui.input(|i| i.pointer.button_down(PointerButton::Primary));
+        let is_free = !self.hands.is_covered;
+        let held = (self.hands.hold).follow(ui, response, PointerButton::Primary, is_free);
+        let others = [PointerButton::Secondary, PointerButton::Middle];
+        let others = self.hands.others.iter_mut().zip(others);
+        let others = others.map(|(hold, button)| hold.follow(ui, response, button, is_free).drag);
+        self.hands.drags = Drags {
+            first: held.drag,
+            others: others.fold(egui::Vec2::ZERO, |all, drag| all + drag),
+            pressed: self.hands.hold.pressed(),
+        };
+        let hovered = response.hover_pos();
+        let hovered = hovered.filter(|_| !self.opening.is_open()).map(to_pixel);
         let is_solid = !self.view.show.is_flat();
+        let is_held = self.hands.hold.is_down();
         let asks = is_solid && (self.hands.tool != Tool::Look || self.hands.probe || is_held);
         self.hands.pointer = hovered.filter(|_| asks);
+        if facts.hand.looked != self.hands.pointer && !facts.hand.poses.is_empty() {
+            // What is shown is where the pointer was; one more frame brings it to where it is.
+            ui.ctx().request_repaint();
+        }
         if !is_solid {
-            self.hands.stroke = None;
             self.hands.grab = None;
             self.hands.click = None;
             return false;
         }
         if self.hands.tool.is_brush() {
             self.change_radius(ui, response);
-            let takes = is_held && !ui.input(|i| i.modifiers.shift);
-            let Some(to) = hovered.filter(|_| takes) else {
-                self.hands.stroke = None;
+            if ui.input(|i| i.modifiers.shift) {
                 return false;
-            };
-            let from = self.hands.stroke.replace(to).unwrap_or(to);
-            let seconds = ui.input(|i| i.stable_dt).min(LONGEST_FRAME);
-            if let Some(brush) = self.hands.brush(seconds, facts.hand.mean_trail) {
-                commands.push(Command::Hand(Work::Stroke {
-                    from,
-                    to,
-                    brush,
-                    radius: self.hands.radius,
-                }));
             }
-            // A brush that is held still goes on.
-            ui.ctx().request_repaint();
-            return true;
+            for way in &held.ways {
+                let most = match way.begins && way.length() == 0.0 {
+                    true => ui.input(|i| i.stable_dt).min(LONGEST_PRESS),
+                    false => ui.input(|i| i.unstable_dt).min(LONGEST_FRAME),
+                };
+                let seconds = most / held.ways.len() as f32;
+                self.paint_along(way, seconds, facts, to_pixel, commands);
+            }
+            if is_held {
+                // A brush that is held still goes on.
+                ui.ctx().request_repaint();
+            }
+            return is_held || held.release.is_some();
         }
-        if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, commands) {
+        if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, &held, commands) {
             return true;
         }
         if response.clicked_by(PointerButton::Primary) {
-            self.hands.click = hovered;
+            // The pointer may be elsewhere already.
+            self.hands.click = self.hands.hold.pressed().map(to_pixel);
         }
         if let Some(click) = self.hands.click {
             // A quick click is over before the window has looked.
@@ -422,6 +376,9 @@ impl Interface {
                     self.feed_at(ui.ctx(), under, facts, commands);
                 } else {
                     self.hands.selected = under.map(|under| under.object);
+                    let is_seen = self.panel && !self.performing;
+                    self.hands.reveals = self.hands.selected.filter(|_| is_seen);
+                    ui.ctx().request_repaint();
                 }
             } else {
                 self.hands.pointer = Some(click);
@@ -429,6 +386,40 @@ impl Interface {
             }
         }
         false
+    }
+
+    /// What a brush does along a way that took so many seconds.
+    fn paint_along(
+        &self,
+        way: &Way,
+        seconds: f32,
+        facts: &Facts,
+        to_pixel: impl Fn(egui::Pos2) -> Vec2,
+        commands: &mut Vec<Command>,
+    ) {
+        let (length, corners) = (way.length(), way.corners());
+        if way.ends && !way.begins && length == 0.0 {
+            // It was let go of where it was.
+            return;
+        }
+        let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {
+            let brush = self.hands.brush(share * seconds, facts.hand.mean_trail);
+            commands.extend(brush.map(|brush| {
+                Command::Hand(Work::Stroke {
+                    from: to_pixel(from),
+                    to: to_pixel(to),
+                    brush,
+                    radius: self.hands.radius,
+                })
+            }));
+        };
+        if let [point] = corners[..] {
+            return paint(point, point, 1.0);
+        }
+        let parts: f32 = corners.windows(2).map(|c| c[0].distance(c[1])).sum();
+        for pair in corners.windows(2) {
+            paint(pair[0], pair[1], pair[0].distance(pair[1]) / parts);
+        }
     }
 
     /// Says why hands have nothing to do in the view that is shown, if it is a flat one.
@@ -473,6 +464,17 @@ impl Interface {
         self.hands.selected = None;
         commands.push(Command::Hand(Work::Remove(object)));
     }
+}
+
+/// Some places of the last object, where it begins.
+fn last_points(scene: &Scene) -> Vec<Vec3> {
+    let poses = scene.world_from_object_at(0.0);
+    let (Some(range), Some(pose)) = (scene.surface.objects.last(), poses.last()) else {
+        return Vec::new();
+    };
+    let own = &scene.surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
+    let some = own.iter().step_by((own.len() / OUTLINE_VERTICES).max(1));
+    some.map(|place| pose.transform_point3(*place)).collect()
 }
 
 /// How the files of meshes end.

@@ -118,13 +118,16 @@ impl Interface {
             .objects
             .get(object)
             .map(|object| object.name.as_str());
-        painter.text(
-            top - vec2(0.0, 6.0),
-            egui::Align2::CENTER_BOTTOM,
-            name.unwrap_or_default(),
-            egui::TextStyle::Small.resolve(ui.style()),
-            color,
-        );
+        let font = egui::TextStyle::Small.resolve(ui.style());
+        let text = painter.layout_no_wrap(name.unwrap_or_default().to_owned(), font, color);
+        // Read over any trail, and in the picture.
+        let size = text.size() + vec2(10.0, 4.0);
+        let corner = top - vec2(0.5 * size.x, 6.0 + size.y);
+        let last = screen.rect.max - size;
+        let corner = corner.max(screen.rect.min).min(last.max(screen.rect.min));
+        let rect = Rect::from_min_size(corner, size);
+        painter.rect_filled(rect, 3.0, egui::Color32::from_black_alpha(190));
+        painter.galley(corner + vec2(5.0, 2.0), text, color);
     }
 
     fn probe(&self, ui: &Ui, picture: Rect, facts: &Facts, under: &Under) {

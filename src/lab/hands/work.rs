@@ -3,6 +3,7 @@
 
 use glam::{Vec2, Vec3};
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
+use myxo::render::Camera;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 use myxo::sim::carry::carried;
@@ -34,6 +35,8 @@ const PROBES_UNDER_WAY: usize = 4;
 const PROBED: usize = 3;
 /// A new object's radius, as a share of the scene's.
 const NEW_OBJECT: f32 = 0.4;
+/// From the others to its middle, as a share of its radius.
+const APART: f32 = 1.1;
 
 /// What the hands have on the device.
 #[derive(Default)]
@@ -363,14 +366,24 @@ impl Lab {
         };
     }
 
-    /// One mesh more, at the right side of what the camera looks at.
+    /// One mesh more, at the right side of the others as the camera sees them.
     fn add_object(&mut self, mesh: String) {
         let Some(stage) = &self.stage else {
             return;
         };
         let radius = stage.scene.radius;
-        let camera = &self.interface.view.camera;
-        let place = camera.target + 0.8 * radius * camera.right();
+        let surface = &stage.scene.surface;
+        let poses = stage.simulation.world_from_object();
+        let points = surface
+            .objects
+            .iter()
+            .zip(&poses)
+            .flat_map(|(range, pose)| {
+                let own = range.vertices.0 as usize..range.vertices.1 as usize;
+                let own = surface.positions[own].iter();
+                own.map(|place| pose.transform_point3(*place))
+            });
+        let place = beside(&self.interface.view.camera, points, NEW_OBJECT * radius);
         let settings = self.interface.edited.clone();
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let count = settings.objects.len();
@@ -446,6 +459,19 @@ impl Lab {
     }
 }
 
+/// The middle of a ball of this radius that stands at the right side of these places, as the camera sees them.
+fn beside(camera: &Camera, points: impl IntoIterator<Item = Vec3>, radius: f32) -> Vec3 {
+    let axes = [camera.right(), camera.up(), camera.backward()];
+    let mut least = Vec3::MAX;
+    let mut most = Vec3::MIN;
+    for point in points {
+        let seen = Vec3::from(axes.map(|axis| axis.dot(point)));
+        (least, most) = (least.min(seen), most.max(seen));
+    }
+    let middle = 0.5 * (least + most);
+    (most.x + APART * radius) * axes[0] + middle.y * axes[1] + middle.z * axes[2]
+}
+
 /// What a mesh is called where it is told of.
 fn short_name(mesh: &str) -> &str {
     let builtin = mesh.strip_prefix("builtin:");
@@ -482,6 +508,22 @@ mod tests {
         ] {
             assert_eq!(short_name(mesh), name);
         }
+    }
+
+    #[test]
+    fn what_comes_stands_beside_the_others() {
+        let camera = Camera::default();
+        let radius = 0.4;
+        let others = [Vec3::splat(-1.0), Vec3::new(0.5, 1.0, 2.0), 2.0 * Vec3::X];
+        let place = beside(&camera, others, radius);
+        for other in others {
+            let apart = (place - other).dot(camera.right());
+            assert!(apart > radius, "{place} covers {other}");
+        }
+        let up = |place: Vec3| place.dot(camera.up());
+        let highest = others.map(up).into_iter().fold(f32::MIN, f32::max);
+        let lowest = others.map(up).into_iter().fold(f32::MAX, f32::min);
+        assert!((up(place) - 0.5 * (highest + lowest)).abs() < 1e-4);
     }
 
     #[test]

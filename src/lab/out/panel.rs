@@ -133,17 +133,18 @@ impl OutPanel {
 }
 
 impl Interface {
-    /// The card, the red dot and how far things are.
+    /// The card, the red dot and how far things are, these two beside the bar of tools if there is one.
     pub(in crate::lab) fn show_out(
         &mut self,
         ctx: &egui::Context,
         picture: Rect,
+        bar: Option<Rect>,
         facts: &Facts,
         commands: &mut Vec<Command>,
     ) {
         if self.out.open {
             let mut open = true;
-            let shown = egui::Window::new("Take it out")
+            let shown = egui::Window::new("Export")
                 .open(&mut open)
                 .collapsible(false)
                 .resizable(false)
@@ -159,11 +160,18 @@ impl Interface {
             mark_cross(shown, "out.close");
             self.out.open &= open;
         }
+        let right = bar.map_or(picture.right() - 14.0, |bar| bar.left() - 8.0);
+        let corner = egui::pos2(right, picture.top() + 10.0);
         if let Some(recording) = &facts.out.recording {
-            show_dot(ctx, picture, recording);
+            show_dot(ctx, corner, recording);
         }
         if let Some(making) = &facts.out.making {
-            show_making(ctx, picture, making, commands);
+            let corner = match facts.out.recording {
+                Some(_) => corner + vec2(0.0, 44.0),
+                None => corner,
+            };
+            let room = (corner.x - picture.left() - 40.0).max(60.0);
+            show_making(ctx, corner, room, making, commands);
         }
     }
 
@@ -204,7 +212,7 @@ impl Interface {
             {
                 commands.push(Command::Screenshot);
             }
-            ui.checkbox(&mut out.transparent, "transparent")
+            theme::switch(ui, &mut out.transparent, "transparent")
                 .on_hover_text("Leaves out the background")
                 .marked("out.transparent");
         });
@@ -381,10 +389,10 @@ fn number(
 }
 
 /// The red dot, with time and frames; over the picture and not in it.
-fn show_dot(ctx: &egui::Context, picture: Rect, recording: &Recorded) {
+fn show_dot(ctx: &egui::Context, corner: egui::Pos2, recording: &Recorded) {
     egui::Area::new("recording".into())
         .pivot(Align2::RIGHT_TOP)
-        .fixed_pos(picture.right_top() + vec2(-14.0, 14.0))
+        .fixed_pos(corner)
         .interactable(false)
         .show(ctx, |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
@@ -413,15 +421,21 @@ fn show_dot(ctx: &egui::Context, picture: Rect, recording: &Recorded) {
 }
 
 /// A card below the dot: what is being made, how far it is, and a way out.
-fn show_making(ctx: &egui::Context, picture: Rect, making: &Making, commands: &mut Vec<Command>) {
+fn show_making(
+    ctx: &egui::Context,
+    corner: egui::Pos2,
+    room: f32,
+    making: &Making,
+    commands: &mut Vec<Command>,
+) {
     egui::Area::new("making".into())
         .pivot(Align2::RIGHT_TOP)
-        .fixed_pos(picture.right_top() + vec2(-14.0, 58.0))
+        .fixed_pos(corner)
         .show(ctx, |ui| {
             egui::Frame::popup(ui.style())
                 .inner_margin(12.0)
                 .show(ui, |ui| {
-                    ui.set_width(230.0_f32.min((picture.width() - 64.0).max(60.0)));
+                    ui.set_width(room.min(230.0));
                     ui.label(RichText::new(&making.name).strong());
                     let doing = if making.is_cancelled {
                         "ending"

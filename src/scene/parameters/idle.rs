@@ -36,6 +36,10 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             !matches!(settings.picture.show, Show::Particles | Show::Headings),
             "Only the views Particles and Headings draw points.",
         ),
+        "picture.charts" => because(
+            !settings.picture.show.has_charts(),
+            "The views Density, Wireframe, Charts, Distance and Nearest do not have it.",
+        ),
         "picture.food" => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",

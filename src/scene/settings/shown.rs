@@ -53,6 +53,20 @@ impl Show {
             .then_some("it needs a second object, and there is only one")
     }
 
+    /// Does it show as much of the atlas's charts as `picture.charts` says?
+    #[must_use]
+    pub fn has_charts(self) -> bool {
+        matches!(
+            self,
+            Self::Surface
+                | Self::Relief
+                | Self::Glow
+                | Self::Particles
+                | Self::Headings
+                | Self::Atlas
+        )
+    }
+
     /// Is it flat, and not seen by the camera?
     #[must_use]
     pub fn is_flat(self) -> bool {
