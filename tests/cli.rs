@@ -79,6 +79,11 @@ fn seeds_out_of_range_are_refused() {
         "{message}"
     );
     refused(2, &["scenes", "torus", "--seed", "-1"]);
+    let message = failed(&["scenes", "torus", "--seed", "3", "--set", "seed=4"]);
+    assert!(
+        message.contains("--seed 3: --set seed=4 sets the seed, too"),
+        "{message}"
+    );
 }
 
 #[test]

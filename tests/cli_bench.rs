@@ -10,14 +10,19 @@ use program::{Folder, failed, myxo, no_device, path, program, refused, report, t
 use serde_json::Value;
 
 /// Scenes that take a moment each.
-const SMALL: [&str; 6] = [
+const SMALL: [&str; 5] = [
     "--quick",
     "--runs=2",
-    "--set=particles.count=500",
     "--set=atlas.size=64",
     "--set=trail.decay=0.9",
     "--validate",
 ];
+const FEW: &str = "--set=particles.count=500";
+
+/// [`SMALL`], and what else a suite takes.
+fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&SMALL[..], more].concat()
+}
 
 /// Runs a suite up to some place on its axis; gives its results and its table.
 fn bench(suite: &str, folder: &Folder, options: &[&str]) -> (Value, String) {
@@ -114,8 +119,7 @@ fn particles_are_those_of_the_axis() {
         return;
     }
     let folder = Folder::new();
-    let options = [&SMALL[..], &["--up-to", "3e4"]].concat();
-    let (results, table) = bench("particles", &folder, &options);
+    let (results, table) = bench("particles", &folder, &small(&["--up-to", "3e4"]));
     let points = check_points(&results);
     let of: Vec<(&str, u64)> = points
         .iter()
@@ -186,8 +190,10 @@ fn every_suite_of_scenes_ends_with_points_and_plots() {
         ("transfer", "2", 18),
         ("distance", "2000", 6),
     ] {
-        let options = [&SMALL[..], &["--runs=1", "--up-to", up_to]].concat();
-        let options: Vec<&str> = options.into_iter().filter(|o| *o != "--runs=2").collect();
+        let mut options = small(&["--runs=1", "--up-to", up_to, FEW]);
+        options.retain(|option| *option != "--runs=2");
+        // Its scenes have the sides of the axis.
+        options.retain(|option| suite != "texture" || *option != "--set=atlas.size=64");
         let (results, table) = bench(suite, &folder, &options);
         let points = check_points(&results);
         assert_eq!(points.len(), expected, "{table}");
@@ -217,7 +223,7 @@ fn choices_are_timed_and_compared() {
         return;
     }
     let folder = Folder::new();
-    let (results, table) = bench("choices", &folder, &SMALL);
+    let (results, table) = bench("choices", &folder, &small(&[FEW]));
     let points = check_points(&results);
     // Six walks, two ways to count and five to read on either scene; then deposits alone, even and crowded.
     assert_eq!(points.len(), 2 * 13 + 2 * 2, "{table}");
@@ -387,6 +393,20 @@ fn wrong_places_and_settings_are_told_before_the_work() {
     let no_scenes = ["bench", "mesh", "--out", path(&out), "--set=atlas.size=512"];
     let message = failed(&no_scenes);
     assert!(message.contains("measures no scenes"), "{message}");
+    for (suite, set) in [
+        ("particles", "particles.count=3"),
+        ("texture", "atlas.size=64"),
+        ("objects", "object.0.scale=2"),
+        ("transfer", "transfer.strategy=none"),
+    ] {
+        let out = ["--out", path(&out), "--set", set];
+        let message = failed(&[&["bench", suite, "--quick"], &out[..]].concat());
+        let key = set.split('=').next().expect("there is a key");
+        let says = format!(
+            "the suite `{suite}` sets {key} itself, so `--set {set}` would change nothing: "
+        );
+        assert!(message.contains(&says), "{message}");
+    }
     if no_device() {
         return;
     }

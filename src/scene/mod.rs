@@ -274,7 +274,20 @@ fn overridden(
         reader.assignment(assignment);
     }
     if let Some(seed) = overrides.seed {
-        reader.seed(seed);
+        let is_seed = |assignment: &&String| {
+            let key = assignment.split('=').next();
+            key.is_some_and(|key| key.trim() == "seed")
+        };
+        match overrides.set.iter().find(is_seed) {
+            None => reader.seed(seed),
+            // Nobody knows which of the two is meant.
+            Some(assignment) => reader.problems.push(Problem {
+                place: format!("--seed {seed}"),
+                message: format!(
+                    "--set {assignment} sets the seed, too: leave one of the two away"
+                ),
+            }),
+        }
     }
     reader.finish().map_err(|problems| SceneError::Problems {
         scene: scene.to_owned(),

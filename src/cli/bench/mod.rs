@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use myxo::mesh::atlas::AtlasError;
+use myxo::scene::file::Reader;
 use myxo::scene::parameters::grouped;
 use myxo::{Error, Result};
 
@@ -24,7 +25,7 @@ use super::progress::Progress;
 use super::{Outcome, console, interrupt};
 use measure::{Budget, Measured, Rig};
 use plot::Picture;
-use suite::{Extent, Point, Results, Skipped, Suite, Work};
+use suite::{Case, Extent, Point, Results, Skipped, Suite, Work};
 use suites::SUITES;
 
 /// Runs of each case, where the command line says nothing.
@@ -63,7 +64,7 @@ pub struct Bench {
     /// Leaves out cases with more than X on the suite's axis
     #[arg(long, value_name = "X", value_parser = positive)]
     up_to: Option<f64>,
-    /// Sets a key of all scenes, but for what a suite varies; `myxo scenes --keys` lists them. May be repeated
+    /// Sets a key of all scenes, but for what a suite sets itself; `myxo scenes --keys` lists them. May be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]
@@ -132,7 +133,11 @@ impl Bench {
     /// Refuses what would measure nothing, and settings that no scene of the suite could take.
     fn check(&self, suite: &Suite, extent: &Extent) -> Result<()> {
         let places: Vec<f64> = match suite.work {
-            Work::Scenes(cases) => cases(extent)?.iter().map(|case| case.x).collect(),
+            Work::Scenes(cases) => {
+                let cases = cases(extent)?;
+                self.check_set(suite, &cases)?;
+                cases.iter().map(|case| case.x).collect()
+            }
             Work::Meshes if !extent.set.is_empty() && self.suites.len() == 1 => {
                 return Err(Error::Invalid(format!(
                     "the suite `{}` measures no scenes, so `--set {}` would change nothing: leave it away, or name another \
@@ -160,6 +165,25 @@ impl Bench {
                 suite.axis
             )));
         }
+        Ok(())
+    }
+
+    /// Refuses a `--set` that gives way to what the suite sets itself; with several suites, of which others may take it, this
+    /// is told.
+    fn check_set(&self, suite: &Suite, cases: &[Case]) -> Result<()> {
+        let Some(assignment) = without_effect(&self.set, cases) else {
+            return Ok(());
+        };
+        let key = key_of(assignment);
+        let why = format!("the suite `{}` sets {key} itself", suite.name);
+        if self.suites.len() == 1 {
+            return Err(Error::Invalid(format!(
+                "{why}, so `--set {assignment}` would change nothing: leave it away, or name another suite"
+            )));
+        }
+        console::message(&format!(
+            "{why}: `--set {assignment}` changes nothing in it"
+        ));
         Ok(())
     }
 
@@ -238,6 +262,30 @@ impl Bench {
     fn file(&self, name: &str, ending: &str) -> PathBuf {
         Path::new(&self.out).join(format!("{name}.{ending}"))
     }
+}
+
+/// The first assignment that not all scenes have kept.
+fn without_effect<'a>(set: &'a [String], cases: &[Case]) -> Option<&'a str> {
+    let is_kept = |assignment: &str, case: &Case| {
+        let mut reader = Reader::new(case.settings.clone());
+        reader.assignment(assignment);
+        reader
+            .finish()
+            .is_ok_and(|settings| settings == case.settings)
+    };
+    let mut numbered = set.iter().enumerate();
+    let lost = numbered.find(|(number, assignment)| {
+        let mut later = set[number + 1..].iter();
+        // A later one of the same key counts.
+        later.all(|later| key_of(later) != key_of(assignment))
+            && cases.iter().any(|case| !is_kept(assignment, case))
+    });
+    lost.map(|(_, assignment)| assignment.as_str())
+}
+
+/// The key of a `KEY=VALUE`.
+fn key_of(assignment: &str) -> &str {
+    assignment.split('=').next().unwrap_or_default().trim()
 }
 
 fn skipped(measured: &Measured) -> Option<Skipped> {

@@ -109,9 +109,9 @@ fn the_reference_scenes_have_their_sizes() {
 
 #[test]
 fn overrides_come_in_order() {
-    let overrides = Overrides {
+    let mut overrides = Overrides {
         preset: Some("spots".to_owned()),
-        set: vec!["physarum.sensor_angle=12".to_owned(), "seed=1".to_owned()],
+        set: vec!["physarum.sensor_angle=12".to_owned()],
         seed: Some(9),
     };
     let (_, settings, _) = Scene::read(Path::new("torus"), &overrides).expect("all are right");
@@ -122,6 +122,15 @@ fn overrides_come_in_order() {
         "the preset was applied"
     );
     assert_eq!(settings.seed, 9);
+    // Nobody knows which is meant.
+    overrides.set.push("seed=1".to_owned());
+    let message = Scene::read(Path::new("torus"), &overrides)
+        .expect_err("it is set twice")
+        .to_string();
+    assert_eq!(
+        message,
+        "torus: --seed 9: --set seed=1 sets the seed, too: leave one of the two away"
+    );
 }
 
 #[test]
