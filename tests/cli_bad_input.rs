@@ -74,6 +74,23 @@ fn unknown_devices_leave_nothing_behind() {
 }
 
 #[test]
+fn files_of_other_kinds_are_told_which_kinds_there_are() {
+    let folder = Folder::new();
+    for name in ["m9.stl", "notes.txt"] {
+        let file = folder.with(name, "solid m9\nendsolid m9\n");
+        let message = failed(&["scenes", path(&file)]);
+        let kinds = "models are .obj, .glb, .gltf, scenes .toml";
+        assert!(
+            message.contains(name) && message.contains(kinds),
+            "{message}"
+        );
+    }
+    // Without an ending it may be a scene.
+    let file = folder.with("m9", "[[object]]\nmesh = \"builtin:cube\"\n");
+    program::done(&["scenes", path(&file)]);
+}
+
+#[test]
 fn models_that_are_no_models_are_named_with_what_is_wrong() {
     let folder = Folder::new();
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

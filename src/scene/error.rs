@@ -23,6 +23,15 @@ pub enum SceneError {
         /// All names.
         known: String,
     },
+    /// A file of another kind, by its ending.
+    #[error(
+        "{path}: neither a scene nor a model by the ending of its name: models are .obj, .glb, .gltf, scenes .toml",
+        path = path.display()
+    )]
+    OtherFile {
+        /// The file.
+        path: PathBuf,
+    },
     /// No preset has this name.
     #[error(
         "there is no preset `{name}`{suggestion}: the presets are {known}; a preset can also be a .toml file"

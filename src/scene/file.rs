@@ -260,6 +260,10 @@ impl Reader {
             .map(Parameter::section)
             .filter(|section| !section.is_empty());
         let message = match nearest(key, sections.chain(["object", "food"])) {
+            // There may be several of these.
+            Some(nearest @ ("object" | "food")) => {
+                format!("[{key}]: no such section; did you mean [[{nearest}]]?")
+            }
             Some(nearest) => format!("[{key}]: no such section; did you mean [{nearest}]?"),
             None => format!("[{key}]: no such section; `myxo scenes --keys` lists all keys"),
         };

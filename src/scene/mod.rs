@@ -326,6 +326,9 @@ impl Source {
                 }),
             },
             Some("toml") => Ok(Self::File),
+            Some(_) if scene.is_file() => Err(SceneError::OtherFile {
+                path: scene.to_owned(),
+            }),
             _ if scene.is_file() => Ok(Self::File),
             _ => Err(SceneError::unknown_scene(scene)),
         }

@@ -94,7 +94,7 @@ fn wrong_food_is_told() {
         ("[[food]]\namount = 0.5\n", "a whole number is expected"),
         ("[[food]]\nstrenght = 1\n", "did you mean food.0.strength?"),
         ("food = 3\n", "[[food]] is expected"),
-        ("[foood]\nat = 1\n", "did you mean [food]?"),
+        ("[foood]\nat = 1\n", "did you mean [[food]]?"),
         (
             "[feeding]\nscattered = 257\n",
             "feeding.scattered = 257 is out of range",

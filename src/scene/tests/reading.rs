@@ -181,6 +181,11 @@ fn mistyped_keys_are_named_with_their_line_and_the_nearest_right_one() {
         problem,
         "line 1: [physarun]: no such section; did you mean [physarum]?"
     );
+    let problem = only_problem(read("[objekt]\nmesh = \"builtin:cube\"\n"));
+    assert_eq!(
+        problem,
+        "line 1: [objekt]: no such section; did you mean [[object]]?"
+    );
     let problem = only_problem(read(
         "[[object]]\nposition = [0, 0, 0]\n[[object]]\nmehs = \"x\"\n",
     ));
