@@ -121,6 +121,7 @@ fn report_tells_everything_about_a_run() {
             .is_some_and(|words| words.contains(" render cube --set "))
     );
     assert!(report["wall_ms_per_step"].as_f64() > Some(0.0));
+    assert!(report.get("host_step").is_none(), "it is not measured");
     assert_eq!(report["load_average"].as_array().map(Vec::len), Some(3));
     assert!(
         report["host_load"]["is_busy"].is_boolean(),
@@ -167,6 +168,29 @@ fn report_tells_everything_about_a_run() {
             assert_eq!(per_second > Some(0.0), !lists, "{row}");
         }
     }
+}
+
+/// Particles are sorted in every 16th step: what that takes is told of the steps that have it.
+#[test]
+fn kernels_of_some_steps_have_the_times_of_these() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    // The first step is not measured.
+    let report = render(&folder, "x", &["--steps", "33"]);
+    if report["gpu_ms_per_step"].is_null() {
+        return;
+    }
+    let number = |value: &Value| value.as_f64().expect("it is measured");
+    let kernels = report["kernels"].as_array().expect("they are listed");
+    let sort = kernels.iter().find(|row| row["name"] == "sort_scatter");
+    let sort = sort.expect("it was sorted");
+    assert_eq!(number(&sort["of_steps"]), 2.0 / 32.0, "{sort}");
+    let [mean, median, low] = ["mean_ms", "median_ms", "min_ms"].map(|key| number(&sort[key]));
+    assert!(mean < low && low <= median, "{sort}");
+    let sum: f64 = kernels.iter().map(|row| number(&row["mean_ms"])).sum();
+    assert!(sum <= number(&report["gpu_ms_per_step"]), "{report}");
 }
 
 /// Sizes that nothing divides, and every kind of file at once.

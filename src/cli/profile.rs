@@ -13,7 +13,7 @@ use myxo::{Error, Result};
 use super::files::{Sink, check_distinct};
 use super::host::Watch;
 use super::options::CommonOptions;
-use super::report::{HostTimes, Repetition, Report, Times};
+use super::report::{Repetition, Report, Times};
 use super::session::{Ending, Session};
 use super::times::Run;
 use super::{Outcome, console, interrupt, ratios};
@@ -197,7 +197,7 @@ impl Profile {
             report.alone.clone_from(&self.kernel);
             report.gpu_ms_per_step = None;
             report.gpu_step = Times::default();
-            report.host_step = HostTimes::default();
+            report.host_step = None;
         }
         if let Some(warning) = load.warning() {
             console::message(&warning);
@@ -249,7 +249,7 @@ impl Measured {
 
 /// A line with what the host takes for a step.
 fn host_time(report: &Report) -> String {
-    let host = &report.host_step;
+    let host = report.host_step.unwrap_or_default();
     let [Some(recording), Some(submitting), Some(most)] = [
         host.recording.median_ms,
         host.submitting.median_ms,

@@ -147,14 +147,16 @@ pub fn table(a: &Report, b: &Report) -> String {
     row(&mut text, "wall", &wall(a), &wall(b));
     let find = |report: &Report, name: &str| {
         let kernel = report.kernels.iter().find(|kernel| kernel.name == name);
-        kernel.map_or(none, |kernel| kernel.time)
+        kernel.map_or(none, KernelTime::in_each_step)
     };
-    for KernelTime { name, time, .. } in &a.kernels {
-        row(&mut text, name, time, &find(b, name));
+    for kernel in &a.kernels {
+        let name = &kernel.name;
+        row(&mut text, name, &kernel.in_each_step(), &find(b, name));
     }
-    for KernelTime { name, time, .. } in &b.kernels {
+    for kernel in &b.kernels {
+        let name = &kernel.name;
         if a.kernels.iter().all(|kernel| kernel.name != *name) {
-            row(&mut text, name, &none, time);
+            row(&mut text, name, &none, &kernel.in_each_step());
         }
     }
     text

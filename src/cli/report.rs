@@ -54,9 +54,9 @@ pub struct Report {
     /// The same with its spread.
     #[serde(default)]
     pub gpu_step: Times,
-    /// What the host takes for a step where steps were measured, of the last repetition.
-    #[serde(default)]
-    pub host_step: HostTimes,
+    /// What the host takes for a step, where it was measured: by `profile`, of the last repetition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host_step: Option<HostTimes>,
     /// Time of a step as people experience it.
     pub wall_ms_per_step: f64,
     /// Where the GPU time goes.
@@ -151,8 +151,8 @@ impl FoodLeft {
     }
 }
 
-/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. A kernel of
-/// every 16th step takes nothing in the others.
+/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. Of a kernel that
+/// not every step has the mean is over all of them, and all else over those that have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// Arithmetic mean.
@@ -187,19 +187,19 @@ pub struct HostTimes {
 }
 
 impl HostTimes {
-    /// Of steps that took so many milliseconds to record and to submit.
+    /// Of steps that took so many milliseconds to record and to submit; nothing of none.
     #[must_use]
-    pub fn of(steps: &[[f64; 2]]) -> Self {
+    pub fn of(steps: &[[f64; 2]]) -> Option<Self> {
         if steps.is_empty() {
-            return Self::default();
+            return None;
         }
         let times =
             |ms: fn(&[f64; 2]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
-        Self {
+        Some(Self {
             recording: times(|step| step[0]),
             submitting: times(|step| step[1]),
             both: times(|step| step[0] + step[1]),
-        }
+        })
     }
 }
 
@@ -239,6 +239,9 @@ pub struct KernelTime {
     pub name: String,
     /// How often it is dispatched in a step.
     pub dispatches_per_step: f64,
+    /// The part of the steps that have it, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of_steps: Option<f64>,
     /// Of a step's dispatches together.
     #[serde(flatten)]
     pub time: Times,
@@ -256,6 +259,19 @@ pub struct KernelTime {
     /// The same as part of what the device's own copies get through.
     #[serde(default)]
     pub of_copy_bandwidth: Option<f64>,
+}
+
+impl KernelTime {
+    /// Its times as they are part of each step: of a kernel that not every step has, the mean only.
+    pub fn in_each_step(&self) -> Times {
+        if self.of_steps.is_none_or(|part| part >= 1.0) {
+            return self.time;
+        }
+        Times {
+            mean_ms: self.time.mean_ms,
+            ..Times::default()
+        }
+    }
 }
 
 /// How much a kernel gets through, by the median of its times; by the mean where not every step has it.

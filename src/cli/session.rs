@@ -360,7 +360,7 @@ impl Session {
                 Times::from(&times.step)
             },
             copy_bandwidth: self.bandwidth,
-            host_step: HostTimes::of(self.host_ms.as_deref().unwrap_or_default()),
+            host_step: self.host_ms.as_deref().and_then(HostTimes::of),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),

@@ -22,19 +22,22 @@ pub struct Of<'a> {
 
 /// The rows of the report.
 pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
-    let row = |row: &gpu::Row| {
-        let work = work_of(&row.name, row.dispatches_per_step, of.setup, of.advancing);
-        // Of what not every step has, the median may be nothing.
-        let mut ms = if row.dispatches_per_step < 1.0 {
+    // Of what not every step has, the median is that of the steps that have it.
+    let of_a_step = |row: &gpu::Row| {
+        if row.steps < report.steps {
             row.time.mean_ms
         } else {
             row.time.median_ms
-        };
+        }
+    };
+    let row = |row: &gpu::Row| {
+        let work = work_of(&row.name, row.dispatches_per_step, of.setup, of.advancing);
+        let mut ms = of_a_step(row);
         if row.name == "advance" {
             // All together advance all particles: those that the first lists are left to the others.
             let listed = report.rows.iter();
             let listed = listed.filter(|row| FORMS_OF_ADVANCE[1..].contains(&row.name.as_str()));
-            ms += listed.map(|row| row.time.median_ms).sum::<f64>();
+            ms += listed.map(of_a_step).sum::<f64>();
         }
         let seconds = ms * 1e-3;
         let timed = work.filter(|_| seconds > 0.0);
@@ -42,6 +45,7 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
         KernelTime {
             name: row.name.clone(),
             dispatches_per_step: row.dispatches_per_step,
+            of_steps: Some(row.steps as f64 / report.steps as f64),
             time: Times::from(&row.time),
             share: Some(row.share),
             throughput: timed.map(|work| Throughput {
@@ -125,6 +129,12 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
             or_blank(throughput.map(|rate| format!("{}{}/s", short(rate.per_second), rate.of))),
         ]);
     }
+    let is_rare = |row: &gpu::Row| row.steps < report.steps;
+    let rare = if report.rows.iter().any(is_rare) {
+        "Of kernels that not every step has the mean is over all steps, and all else over the steps that have them.\n"
+    } else {
+        ""
+    };
     let copies = of.bandwidth.map_or(String::new(), |copy| {
         format!(
             "GB/s: bytes that must be read and written; copy: as part of what the device's own copies get through, \
@@ -165,7 +175,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         counted(report.steps, "step"),
         100.0 * sum / step.mean_ms
     );
-    text + &copies
+    text + rare + &copies
 }
 
 /// `1 step`, `2 steps`.

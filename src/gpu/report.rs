@@ -31,7 +31,10 @@ pub struct Row {
     pub name: String,
     /// Dispatches in a step, on average.
     pub dispatches_per_step: f64,
-    /// What a step spends in all of them.
+    /// Steps that have any.
+    pub steps: usize,
+    /// What a step spends in all of them: the mean over all steps, so that kernels add up to the step, and all else over
+    /// those that have any.
     pub time: Statistics,
     /// Mean share of the step, 0 to 1.
     pub share: f64,
@@ -186,11 +189,9 @@ impl<'a> Collector<'a> {
             .rows
             .into_iter()
             .map(|row| {
-                let mut all = vec![0.0; steps];
-                for (number, ms) in row.times {
-                    all[number] = ms;
-                }
-                let time = Statistics::of(all);
+                let own_steps = row.times.len();
+                let mut time = Statistics::of(row.times.into_iter().map(|(_, ms)| ms).collect());
+                time.mean_ms *= own_steps as f64 / steps as f64;
                 let share = if step.mean_ms > 0.0 {
                     time.mean_ms / step.mean_ms
                 } else {
@@ -200,6 +201,7 @@ impl<'a> Collector<'a> {
                 Row {
                     name: row.name.to_owned(),
                     dispatches_per_step,
+                    steps: own_steps,
                     time,
                     share,
                 }
@@ -250,6 +252,46 @@ impl Statistics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::timer::SpanKind;
+
+    /// One that runs twice in every fourth step: kernels add up to the step, and its median is that of steps with it.
+    #[test]
+    fn rare_kernels_have_statistics_of_the_steps_that_have_them() {
+        let span = |name: &str, kind, parent, begin_ns: f64, end_ns: f64| Span {
+            name: name.to_owned(),
+            kind,
+            parent,
+            begin_ns,
+            end_ns,
+        };
+        let frame = |number: u32| {
+            let scope = |name: &str, parent| span(name, SpanKind::Scope, parent, 0.0, 5e6);
+            let kernel = |name: &str, begin, end| span(name, SpanKind::Kernel, Some(1), begin, end);
+            let mut spans = vec![scope("frame", None), scope("step", Some(0))];
+            spans.push(kernel("often", 0.0, 3e6));
+            if number % 4 == 0 {
+                let half = 5e5 * f64::from(1 + number / 4);
+                spans.push(kernel("rare", 3e6, 3e6 + half));
+                spans.push(kernel("rare", 4e6, 4e6 + half));
+            }
+            spans
+        };
+        let frames: Vec<Vec<Span>> = (0..8).map(frame).collect();
+        let mut collector = Collector::default();
+        for frame in &frames {
+            collector.frame(frame, "step");
+        }
+        let report = collector.finish();
+        let [often, rare] = &report.rows[..] else {
+            panic!("{:?}", report.rows)
+        };
+        assert_eq!((often.steps, often.time.mean_ms), (8, 3.0));
+        assert_eq!((rare.steps, rare.dispatches_per_step), (2, 0.5));
+        // One step with 1 ms of it, and one with 2.
+        let time = rare.time;
+        assert_eq!((time.min_ms, time.median_ms, time.max_ms), (1.0, 1.5, 2.0));
+        assert_eq!((time.mean_ms, rare.share), (3.0 / 8.0, 3.0 / 40.0));
+    }
 
     #[test]
     fn statistics_know_mean_median_and_spread() {

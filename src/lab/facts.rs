@@ -29,7 +29,7 @@ pub struct KernelTime {
     pub per_step: f64,
     /// Mean time in a step, milliseconds.
     pub mean_ms: f64,
-    /// 95 % are not longer.
+    /// 95 % of the steps that have any are not longer.
     pub p95_ms: f64,
     /// Of the step's time, 0 to 1.
     pub share: f64,

@@ -116,7 +116,7 @@ pub struct Point {
 impl Point {
     /// As a point of a plot, the whole.
     pub fn whole(&self) -> Dot {
-        self.dot([&self.time])
+        self.dot([self.time])
     }
 
     /// As a point of a plot, some parts together.
@@ -125,19 +125,21 @@ impl Point {
         self.dot(
             parts
                 .filter(|part| names.contains(&part.name.as_str()))
-                .map(|part| &part.time),
+                .map(KernelTime::in_each_step),
         )
     }
 
-    /// Medians add up, and so do the ends of their intervals, which is more than they would together.
-    fn dot<'a>(&self, times: impl IntoIterator<Item = &'a Times>) -> Dot {
+    /// Medians add up, and so do the ends of their intervals, which is more than they would together. What not every step
+    /// has counts by its mean.
+    fn dot(&self, times: impl IntoIterator<Item = Times>) -> Dot {
         let mut dot = Dot {
             x: self.x,
             y: 0.0,
             low: 0.0,
             high: 0.0,
         };
-        for [median, low, high] in times.into_iter().filter_map(Times::interval) {
+        let known = |time: Times| time.interval().or(time.mean_ms.map(|mean| [mean; 3]));
+        for [median, low, high] in times.into_iter().filter_map(known) {
             dot.y += median;
             dot.low += low;
             dot.high += high;
