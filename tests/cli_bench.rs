@@ -212,6 +212,9 @@ fn every_suite_of_scenes_ends_with_points_and_plots() {
                 let has = parts.iter().any(|part| part["name"] == "distance");
                 assert_eq!(has, point["also"]["cycles/s"] != 0.0, "{point}");
             }
+            let mut words = table.split_whitespace();
+            assert!(words.any(|word| word == "distance_tiles"), "{table}");
+            assert!(words.any(|word| word == "other"), "{table}");
         }
     }
 }

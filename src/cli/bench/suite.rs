@@ -181,7 +181,7 @@ pub struct Skipped {
 }
 
 /// All that a suite has found.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Results {
     pub suite: &'static str,
     pub about: &'static str,
@@ -264,6 +264,9 @@ impl Results {
         header.extend(owned(&also));
         header.extend(owned(&["median ms", "interval", "p95", "runs", "steps"]));
         header.extend(owned(parts));
+        // Parts are kernels on the device, and some have no column; on the host they are all that there is.
+        let has_rest = on_device && !parts.is_empty();
+        header.extend(owned(if has_rest { &["other"] } else { &[] }));
         header.extend(owned(if on_device { &["memory"] } else { &[] }));
         let mut rows: Vec<Vec<String>> = vec![header];
         for point in &self.points {
@@ -283,6 +286,10 @@ impl Results {
                 0.0 => "-".to_owned(),
                 median => milliseconds(median),
             }));
+            if has_rest {
+                let rest = point.whole().y - point.parts(parts).y;
+                row.push(milliseconds(rest.max(0.0)));
+            }
             if on_device {
                 row.push(human(point.memory_bytes));
             }
@@ -379,6 +386,27 @@ mod tests {
         let both = points[0].parts(&["advance", "diffuse", "sort"]);
         assert_eq!((both.y, both.low, both.high), (8.0, 4.0, 16.0));
         assert_eq!(points[0].parts(&["sort"]).y, 0.0);
+    }
+
+    #[test]
+    fn what_has_no_column_is_in_the_rest() {
+        let mut point = point("a", 1.0, 8.0);
+        point.parts[0].time.median_ms = Some(3.0);
+        point.parts[1].time.median_ms = Some(1.5);
+        let results = |device: Option<&str>| Results {
+            device: device.map(str::to_owned),
+            points: vec![point.clone()],
+            ..Results::default()
+        };
+        let table = results(Some("abacus")).table(&["advance"]);
+        let words: Vec<&str> = table.split_whitespace().collect();
+        for pair in [["advance", "other"], ["3.00", "5.00"]] {
+            assert!(words.windows(2).any(|words| words == pair), "{table}");
+        }
+        let table = results(None).table(&["advance"]);
+        assert!(!table.contains("other"), "{table}");
+        let table = results(Some("abacus")).table(&[]);
+        assert!(!table.contains("other"), "{table}");
     }
 
     #[test]

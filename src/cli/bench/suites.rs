@@ -108,9 +108,9 @@ const MOVING: [&str; 5] = {
     let [a, b, c, d] = FORMS_OF_ADVANCE;
     [a, b, c, d, "transfer_out"]
 };
-const MOVING_AND_DISTANCE: [&str; 6] = {
+const MOVING_AND_DISTANCE: [&str; 7] = {
     let [a, b, c, d, e] = MOVING;
-    [a, b, c, d, e, "distance"]
+    [a, b, c, d, e, "distance_tiles", "distance"]
 };
 
 /// The kernels that take distances.
