@@ -281,9 +281,11 @@ fn overridden(
         reader.assignment(assignment);
     }
     if let Some(seed) = overrides.seed {
-        let key = |assignment: &&String| assignment.split('=').next().map(str::trim);
-        let mut assignments = overrides.set.iter();
-        match assignments.find(|assignment| key(assignment) == Some("seed")) {
+        let is_seed = |assignment: &&String| {
+            let key = assignment.split('=').next();
+            key.is_some_and(|key| key.trim() == "seed")
+        };
+        match overrides.set.iter().find(is_seed) {
             None => reader.seed(seed),
             // Nobody knows which of the two is meant.
             Some(assignment) => reader.problems.push(Problem {
