@@ -358,7 +358,12 @@ impl<'a> Search<'a> {
             }
             // Who goes over the edge the other way has been there, too.
             for other in &self.found.windows[twin as usize] {
-                cut(&mut parts, &window, &other.turned(length), length);
+                cut(
+                    &mut parts,
+                    &window,
+                    &other.turned(length).mirrored(),
+                    length,
+                );
             }
         }
         for &(from, to) in &parts {

@@ -26,6 +26,14 @@ impl Window {
         }
     }
 
+    /// From the other side of the edge, as far from all of it.
+    pub fn mirrored(&self) -> Self {
+        Self {
+            origin: DVec2::new(self.origin.x, -self.origin.y),
+            ..*self
+        }
+    }
+
     /// The distance of a place on the edge.
     pub fn distance_on_edge(&self, x: f64) -> f64 {
         self.before + self.origin.distance(DVec2::new(x, 0.0))
@@ -58,11 +66,11 @@ pub(super) fn is_beaten(window: &Window, start: f64, end: f64, length: f64) -> b
         || end + length - window.from + slack < window.distance_on_edge(window.from)
 }
 
-/// Takes from the parts of a window those where another one is as near, seen from the same side: who goes on from there may
-/// as well have come by that one. So Mitchell, Mount and Papadimitriou bound how many windows there are.
+/// Takes from the parts of a window those where another one is nearer by more than rounding, seen from the same side: who
+/// goes on from there had better come by that one. So Mitchell, Mount and Papadimitriou bound how many windows there are.
 pub(super) fn cut(parts: &mut Vec<(f64, f64)>, window: &Window, other: &Window, length: f64) {
     let slack = ROUNDING * length;
-    let gain = |x: f64| other.distance_on_edge(x) - window.distance_on_edge(x) - slack;
+    let gain = |x: f64| other.distance_on_edge(x) - window.distance_on_edge(x) + slack;
     let mut k = 0;
     while k < parts.len() {
         let (from, to) = parts[k];
