@@ -221,7 +221,7 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
 fn advance_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     type Change = fn(&mut Settings);
-    let variants: [(&str, Change); 13] = [
+    let variants: [(&str, Change); 14] = [
         ("plain", |_| ()),
         ("walking sensors", |s| s.physarum.sensing = Sensing::Walk),
         ("food", |s| {
