@@ -86,12 +86,13 @@ mod tests {
 
     #[test]
     fn keys_that_differ_are_told_as_a_resumed_run_tells_them() {
-        let a = of_scene("trio", &["physarum.speed=0.004"]);
+        let a = of_scene("trio", &["physarum.speed=0.004", "radius=1.5"]);
         assert!(differences(&a, &a).is_empty());
         let b = [
             "physarum.speed=0.006",
             "physarum.border=stop",
             "seed=99",
+            "radius=1.5",
             "object.1.position=[1, 2.5, 3]",
         ];
         let lines = differences(&a, &of_scene("trio", &b));

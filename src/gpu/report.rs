@@ -269,7 +269,7 @@ mod tests {
             let kernel = |name: &str, begin, end| span(name, SpanKind::Kernel, Some(1), begin, end);
             let mut spans = vec![scope("frame", None), scope("step", Some(0))];
             spans.push(kernel("often", 0.0, 3e6));
-            if number % 4 == 0 {
+            if number.is_multiple_of(4) {
                 let half = 5e5 * f64::from(1 + number / 4);
                 spans.push(kernel("rare", 3e6, 3e6 + half));
                 spans.push(kernel("rare", 4e6, 4e6 + half));

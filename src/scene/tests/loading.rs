@@ -68,6 +68,7 @@ fn every_builtin_scene_and_preset_is_right() {
                 mentioned,
                 // Where a look does not mention food, there is none scattered.
                 ["physarum", "trail"].contains(&section) && !how
+                    || parameter.key == "picture.color_map"
                     || section == "feeding" && preset.name == "feeding",
                 "{}: {}",
                 preset.name,
