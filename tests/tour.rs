@@ -507,6 +507,12 @@ fn every_button_and_key_has_its_effect() {
         seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
     });
     lab.key_until("g", "the gallery", "gallery", true);
+    // Presets are below the scenes.
+    lab.point("card=sphere", 0.5);
+    for _ in 0..4 {
+        xdotool(&["click", "5"]);
+        sleep(Duration::from_millis(150));
+    }
     lab.click("card=cells");
     lab.wait("the look is taken", |seen| {
         seen["state"]["preset"] == "cells"

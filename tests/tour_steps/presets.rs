@@ -131,7 +131,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         ("torn.toml", "[trail\ndecay", "not valid TOML"),
         ("empty.obj", "", "empty.obj"),
         ("torn.glb", "glTF but not really", "torn.glb"),
-        ("letter.txt", "Dear reader", "not valid TOML"),
+        ("letter.txt", "Dear reader", "neither a scene nor a model"),
     ] {
         let file = lab.folder.with(name, text);
         drop_and_hear(&lab, &file, part);
