@@ -513,6 +513,8 @@ fn every_button_and_key_has_its_effect() {
         xdotool(&["click", "5"]);
         sleep(Duration::from_millis(150));
     }
+    // It scrolls smoothly, and cards stand still after a while.
+    sleep(Duration::from_millis(1500));
     lab.click("card=cells");
     lab.wait("the look is taken", |seen| {
         seen["state"]["preset"] == "cells"
