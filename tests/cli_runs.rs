@@ -78,7 +78,7 @@ fn same_scene_and_seed_same_hash() {
     let is_timed = a["gpu_ms_per_step"].is_number();
     assert_eq!(doubts, is_timed, "{differs}");
     let (_, differs) = compare("set");
-    let key = "settings   differ    trail.decay = 0.5, which was 0.95\n";
+    let key = "settings   differ    trail.decay = 0.5, which was 0.93\n";
     assert!(differs.contains(key), "{differs}");
     assert_eq!(differs.matches("settings ").count(), 1, "{differs}");
 }
@@ -401,7 +401,7 @@ fn states_that_cannot_be_resumed_are_refused() {
         "camera.azimuth=1",
     ]));
     assert!(
-        messages.contains("going on from step 3; trail.decay = 0.5, which was 0.95\n"),
+        messages.contains("going on from step 3; trail.decay = 0.5, which was 0.93\n"),
         "{messages}"
     );
     let message = failed(&with(&["--set", "particles.count=1999", "--seed", "8"]));

@@ -299,6 +299,8 @@ fn the_guide_has_a_strip_for_each_row_of_its_table() {
 scene = "cube"
 steps = 2
 set = ["particles.count=2000", "atlas.size=64"]
+plain = ["trail.decay=0.95"]
+own_looks = ["trio"]
 [[strip]]
 key = "trail.decay"
 values = ["0.5", "0.95", "1"]
