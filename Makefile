@@ -80,9 +80,9 @@ pictures: ## draw the README's other pictures (ten minutes)
 	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --out $(PICTURES)/trio.gif
 	$(DRAW) gears --steps 600 --size 960x600 --out $(PICTURES)/gears.png
 	$(DRAW) torus --size 1200x640 --out $(PICTURES)/torus.png
-	$(DRAW) suzanne --size 600x450 --out $(PICTURES)/suzanne.png
-	$(DRAW) gyroid --size 600x450 --out $(PICTURES)/gyroid.png
-	$(DRAW) cube --preset cells --size 600x450 --out $(PICTURES)/cube.png
+	$(DRAW) suzanne --steps 200 --size 600x450 --out $(PICTURES)/suzanne.png
+	$(DRAW) gyroid --steps 200 --size 600x450 --out $(PICTURES)/gyroid.png
+	$(DRAW) cube --preset cells --steps 300 --size 600x450 --out $(PICTURES)/cube.png
 	$(DRAW) oats --steps 300 --set camera.target=[0,-0.1,0] --size 900x600 --out $(PICTURES)/oats.png
 	$(DRAW) suzanne --view charts --size 768x768 --out $(PICTURES)/suzanne_charts.png
 	$(MYXO) atlas suzanne --size 768 --out $(PICTURES)/suzanne_atlas.png
