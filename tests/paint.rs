@@ -226,6 +226,16 @@ fn trio(strategy: Strategy) -> Scene {
     })
 }
 
+/// All brushes that change fields, and the one that takes particles there.
+const BRUSHES: [Brush; 5] = [
+    Brush::Trail { amount: 4.0 },
+    Brush::Attract { amount: 2.0 },
+    Brush::NoGo,
+    Brush::Attract { amount: -3.0 },
+    Brush::Erase { share: 0.4 },
+];
+const SUMMON: Brush = Brush::Particles { share: 0.3 };
+
 /// All brushes, between steps, on the GPU and by twins: both have the same trail, the same bias, and nobody is lost.
 #[test]
 fn every_brush_agrees_with_the_twins_between_steps() {
@@ -236,14 +246,7 @@ fn every_brush_agrees_with_the_twins_between_steps() {
         let mut twin =
             twin::Simulation::new(Setup::new(&scene).unwrap(), simulation.settings().clone());
         let at = Vec3::new(0.3, 0.5, 0.3);
-        let brushes = [
-            Brush::Trail { amount: 4.0 },
-            Brush::Attract { amount: 2.0 },
-            Brush::NoGo,
-            Brush::Attract { amount: -3.0 },
-            Brush::Erase { share: 0.4 },
-        ];
-        for (i, brush) in brushes.into_iter().enumerate() {
+        for (i, brush) in BRUSHES.into_iter().enumerate() {
             let center = at + 0.05 * Vec3::new(i as f32, 0.0, -(i as f32));
             let dab = dab(brush, center, 0.9);
             let painted = paint(&gpu, &mut simulation, &dab);
@@ -262,7 +265,7 @@ fn every_brush_agrees_with_the_twins_between_steps() {
             // From one state again, so that what rounding did to a few particles does not grow.
             twin.restore(&state);
         }
-        let summon = dab(Brush::Particles { share: 0.3 }, at, 0.9);
+        let summon = dab(SUMMON, at, 0.9);
         paint(&gpu, &mut simulation, &summon);
         twin.paint(&summon).unwrap();
         let by_id = |state: Snapshot| {
@@ -288,18 +291,12 @@ fn every_brush_agrees_with_the_twins_between_steps() {
 #[test]
 fn strokes_go_on_between_steps_without_pictures() {
     let Some(gpu) = gpu() else { return };
-    let brushes = [
-        Brush::Trail { amount: 4.0 },
-        Brush::Attract { amount: 2.0 },
-        Brush::NoGo,
-        Brush::Attract { amount: -3.0 },
-        Brush::Erase { share: 0.4 },
-        Brush::Particles { share: 0.3 },
-    ];
     let hash = |in_one_recording: bool| {
         let scene = trio(Strategy::Direct);
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let brushes = BRUSHES.into_iter().chain([SUMMON]);
         let dabs = brushes.map(|brush| dab(brush, Vec3::new(0.3, 0.5, 0.3), 0.9));
+        let dabs: Vec<Dab> = dabs.collect();
         // Each twice, with a step after it.
         let dabs = dabs.iter().flat_map(|dab| [dab, dab]);
         if in_one_recording {

@@ -132,29 +132,20 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
         (z ^ (z >> 31)) as f64 / u64::MAX as f64
     };
     let mut settings = settings.clone();
-    let mut set = |key: &str, value: f64| {
-        if let Some(Kind::Number(number)) = find(key).map(|parameter| &parameter.kind) {
-            (number.set)(&mut settings, value);
-        }
-    };
-    let mut decay = 0.0;
     for &(key, low, high) in BY_CHANCE {
-        let value = low * (high / low).powf(chance());
-        set(key, value);
-        if key == "trail.decay" {
-            decay = value;
+        if let Some(Kind::Number(number)) = find(key).map(|parameter| &parameter.kind) {
+            (number.set)(&mut settings, low * (high / low).powf(chance()));
         }
     }
+    // The trail's mean where the density is the reference.
+    let decay = f64::from(settings.trail.decay);
+    let mean = REFERENCE_DENSITY * decay / (1.0 - decay);
     let crowds = f64::from(chance() < SELDOM);
     let favours = f64::from(chance() < OFTEN);
-    set("physarum.decrowding_weight", crowds * chance());
-    set("physarum.reference_density", REFERENCE_DENSITY);
-    // Around the trail's mean, which is that much where the reference density is.
-    let mean = REFERENCE_DENSITY * decay / (1.0 - decay);
-    set(
-        "physarum.favourite_density",
-        favours * mean * (1.2 + 2.3 * chance()),
-    );
+    let physarum = &mut settings.physarum;
+    physarum.reference_density = REFERENCE_DENSITY as f32;
+    physarum.decrowding_weight = (crowds * chance()) as f32;
+    physarum.favourite_density = (favours * mean * (1.2 + 2.3 * chance())) as f32;
     let colours = ColorMap::ALL;
     settings.picture.color_map =
         colours[(chance() * colours.len() as f64) as usize % colours.len()];

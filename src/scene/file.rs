@@ -56,8 +56,6 @@ pub struct Reader {
     /// What was wrong so far.
     pub problems: Vec<Problem>,
     place: Place,
-    /// The last `KEY=VALUE` that set the seed.
-    seed_assignment: Option<String>,
 }
 
 #[derive(Debug)]
@@ -79,7 +77,6 @@ impl Reader {
             settings,
             problems: Vec::new(),
             place: Place::Argument(String::new()),
-            seed_assignment: None,
         }
     }
 
@@ -136,23 +133,15 @@ impl Reader {
             return;
         };
         let (key, raw) = (key.trim(), raw.trim());
-        if key == "seed" {
-            self.seed_assignment = Some(assignment.to_owned());
-        }
         let value = DeValue::parse(raw).unwrap_or_else(|_| {
             Spanned::new(0..0, DeValue::String(std::borrow::Cow::Borrowed(raw)))
         });
         self.value(key, &value, 0);
     }
 
-    /// Sets the seed, as `--seed` does, unless an assignment has set it: nobody knows which of the two is meant.
+    /// Sets the seed, as `--seed` does.
     pub fn seed(&mut self, seed: u64) {
         self.place = Place::Argument(format!("--seed {seed}"));
-        if let Some(assignment) = self.seed_assignment.take() {
-            let message =
-                format!("--set {assignment} sets the seed, too: leave one of the two away");
-            return self.problem(0, message);
-        }
         let raw = seed.to_string();
         if let Ok(value) = DeValue::parse(&raw) {
             self.value("seed", &value, 0);

@@ -497,3 +497,46 @@ pub(super) fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
 pub fn seed_word(seed: u64) -> u32 {
     (seed ^ (seed >> 32)) as u32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::scene::settings::ObjectSettings;
+
+    #[test]
+    fn deposits_and_decrowding_follow_the_density() {
+        let mut settings = Settings {
+            objects: vec![ObjectSettings {
+                mesh: "builtin:cube".to_owned(),
+                ..ObjectSettings::default()
+            }],
+            ..Settings::default()
+        };
+        settings.atlas.size = 64;
+        settings.particles.count = 1000;
+        settings.physarum.deposit = 2.0;
+        settings.physarum.decrowding_weight = 0.5;
+        settings.objects[0].physarum.decrowding_weight = Some(0.25);
+        let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let density = 1000.0 / setup.atlas.owned_count as f32;
+        let mut settings = scene.settings;
+        for (reference, factor) in [(0.0, 1.0), (density, 1.0), (3.0 * density, 3.0)] {
+            settings.physarum.reference_density = reference;
+            let params = StepParams::new(&settings, &setup, 0, 0);
+            let found = [
+                params.diffuse.deposit,
+                params.diffuse_seams.deposit,
+                params.turn.advance.decrowding_weight,
+                physarums(&settings, &setup)[0].decrowding_weight,
+            ];
+            for (value, plain) in found.into_iter().zip([2.0, 2.0, 0.5, 0.25]) {
+                assert!(
+                    (value - factor * plain).abs() < 1e-5,
+                    "{found:?}, {reference}"
+                );
+            }
+        }
+    }
+}
