@@ -499,8 +499,9 @@ fn kernels_are_timed_right_between_pictures() {
     }
     frames.wait_idle().unwrap();
     let report = frames.timings().report("step");
-    let kernels: f64 = report.rows.iter().map(|row| row.time.median_ms).sum();
-    let share = kernels / report.step.median_ms;
+    // Means, because some kernels are not in every step, and their medians are of those that have them.
+    let kernels: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
+    let share = kernels / report.step.mean_ms;
     assert!(
         (0.7..=1.1).contains(&share),
         "kernels take {share} of the step"
