@@ -58,16 +58,16 @@ layout(set = 0, binding = 19) uniform samplerBuffer poses_before;
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
 #include "atlas.glsl"
+#include "bilinear.glsl"
 #include "strip_table.glsl"
 
 // What the texel with the largest weight of the four around says, of those that know a triangle. Gutter texels know
 // none, and a point near a seam may lie in one.
 uint nearest_triangle(vec2 position) {
-    precise vec2 corner = position - 0.5;
-    vec2 low = floor(corner);
-    precise vec2 f = corner - low;
+    Blend blend = blend_at(position, params.pitch);
+    vec2 f = blend.way;
     precise vec2 rest = 1.0 - f;
-    uint texel = uint(low.y) * params.pitch + uint(low.x);
+    uint texel = blend.texel;
     uint found = NONE;
     float most = -1.0;
     for (uint k = 0u; k < 4u; k += 1u) {

@@ -1,9 +1,11 @@
-// distances: reading signed distances between texel centres, as `trail.glsl` reads the trail. Twin of
+// distances: reading signed distances between texel centres, as `field.glsl` reads the trail. Twin of
 // src/sim/twin/trail.rs.
 // The includer declares `distances` first, a texel buffer of one float.
 
 #ifndef MYXO_DISTANCES
 #define MYXO_DISTANCES
+
+#include "bilinear.glsl"
 
 float distances_of(uint texel) {
     return texelFetch(distances, int(texel)).x;
@@ -11,14 +13,12 @@ float distances_of(uint texel) {
 
 // Bilinear over the four texels around, gutter texels among them.
 float distance_at(vec2 position, uint pitch) {
-    precise vec2 corner = position - 0.5;
-    vec2 low = floor(corner);
-    precise vec2 f = corner - low;
-    uint texel = uint(low.y) * pitch + uint(low.x);
-    precise float top = distances_of(texel) + f.x * (distances_of(texel + 1u) - distances_of(texel));
-    precise float bottom = distances_of(texel + pitch) + f.x * (distances_of(texel + pitch + 1u) - distances_of(texel + pitch));
-    precise float value = top + f.y * (bottom - top);
-    return value;
+    Blend blend = blend_at(position, pitch);
+    uint texel = blend.texel;
+    vec4 values = vec4(
+        distances_of(texel), distances_of(texel + 1u),
+        distances_of(texel + pitch), distances_of(texel + pitch + 1u));
+    return blended(values, blend.way);
 }
 
 #endif

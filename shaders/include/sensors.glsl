@@ -4,23 +4,21 @@
 #ifndef MYXO_SENSORS
 #define MYXO_SENSORS
 
+#include "bilinear.glsl"
+
 layout(set = 0, binding = 0) uniform samplerBuffer places;
 layout(std430, set = 0, binding = 1) writeonly buffer Values { float values[]; };
 
 #ifdef TRAIL_OF
-// Bilinear over the four texels around, as in trail.glsl.
+// Bilinear over the four texels around, as in field.glsl.
 float between(vec2 position) {
     precise vec2 corner = position - 0.5;
-    vec2 low = floor(corner);
-    precise vec2 f = corner - low;
-    uint x = uint(low.x);
-    uint y = uint(low.y);
-    float here = TRAIL_OF(x, y);
-    float below = TRAIL_OF(x, y + 1u);
-    precise float top = here + f.x * (TRAIL_OF(x + 1u, y) - here);
-    precise float bottom = below + f.x * (TRAIL_OF(x + 1u, y + 1u) - below);
-    precise float value = top + f.y * (bottom - top);
-    return value;
+    uvec2 low = uvec2(floor(corner));
+    precise vec2 way = corner - floor(corner);
+    vec4 values = vec4(
+        TRAIL_OF(low.x, low.y), TRAIL_OF(low.x + 1u, low.y),
+        TRAIL_OF(low.x, low.y + 1u), TRAIL_OF(low.x + 1u, low.y + 1u));
+    return blended(values, way);
 }
 #define SENSED(position) between(position)
 #endif

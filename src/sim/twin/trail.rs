@@ -1,4 +1,4 @@
-//! Twin of `shaders/include/trail.glsl`, `atlas.glsl`, `distances.glsl` and `across.glsl`: places in the atlas, and
+//! Twin of `shaders/include/field.glsl`, `bilinear.glsl`, `atlas.glsl`, `distances.glsl` and `across.glsl`: places in the atlas, and
 //! reading between texel centres.
 
 use crate::mesh::surface::AtlasMap;

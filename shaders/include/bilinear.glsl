@@ -1,0 +1,24 @@
+// bilinear: what lies between texel centres. Twin: `trail_at` of src/sim/twin/trail.rs.
+
+#ifndef MYXO_BILINEAR
+#define MYXO_BILINEAR
+
+// The upper left one of the four texels round a position, and how far right of its centre and below it the position is.
+struct Blend { uint texel; vec2 way; };
+
+Blend blend_at(vec2 position, uint pitch) {
+    precise vec2 corner = position - 0.5;
+    vec2 low = floor(corner);
+    precise vec2 way = corner - low;
+    return Blend(uint(low.y) * pitch + uint(low.x), way);
+}
+
+// Of the values of the upper two texels and of the lower two.
+float blended(vec4 values, vec2 way) {
+    precise float top = values.x + way.x * (values.y - values.x);
+    precise float bottom = values.z + way.x * (values.w - values.z);
+    precise float value = top + way.y * (bottom - top);
+    return value;
+}
+
+#endif

@@ -1,0 +1,138 @@
+// sensing: what the three sensors of a particle read, at the end of walks or straight ahead in the atlas.
+// Twin: src/sim/twin/advance.rs.
+// The includer declares the constants, parameters and buffers of advance.comp first.
+
+#ifndef MYXO_SENSING
+#define MYXO_SENSING
+
+#include "strip.glsl"
+#include "field.glsl"
+#include "distances.glsl"
+#include "across.glsl"
+#include "surroundings.glsl"
+#include "frame.glsl"
+#include "pose_table.glsl"
+#include "own_physarum.glsl"
+
+// The share of what food and markers attract that the particle feels.
+float own_appetite;
+
+// Height of a point along the scene's up axis, world units.
+float height_at(uint triangle, float u, float v) {
+    vec4 row = pose_of(shape_words(triangle).w).y;
+    precise float a = dot(row, vec4(corner_position(triangle, 0u), 1.0));
+    precise float b = dot(row, vec4(corner_position(triangle, 1u), 1.0));
+    precise float c = dot(row, vec4(corner_position(triangle, 2u), 1.0));
+    precise float height = (a + u * (b - a)) + v * (c - a);
+    return height;
+}
+
+// Where a walk has come to in the atlas.
+vec2 walked_position(StripWalk w) {
+    return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
+}
+
+// Does this form know of other objects?
+bool sees_others() {
+    bool sees = ACROSS;
+    return sees && SENSING != SENSORS_STRAIGHT && SENSING != SENSORS_WALK_LISTED;
+}
+
+// What a sensor reads at a place. From one that is itself covered, no other object is seen.
+float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
+    if (sees_others()) {
+        uint texel = texel_at(position, params.pitch);
+        float distance = distances_of(texel);
+        bool is_covered = from_open && params.deepest < distance && distance < params.transfer_threshold;
+        uint beyond = is_covered ? texelFetch(across, int(texel)).x : NONE;
+        position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
+        if (GRAVITY && beyond != NONE) {
+            triangle = texelFetch(across_triangles, int(texel)).x;
+            uv = weights_at(atlas_map_of(triangle), position);
+        }
+    }
+    precise float value = field_at(trail, position, params.pitch);
+    if (FAVOURITE_DENSITY && own_favourite_density > 0.0) {
+        value = -abs(value - own_favourite_density);
+    }
+    if (GRAVITY) {
+        value += own_gravity_weight * height_at(triangle, uv.x, uv.y);
+    }
+    if (DECROWDING) {
+        value -= own_decrowding_weight * float(texel_of(previous_deposits, texel_at(position, params.pitch)));
+    }
+    if (DISTANCE) {
+        value += own_distance_weight * distance_at(position, params.pitch);
+    }
+    if (PAINTED) {
+        value += field_at(bias, position, params.pitch);
+    }
+    if (FOOD) {
+        // What repels does so whoever has eaten.
+        float smelled = field_at(scent, position, params.pitch);
+        value += smelled > 0.0 ? own_appetite * smelled : smelled;
+    }
+    return value;
+}
+
+// What a sensor reads at the end of its walk.
+float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
+    w.heading = heading;
+    w.remaining = own_sensor_offset;
+    walk_strip(w, params.attempts, BORDER_REFLECTS);
+    vec2 position = walked_position(w);
+    return sensed_at(position, w.triangle, vec2(w.u, w.v), from_open);
+}
+
+// The way of a sensor in the atlas, texels.
+vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
+    precise vec2 way = own_sensor_offset * (heading.x * texels_from_frame[0] + heading.y * texels_from_frame[1]);
+    return way;
+}
+
+// Texels for a world unit along the two axes of a triangle's frame.
+mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
+    vec3 shape = uintBitsToFloat(shape_words(triangle).xyz);
+    precise vec2 p = map.du / shape.x;
+    precise vec2 h = (map.dv - shape.y * p) / shape.z;
+    return mat2(p, h);
+}
+
+uint around(vec2 position) {
+    uint texel = texel_at(position, params.pitch);
+    uvec2 words = texelFetch(surroundings, int(texel >> 2u)).xy;
+    return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
+}
+
+// The same of the end of a way that begins in the atlas.
+uint around_end(vec2 from, vec2 way) {
+    precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
+    return around(to);
+}
+
+// Three independent normal numbers (Box and Muller 1958).
+vec3 normals(uvec4 words) {
+    const float tau = 6.28318530718;
+    // 1 - x lies in (0, 1], so the logarithm is finite.
+    float radius_1 = sqrt(-2.0 * log(1.0 - unit_float(words.x)));
+    float radius_2 = sqrt(-2.0 * log(1.0 - unit_float(words.z)));
+    float angle_1 = tau * unit_float(words.y);
+    float angle_2 = tau * unit_float(words.w);
+    return vec3(radius_1 * cos(angle_1), radius_1 * sin(angle_1), radius_2 * cos(angle_2));
+}
+
+vec2 rotated(vec2 heading, float c, float s) {
+    precise vec2 result = vec2(c * heading.x - s * heading.y, s * heading.x + c * heading.y);
+    return result;
+}
+
+// Where the sensors beside the middle one look.
+vec2 left_of(vec2 heading) {
+    return rotated(heading, own_sensor_cos, own_sensor_sin);
+}
+
+vec2 right_of(vec2 heading) {
+    return rotated(heading, own_sensor_cos, -own_sensor_sin);
+}
+
+#endif
