@@ -81,6 +81,7 @@ fn what_cannot_take_turns_is_refused() {
     for other in [
         ["--kernel", "advance"],
         ["--hash-every", "2"],
+        ["--measure-every", "2"],
         ["--trace", "x.json"],
     ] {
         let options = [&["profile"], &TINY[..], &["--against", "torus"], &other].concat();

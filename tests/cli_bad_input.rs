@@ -305,6 +305,7 @@ fn options_of_the_wrong_kind_are_usage_errors() {
         ["--fps", "0"],
         ["--seed", "1.5"],
         ["--hash-every", "0"],
+        ["--measure-every", "0"],
     ] {
         let message = refused(
             2,

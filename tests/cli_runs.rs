@@ -27,6 +27,38 @@ fn hash(report: &Value) -> &str {
 }
 
 #[test]
+fn networks_are_measured_along_the_way() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let report = render(
+        &folder,
+        "measured",
+        &["--steps", "7", "--measure-every", "3"],
+    );
+    let measures = report["measures"].as_array().expect("they are listed");
+    let steps: Vec<_> = measures.iter().map(|m| m["step"].as_u64()).collect();
+    assert_eq!(steps, [Some(3), Some(6), Some(7)], "the last step, too");
+    for measure in measures {
+        let number = |key: &str| measure[key].as_f64().expect(key);
+        assert!(number("mean_trail") > 0.0 && number("length") > 0.0);
+        assert!(0.0 < number("covered") && number("covered") < 1.0);
+        // Particles have just deposited where they are.
+        assert!(number("on_network") > number("covered"));
+        assert!(number("pieces") >= 1.0 && number("regions") >= 1.0);
+        let objects = measure["objects"].as_array().expect("they are listed");
+        assert_eq!(objects.len(), 1);
+        assert_eq!(objects[0]["particles"], report["particles"]);
+        assert_eq!(objects[0]["length"], measure["length"]);
+    }
+    // Measuring changes nothing.
+    let plain = render(&folder, "plain", &["--steps", "7"]);
+    assert_eq!(hash(&plain), hash(&report));
+    assert!(plain.get("measures").is_none());
+}
+
+#[test]
 fn same_scene_and_seed_same_hash() {
     if no_device() {
         return;

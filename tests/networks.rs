@@ -4,10 +4,10 @@
 mod common;
 
 use common::{gpu, scene};
-use myxo::mesh::atlas::Atlas;
 use myxo::mesh::surface::NONE;
 use myxo::scene::settings::Sensing;
 use myxo::sim::Simulation;
+use myxo::sim::network::{Network, THRESHOLD};
 use myxo::sim::twin::trail::{atlas_position, trail_at};
 use myxo::sim::twin::{AdvanceInputs, straight_places};
 use myxo::sim::types::Physarum;
@@ -23,36 +23,28 @@ const LARGEST_T: f64 = 3.92;
 const INTERVAL_T: f64 = 2.10;
 
 /// What is said of a network.
-#[derive(Clone, Copy, Debug)]
-struct Network {
-    /// Texels of the skeleton of what is above the threshold.
-    length: f64,
-    /// Skeleton texels where three or more branches meet.
+#[derive(Clone, Debug)]
+struct Grown {
+    network: Network,
+    /// Texels of its skeleton where three or more branches meet.
     junctions: f64,
-    /// Shares of the surface with a trail below 1/4, 1/2, 1, 2, 4 times the mean.
-    below: [f64; 5],
 }
 
-impl Network {
-    fn of(trail: &[f32], atlas: &Atlas) -> Self {
+impl Grown {
+    fn of(snapshot: &Snapshot, simulation: &Simulation) -> Self {
+        let (trail, atlas) = (&snapshot.trail, &simulation.setup().atlas);
         let owned = || (0..trail.len()).filter(|&t| atlas.owner[t] != NONE);
         let count = owned().count() as f64;
         let mean = owned().map(|t| f64::from(trail[t])).sum::<f64>() / count;
-        let share = |times: f64| {
-            let most = (times * mean) as f32;
-            owned().filter(|&t| trail[t] < most).count() as f64 / count
-        };
         // Gutters hold what lies across seams, so branches do not end there.
-        let threshold = (1.5 * mean) as f32;
+        let threshold = (THRESHOLD * mean) as f32;
         let mut bits: Vec<bool> = trail.iter().map(|&value| value > threshold).collect();
         thin(&mut bits, atlas.pitch as usize);
-        let skeleton = owned().filter(|&t| bits[t]);
         let junctions =
             owned().filter(|&t| bits[t] && branches(&bits, atlas.pitch as usize, t) > 2);
         Self {
-            length: skeleton.count() as f64,
+            network: Network::of(snapshot, simulation.setup()),
             junctions: junctions.count() as f64,
-            below: [0.25, 0.5, 1.0, 2.0, 4.0].map(share),
         }
     }
 }
@@ -152,7 +144,7 @@ fn both_ways_of_sensing_grow_the_same_networks() {
         if seed == 1 && sensing == Sensing::Auto {
             tell_readings(&simulation, &snapshot);
         }
-        Network::of(&snapshot.trail, &simulation.setup().atlas)
+        Grown::of(&snapshot, &simulation)
     };
     let all = |sensing| {
         (1..=SEEDS)
@@ -162,7 +154,7 @@ fn both_ways_of_sensing_grow_the_same_networks() {
     let (auto, walk) = (all(Sensing::Auto), all(Sensing::Walk));
     let mut different = Vec::new();
     // That no difference shows is not enough: it must also lie, with 95 %, within a share of what is compared.
-    let mut compare = |name: &str, most: f64, of: &dyn Fn(&Network) -> f64| {
+    let mut compare = |name: &str, most: f64, of: &dyn Fn(&Grown) -> f64| {
         let [a, b] = [&auto, &walk].map(|all| all.iter().map(of).collect::<Vec<f64>>());
         let (difference, error) = welch(&a, &b);
         let t = difference / error.max(f64::MIN_POSITIVE);
@@ -178,11 +170,14 @@ fn both_ways_of_sensing_grow_the_same_networks() {
             different.push(told);
         }
     };
-    compare("length", 0.1, &|n| n.length);
+    compare("length", 0.1, &|n| n.network.length);
     compare("junctions", 0.3, &|n| n.junctions);
+    // There are four on average, so one more or less is much.
+    compare("regions", 0.75, &|n| f64::from(n.network.regions));
+    compare("share of particles on it", 0.05, &|n| n.network.on_network);
     for (k, times) in ["1/4", "1/2", "1", "2", "4"].into_iter().enumerate() {
         let name = format!("share below {times} of the mean trail");
-        compare(&name, 0.05, &|n| n.below[k]);
+        compare(&name, 0.05, &|n| n.network.below[k]);
     }
     assert!(different.is_empty(), "{}", different.join("\n"));
     assert!(
@@ -200,12 +195,9 @@ fn both_ways_of_sensing_grow_the_same_networks() {
         for _ in 0..STEPS {
             gpu.run(|rec| simulation.record_step(rec));
         }
-        Network::of(
-            &simulation.snapshot().unwrap().trail,
-            &simulation.setup().atlas,
-        )
+        Grown::of(&simulation.snapshot().unwrap(), &simulation)
     };
-    let far_off = |of: &dyn Fn(&Network) -> f64| {
+    let far_off = |of: &dyn Fn(&Grown) -> f64| {
         let values: Vec<f64> = auto.iter().map(of).collect();
         let variance = values
             .iter()
@@ -214,9 +206,9 @@ fn both_ways_of_sensing_grow_the_same_networks() {
             / (SEEDS - 1) as f64;
         (of(&other) - mean(&values)).abs() > 4.0 * variance.sqrt()
     };
-    let tells = far_off(&|n| n.length)
+    let tells = far_off(&|n| n.network.length)
         || far_off(&|n| n.junctions)
-        || (0..5).any(|k| far_off(&|n| n.below[k]));
+        || (0..5).any(|k| far_off(&|n| n.network.below[k]));
     assert!(tells, "{other:?} of {auto:?}");
     gpu.finish();
 }

@@ -12,6 +12,7 @@ mod host;
 mod info;
 mod interrupt;
 mod lab;
+mod measures;
 mod options;
 mod outputs;
 mod profile;

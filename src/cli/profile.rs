@@ -70,7 +70,7 @@ pub struct Profile {
     #[arg(
         long,
         value_name = "SCENE|KEY=VALUE",
-        conflicts_with_all = ["kernel", "trace", "checkpoint", "resume", "hash_every"]
+        conflicts_with_all = ["kernel", "trace", "checkpoint", "resume", "hash_every", "measure_every"]
     )]
     against: Vec<String>,
     /// Prints the report as JSON instead of the table

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::host::{self, HostLoad};
+use super::measures::Measure;
 
 /// Bytes of a file that are read: far more than a report has, and not all of one that never ends.
 const LARGEST: u64 = 64 << 20;
@@ -48,6 +49,9 @@ pub struct Report {
     /// The hash along the way, where `--hash-every` asked for it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<StateHash>,
+    /// What `--measure-every` has measured of the network along the way, and at the end.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<Measure>,
     /// GPU time of a step, between timestamps at its beginning and end: the mean of those that were measured. `render`
     /// and `export` leave out the first one, which compiles kernels, and keep the last 4,096.
     pub gpu_ms_per_step: Option<f64>,

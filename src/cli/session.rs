@@ -10,11 +10,13 @@ use myxo::gpu::{
 };
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::network::Network;
 use myxo::sim::{Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
 use super::host::Watch;
+use super::measures::Measure;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
@@ -40,6 +42,8 @@ pub struct Session {
     pub progress: Progress,
     /// What `--hash-every` has listed.
     hashes: Vec<StateHash>,
+    /// What `--measure-every` has measured.
+    measures: Vec<Measure>,
     options: CommonOptions,
     started: Instant,
     first_step: u64,
@@ -142,6 +146,7 @@ impl Session {
             scene,
             simulation,
             hashes: Vec::new(),
+            measures: Vec::new(),
             options: options.clone(),
             started: Instant::now(),
             trace: None,
@@ -158,11 +163,10 @@ impl Session {
         self.progress.step();
         let step = self.simulation.step();
         let state = &self.options.state;
-        let hash_due = state
-            .hash_every
-            .is_some_and(|every| step.is_multiple_of(u64::from(every)));
+        let is_due = |every: Option<u32>| every.is_some_and(|n| step.is_multiple_of(u64::from(n)));
+        let [hash_due, measure_due] = [state.hash_every, state.measure_every].map(is_due);
         let check_due = self.options.device.validate;
-        if !hash_due && !check_due {
+        if !hash_due && !measure_due && !check_due {
             return Ok(());
         }
         self.frames.wait_idle()?;
@@ -172,6 +176,9 @@ impl Session {
             self.progress
                 .say(&format!("step {step}: state hash {hash}"));
             self.hashes.push(StateHash { step, hash });
+        }
+        if measure_due {
+            self.measure(&snapshot);
         }
         if check_due {
             self.check(&snapshot)?;
@@ -283,6 +290,13 @@ impl Session {
         self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
+        let is_measured = self
+            .measures
+            .last()
+            .is_some_and(|m| m.step == snapshot.step);
+        if self.options.state.measure_every.is_some() && !is_measured {
+            self.measure(&snapshot);
+        }
         let settings = self.simulation.settings();
         let counters = Counters::of(&snapshot, self.simulation.setup(), &settings.objects);
         if let Some(warning) = counters.overflow(settings.transfer.buffer_size) {
@@ -310,6 +324,14 @@ impl Session {
             wall,
             lacks_checkpoint,
         })
+    }
+
+    /// Measures the network, and tells of it.
+    fn measure(&mut self, snapshot: &Snapshot) {
+        let network = Network::of(snapshot, self.simulation.setup());
+        let measure = Measure::new(snapshot.step, &network, &self.scene.settings.objects);
+        self.progress.say(&measure.told());
+        self.measures.push(measure);
     }
 
     fn check(&self, snapshot: &Snapshot) -> Result<()> {
@@ -353,6 +375,7 @@ impl Session {
             triangles: setup.surface.triangles.len() as u64,
             state_hash: hash_text(ending.snapshot.hash()),
             hashes: self.hashes.clone(),
+            measures: self.measures.clone(),
             gpu_ms_per_step: (!times.is_empty()).then_some(times.step.mean_ms),
             gpu_step: if times.is_empty() {
                 Times::default()

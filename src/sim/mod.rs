@@ -26,6 +26,7 @@ pub mod food;
 pub mod kernels;
 pub mod memory;
 pub mod movement;
+pub mod network;
 pub mod paint;
 pub mod queries;
 pub mod raster;
