@@ -1,6 +1,6 @@
 // painted: tints what attracts, repels or may not be entered, over the surface.
 // Reads   bias.
-// Writes  the tint, which covers by its alpha: green attracts, orange repels, red stripes are no-go.
+// Writes  the tint, which covers by its alpha: green attracts, violet repels, red stripes are no-go.
 // One invocation per pixel and triangle; pixels without any bias are left alone.
 // Overflow: cannot happen; texel coordinates are clamped to the atlas.
 #version 460
@@ -25,7 +25,7 @@ void main() {
     float value = texel_of(bias, at.y * params.pitch + at.x);
     if (value == 0.0) discard;
     float strength = 1.0 - exp(-abs(value) / params.usual);
-    vec3 tint = value > 0.0 ? vec3(0.10, 0.75, 0.30) : vec3(0.95, 0.35, 0.05);
+    vec3 tint = value > 0.0 ? vec3(0.10, 0.75, 0.30) : vec3(0.55, 0.10, 0.95);
     float alpha = 0.5 * strength;
     if (value < NO_GO) {
         float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / 12.0));

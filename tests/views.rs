@@ -188,6 +188,29 @@ fn distances_and_nearest_objects_have_the_colours_that_they_should() {
 }
 
 #[test]
+fn painted_areas_are_seen_unless_they_are_hidden() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::of(&gpu, "builtin:plane", |s| s.particles.count = 10);
+    stage.view.camera.pitch = 1.2;
+    let bare = stage.picture(Show::Surface);
+    let mut snapshot = stage.simulation.snapshot().unwrap();
+    let tinted = [200.0, -200.0, -1e9].map(|bias| {
+        snapshot.bias = vec![bias; snapshot.trail.len()];
+        stage.simulation.restore(&snapshot).unwrap();
+        stage.view.shows_areas = false;
+        assert_eq!(stage.picture(Show::Surface), bare, "hidden");
+        stage.view.shows_areas = true;
+        let middle = |from: &RgbaImage| mean(from, (0.45, 0.55), (0.45, 0.55));
+        middle(&stage.picture(Show::Surface)) - middle(&bare)
+    });
+    let [attracts, repels, no_go] = tinted;
+    assert!(attracts.y > attracts.x + 30.0 && attracts.y > attracts.z + 30.0);
+    assert!(repels.z > repels.x + 10.0 && repels.x > repels.y + 10.0);
+    assert!(no_go.x > no_go.y + 30.0 && no_go.x > no_go.z + 30.0);
+    gpu.finish();
+}
+
+#[test]
 fn hues_tell_where_particles_head() {
     let Some(gpu) = gpu() else { return };
     let mut stage = Stage::of(&gpu, "builtin:cube?divisions=2", |settings| {

@@ -140,7 +140,7 @@ impl Interface {
                 },
             ),
             (
-                "Points, charts, food, background",
+                "Points, charts, food, areas, background",
                 false,
                 DETAIL_WORDS,
                 DETAIL_ROWS,

@@ -22,6 +22,7 @@ struct Look {
     occlusion: f32,
     background: Vec3,
     shows_food: bool,
+    shows_areas: bool,
     /// Degrees.
     field_of_view: f32,
 }
@@ -37,6 +38,7 @@ impl Look {
             occlusion: view.occlusion,
             background: view.background,
             shows_food: view.shows_food,
+            shows_areas: view.shows_areas,
             field_of_view: view.camera.vertical_fov.to_degrees(),
         }
     }
@@ -50,6 +52,7 @@ impl Look {
         view.occlusion = self.occlusion;
         view.background = self.background;
         view.shows_food = self.shows_food;
+        view.shows_areas = self.shows_areas;
         if view.camera.vertical_fov.to_degrees() != self.field_of_view {
             view.camera
                 .set_field_of_view(self.field_of_view.to_radians());

@@ -21,6 +21,7 @@ pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.particle_size",
     "picture.charts",
     "picture.food",
+    "picture.areas",
     "picture.background",
 ];
 /// Of the section Camera.

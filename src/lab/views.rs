@@ -144,6 +144,7 @@ impl Interface {
             format!("{:.0} {:.0}", light.azimuth, light.elevation)
         });
         note_value(ctx, "shows_food", || self.view.shows_food.to_string());
+        note_value(ctx, "shows_areas", || self.view.shows_areas.to_string());
     }
 
     /// Sides to look from, how wide the camera opens, flight.

@@ -6,7 +6,7 @@ use super::camera::{Camera, MAX_PITCH};
 use super::colormap::linear_from_srgb;
 use super::exposure::Exposure;
 use crate::scene::Scene;
-use crate::scene::settings::{CameraSettings, ColorMap, PictureSettings, Show, ShowFood};
+use crate::scene::settings::{CameraSettings, ColorMap, Drawn, PictureSettings, Show};
 
 /// Everything that a picture of a simulation depends on, but the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +39,8 @@ pub struct View {
     pub occlusion: f32,
     /// Are food and markers drawn?
     pub shows_food: bool,
+    /// Are painted areas drawn?
+    pub shows_areas: bool,
 }
 
 /// Where the key light comes from, seen from the camera, with which it moves: what is seen is lit.
@@ -121,6 +123,7 @@ impl View {
             },
             occlusion: 0.0,
             shows_food: true,
+            shows_areas: true,
         };
         view.take(picture);
         view
@@ -142,7 +145,8 @@ impl View {
             elevation: picture.light_elevation,
         };
         self.occlusion = picture.occlusion;
-        self.shows_food = picture.food == ShowFood::Shown;
+        self.shows_food = picture.food == Drawn::Shown;
+        self.shows_areas = picture.areas == Drawn::Shown;
     }
 
     /// The share of the charts' colours below the trail.
@@ -165,10 +169,12 @@ impl View {
         picture.light_elevation = self.light.elevation;
         picture.occlusion = self.occlusion;
         picture.background = self.background.to_array();
-        picture.food = match self.shows_food {
-            true => ShowFood::Shown,
-            false => ShowFood::Hidden,
+        let drawn = |is_shown| match is_shown {
+            true => Drawn::Shown,
+            false => Drawn::Hidden,
         };
+        picture.food = drawn(self.shows_food);
+        picture.areas = drawn(self.shows_areas);
         picture.brightest = match self.exposure {
             Exposure::Fixed(brightest) => brightest,
             Exposure::Auto { .. } => 0.0,

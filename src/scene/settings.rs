@@ -13,8 +13,8 @@ use glam::Affine3A;
 use serde::Serialize;
 
 pub use choices::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Easing, Heading, ModelAnimation,
-    ObjectStart, Repeat, Sensing, Show, ShowFood, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading,
+    ModelAnimation, ObjectStart, Repeat, Sensing, Show, SignRule, Start, Strategy,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use start::{OwnStart, StartSettings};
@@ -328,7 +328,9 @@ pub struct PictureSettings {
     /// How much darker places are that see little of the sky, 0 to 1.
     pub occlusion: f32,
     /// Are food and markers drawn?
-    pub food: ShowFood,
+    pub food: Drawn,
+    /// Are the areas drawn that were painted to attract, to repel or as no-go?
+    pub areas: Drawn,
     /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
     pub background: [f32; 3],
 }
@@ -344,7 +346,8 @@ impl Default for PictureSettings {
             light_azimuth: -40.0,
             light_elevation: 41.0,
             occlusion: 0.7,
-            food: ShowFood::Shown,
+            food: Drawn::Shown,
+            areas: Drawn::Shown,
             background: [0.055, 0.06, 0.075],
         }
     }

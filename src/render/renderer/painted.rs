@@ -1,4 +1,4 @@
-//! The tint over what was painted for sensors to read: green attracts, orange repels, red stripes are no-go.
+//! The tint over what was painted for sensors to read: green attracts, violet repels, red stripes are no-go.
 
 use std::sync::Arc;
 
@@ -32,6 +32,9 @@ impl Renderer {
         let Some(bias) = &shot.state.bias else {
             return;
         };
+        if !shot.view.shows_areas {
+            return;
+        }
         let state = shot.state;
         pass.draw(
             &shot.pipelines.painted,

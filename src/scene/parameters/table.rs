@@ -2,7 +2,7 @@
 
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Heading, Sensing, Show, ShowFood,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Sensing, Show,
     SignRule, Start, Strategy,
 };
 
@@ -571,7 +571,15 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "",
         help: "Are food and markers drawn? Food as a dome that shrinks as it is eaten; markers green where they lure and orange where they repel.",
         effect: Effect::Live,
-        kind: word!(picture.food: ShowFood),
+        kind: word!(picture.food: Drawn),
+    },
+    Parameter {
+        key: "picture.areas",
+        name: "Painted areas",
+        unit: "",
+        help: "Are painted areas drawn? Green attracts, violet repels, red stripes are no-go.",
+        effect: Effect::Live,
+        kind: word!(picture.areas: Drawn),
     },
     Parameter {
         key: "picture.background",

@@ -279,12 +279,12 @@ choice! {
 }
 
 choice! {
-    /// Whether pictures show food and markers.
-    ShowFood {
-        /// As domes that shrink as they are eaten.
+    /// Whether pictures show what is on the surface besides the trail.
+    Drawn {
+        /// It is drawn.
         #[default]
         Shown = "shown",
-        /// Only what they do is seen.
+        /// Only what it does is seen.
         Hidden = "hidden",
     }
 }
