@@ -42,17 +42,26 @@ mutants: ## break a constant of every shader in turn and list the tests that tur
 MYXO := cargo run --release --quiet --
 # Three times from the beginning, each past the steps in which particles are not yet in the order of the atlas.
 MEASURE := $(MYXO) profile --steps 100 --warmup 34 --repeat 3
+# Two scenes in turn.
+AGAINST := $(MYXO) profile --steps 40 --warmup 34 --repeat 2
+BALLS := benches/scenes
 
 bench: ## time every kernel on the reference scenes, and how times grow; the figures go to benches/results/ (minutes)
 	@.ci/setup demo
 	cargo build --release
-	@mkdir -p benches/results
+	@mkdir -p benches/results/objects
 	@for scene in cube torus; do \
 		$(MEASURE) $$scene --report benches/results/$$scene.json || exit 1; \
 	done
 	$(MEASURE) torus --set physarum.sensing=walk --report benches/results/torus-walk.json
 	$(MEASURE) torus --set particles.count=1000000 --report benches/results/torus-1m.json
 	$(MEASURE) torus --set particles.count=1000000 --set physarum.sensing=walk --report benches/results/torus-walk-1m.json
+	$(MYXO) profile crowd --steps 10 --warmup 4 --report benches/results/crowd.json
+	$(MYXO) profile benches/scenes/tori.toml --steps 40 --warmup 34 --report benches/results/objects/tori.json
+	$(AGAINST) trio --set transfer.strategy=none --against transfer.strategy=parallel --report benches/results/objects/trio-parallel.json
+	@for balls in apart touching pushed; do \
+		$(AGAINST) $(BALLS)/one_ball.toml --against $(BALLS)/balls_$$balls.toml --report benches/results/objects/balls-$$balls.json || exit 1; \
+	done
 	$(MYXO) bench particles texture edges objects transfer distance mesh --quick --out benches/results/scaling
 	$(MYXO) bench choices --out benches/results/scaling
 
@@ -78,7 +87,9 @@ pictures: ## draw the README's other pictures (ten minutes)
 	@.ci/setup demo
 	cargo build --release
 	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --out $(PICTURES)/trio.gif
-	$(DRAW) gears --steps 600 --size 960x600 --out $(PICTURES)/gears.png
+	$(DRAW) gears --steps 636 --from 420 --every 4 --fps 15 --size 600x375 --set camera.target=[0.45,0,0] --set camera.distance=1.5 \
+		--set camera.elevation=30 --set camera.azimuth=40 --out $(PICTURES)/gears.gif
+	$(DRAW) crowd --steps 460 --from 300 --every 4 --fps 15 --size 600x375 --out $(PICTURES)/crowd.gif
 	$(DRAW) torus --size 1200x640 --out $(PICTURES)/torus.png
 	$(DRAW) suzanne --steps 200 --size 600x450 --out $(PICTURES)/suzanne.png
 	$(DRAW) gyroid --steps 200 --size 600x450 --out $(PICTURES)/gyroid.png

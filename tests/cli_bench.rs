@@ -283,6 +283,26 @@ fn choices_are_timed_and_compared() {
 }
 
 #[test]
+fn suites_without_a_case_small_enough_are_left_out() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("results");
+    let arguments = ["bench", "--out", path(&out), "--up-to", "1"];
+    let output = myxo(&[&arguments, &SMALL[..], &[FEW]].concat());
+    let messages = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    assert!(
+        messages.contains("no case of the suite `particles` lies within --up-to 1")
+            && messages.contains("it is left out"),
+        "{messages}"
+    );
+    assert!(out.join("edges.json").exists() && out.join("objects.json").exists());
+    assert!(!out.join("particles.json").exists() && !out.join("mesh.json").exists());
+}
+
+#[test]
 fn meshes_need_no_device() {
     let folder = Folder::new();
     let options = ["--quick", "--up-to", "1500"];
@@ -391,6 +411,12 @@ fn wrong_places_and_settings_are_told_before_the_work() {
     let message = failed(&nothing);
     assert!(
         message.contains("`texture`") && message.contains("begin at 256 texels"),
+        "{message}"
+    );
+    // Nobody has named one, and none can be measured.
+    let message = failed(&["bench", "--out", path(&out), "--up-to=0.5"]);
+    assert!(
+        message.contains("no case of the suite `particles`") && message.contains("it is left out"),
         "{message}"
     );
     let no_scenes = ["bench", "mesh", "--out", path(&out), "--set=atlas.size=512"];

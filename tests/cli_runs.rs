@@ -274,6 +274,34 @@ fn one_run_writes_files_of_every_kind() {
     assert_eq!(&bytes(&files[2])[4..8], b"ftyp");
 }
 
+#[test]
+fn films_begin_where_something_has_grown() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let film = folder.file("x/");
+    let mut arguments = vec!["render"];
+    arguments.extend(TINY);
+    arguments.extend(["--every", "2", "--out", path(&film)]);
+    let from = |steps, from| [&arguments[..], &["--steps", steps, "--from", from]].concat();
+    done(&from("8", "3"));
+    // Steps 5 and 7, and the last one.
+    let names = std::fs::read_dir(&film).expect("it is a folder").count();
+    assert_eq!(names, 3);
+    let message = failed(&from("3", "3"));
+    assert!(
+        message.contains("--from 3 leaves out all of the 3 steps"),
+        "{message}"
+    );
+    let picture = folder.file("x.png");
+    let mut alone = vec!["render"];
+    alone.extend(TINY);
+    alone.extend(["--steps", "3", "--from", "1", "--out", path(&picture)]);
+    let message = failed(&alone);
+    assert!(message.contains("no --out is one"), "{message}");
+}
+
 fn gif_frames(file: &Path) -> usize {
     let file = std::fs::File::open(file).expect("it was written");
     let mut decoder = gif::DecodeOptions::new()

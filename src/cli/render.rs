@@ -31,6 +31,7 @@ use super::{Outcome, console, interrupt};
 Examples:
   myxo render torus --steps 400 --out torus.png --report torus.json
   myxo render cube --steps 1200 --every 4 --out cube.mp4 --out cube.png
+  myxo render trio --steps 900 --from 300 --out trio.gif
   myxo render torus --size 3840x2160 --transparent --out torus_4k.png
   myxo render fish.glb --steps 600 --out 'frames/fish_%05d.png' --size 1920x1080
   myxo render trio --steps 900 --view relief --split --out relief.png
@@ -64,6 +65,9 @@ pub struct Render {
     /// Steps from one picture of a sequence or film to the next
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
+    /// Begins sequences and films after so many steps: the network has grown then
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    from: u32,
     /// Pictures a second in a film
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
     fps: u32,
@@ -85,6 +89,12 @@ impl Render {
             scene.settings.picture.show = view;
         }
         self.check_view(&scene)?;
+        if self.from > 0 && self.from >= self.steps {
+            return Err(Error::Invalid(format!(
+                "--from {} leaves out all of the {} steps: use fewer, or more --steps",
+                self.from, self.steps
+            )));
+        }
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let size = [self.size.width, self.size.height];
         let mut outputs = Outputs::create(&self.out, size, self.fps)?;
@@ -93,6 +103,12 @@ impl Render {
                 "{} cannot be transparent: with --transparent, write NAME.png, NAME_%05d.png or a folder",
                 opaque.display()
             )));
+        }
+        if self.from > 0 && !outputs.want_every_frame() {
+            return Err(Error::Invalid(
+                "--from is for sequences and films, and no --out is one: leave it away, or write NAME.gif, NAME.mp4 or a folder"
+                    .to_owned(),
+            ));
         }
         interrupt::install()?;
 
@@ -156,7 +172,8 @@ impl Render {
             session.step()?;
             done += 1;
             session.forget_first(self.steps)?;
-            if done.is_multiple_of(self.every) && outputs.want_every_frame() {
+            let is_filmed = done > self.from && (done - self.from).is_multiple_of(self.every);
+            if is_filmed && outputs.want_every_frame() {
                 let picture = camera.take(session)?;
                 outputs.frame(&picture, &session.progress);
                 filmed = Some(done);

@@ -84,6 +84,41 @@ mod tests {
         assert!(settings["radius"].as_f64() > Some(0.0), "as measured");
     }
 
+    /// Reports of another scene than the present one would be taken for what it takes now: `make bench` measures anew.
+    #[test]
+    fn recorded_reports_are_of_the_scenes_as_they_are() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
+        let mut checked = 0;
+        for entry in std::fs::read_dir(folder).expect("it is a folder") {
+            let path = entry.expect("it can be listed").path();
+            if path.extension().is_none_or(|ending| ending != "json") {
+                continue;
+            }
+            let report: Value =
+                serde_json::from_slice(&std::fs::read(&path).expect("it can be read"))
+                    .expect("it is JSON");
+            let recorded = &report["settings"];
+            if recorded.is_null() {
+                // Of a program that did not write it yet: its commit tells of which scene it is.
+                continue;
+            }
+            let words = report["command"].as_str().expect("it is text").split(' ');
+            let words: Vec<&str> = words.collect();
+            let set: Vec<&str> = (words.windows(2))
+                .filter(|pair| pair[0] == "--set")
+                .map(|pair| pair[1])
+                .collect();
+            let scene = report["scene"].as_str().expect("it is text");
+            let mut lines = differences(recorded, &of_scene(scene, &set));
+            // Keys that have come since, and how pictures look, take no time of a step.
+            lines.retain(|line| !line.ends_with("which was not set"));
+            lines.retain(|line| !line.starts_with("picture.") && !line.starts_with("camera."));
+            assert!(lines.is_empty(), "{}: {lines:?}", path.display());
+            checked += 1;
+        }
+        assert!(checked >= 5, "{checked} reports");
+    }
+
     #[test]
     fn keys_that_differ_are_told_as_a_resumed_run_tells_them() {
         let a = of_scene("trio", &["physarum.speed=0.004", "radius=1.5"]);

@@ -85,7 +85,7 @@ impl Bench {
         let is_asked = |suite: &&Suite| {
             self.suites.is_empty() || self.suites.iter().any(|name| name == suite.name)
         };
-        let suites: Vec<&Suite> = SUITES.iter().filter(is_asked).collect();
+        let mut suites: Vec<&Suite> = SUITES.iter().filter(is_asked).collect();
         if self.list {
             console::print(list(&suites))?;
             return Ok(Outcome::Done);
@@ -95,9 +95,23 @@ impl Bench {
             up_to: self.up_to.unwrap_or(f64::INFINITY),
             set: self.set.clone(),
         };
-        for suite in &suites {
-            check_writable(&self.file(suite.name, "json"))?;
-            self.check(suite, &extent)?;
+        let mut too_large = None;
+        for suite in std::mem::take(&mut suites) {
+            match self.check(suite, &extent)? {
+                None => {
+                    check_writable(&self.file(suite.name, "json"))?;
+                    suites.push(suite);
+                }
+                // Of suites that nobody has named those are measured that can be.
+                Some(why) if self.suites.is_empty() => {
+                    console::message(&format!("{why}: it is left out"));
+                    too_large = Some(why);
+                }
+                Some(why) => return Err(Error::Invalid(why)),
+            }
+        }
+        if let (true, Some(why)) = (suites.is_empty(), too_large) {
+            return Err(Error::Invalid(why));
         }
         interrupt::install()?;
         let needs_device = suites.iter().any(|s| !matches!(s.work, Work::Meshes));
@@ -130,8 +144,9 @@ impl Bench {
         })
     }
 
-    /// Refuses what would measure nothing, and settings that no scene of the suite could take.
-    fn check(&self, suite: &Suite, extent: &Extent) -> Result<()> {
+    /// Refuses what would measure nothing, and settings that no scene of the suite could take. Says so if none of its cases
+    /// is small enough.
+    fn check(&self, suite: &Suite, extent: &Extent) -> Result<Option<String>> {
         let places: Vec<f64> = match suite.work {
             Work::Scenes(cases) => {
                 let cases = cases(extent)?;
@@ -156,16 +171,15 @@ impl Bench {
             Work::Meshes => meshes::sizes(extent).map(meshes::triangles).collect(),
         };
         let first = places.iter().copied().fold(f64::INFINITY, f64::min);
-        if first > extent.up_to {
-            return Err(Error::Invalid(format!(
+        Ok((first > extent.up_to).then(|| {
+            format!(
                 "no case of the suite `{}` lies within --up-to {}: they begin at {} {}",
                 suite.name,
                 extent.up_to,
                 grouped(first),
                 suite.axis
-            )));
-        }
-        Ok(())
+            )
+        }))
     }
 
     /// Refuses a `--set` that gives way to what the suite sets itself; with several suites, of which others may take it, this
