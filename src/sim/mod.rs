@@ -4,6 +4,7 @@
 
 pub mod step;
 
+mod moved;
 mod params;
 mod pipelines;
 mod samples;

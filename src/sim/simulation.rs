@@ -354,6 +354,7 @@ impl Simulation {
             movement: self.movement.save(),
             last_poses: self.poses_of_step.clone(),
             distance_poses: self.planner.poses().to_vec(),
+            kept_pairs: self.planner.kept(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -423,7 +424,7 @@ impl Simulation {
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
         self.state.reach = 0.0;
         self.step = snapshot.step;
         self.movement = movement;
