@@ -6,6 +6,7 @@ pub mod step;
 
 mod moved;
 mod params;
+mod patience;
 mod pipelines;
 mod samples;
 mod setup;
