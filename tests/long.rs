@@ -27,8 +27,6 @@ struct Length {
     steps: u64,
     particles: u32,
     atlas: u32,
-    /// Steps from one check of all invariants to the next.
-    check: u64,
     /// What else of the scene is changed.
     set: &'static [&'static str],
 }
@@ -37,7 +35,6 @@ const SHORT: Length = Length {
     steps: 8,
     particles: 3000,
     atlas: 192,
-    check: 2,
     // Else hardly anybody would change objects so soon.
     set: &["transfer.threshold=0.002"],
 };
@@ -46,7 +43,6 @@ const LONG: Length = Length {
     steps: 1000,
     particles: 20_000,
     atlas: 512,
-    check: 50,
     set: &[],
 };
 
@@ -54,8 +50,14 @@ const LONG: Length = Length {
 const LONGEST: Length = Length {
     steps: 10_000,
     atlas: 256,
-    check: 100,
     ..LONG
+};
+
+/// So many are on the wheels that a buffer of 16 overflows as the scene is, too.
+const FULL: Length = Length {
+    steps: 1000,
+    particles: 80_000,
+    ..LONGEST
 };
 
 const IN_TURNS: [Strategy; 3] = [
@@ -84,18 +86,17 @@ fn set_up(ctx: &Context, scene: &Scene) -> Setup {
     Simulation::set_up(ctx.info(), scene, &Control::default()).unwrap()
 }
 
-/// Runs up to a step and checks everything on the way.
-fn advance(ctx: &Arc<Context>, simulation: &mut Simulation, to: u64, check: u64) -> Snapshot {
+/// Runs up to a step and checks everything after each one: who advanced twice in a step, or not at all, shows in its
+/// state and in no later one.
+fn advance(ctx: &Arc<Context>, simulation: &mut Simulation, to: u64) -> Snapshot {
     let mut frames = Frames::new(ctx, 2).unwrap();
     while simulation.step() < to {
         let mut rec = frames.begin().unwrap();
         simulation.record_step(&mut rec);
         frames.submit(rec).unwrap();
-        if simulation.step().is_multiple_of(check) {
-            frames.wait_idle().unwrap();
-            let state = simulation.snapshot().unwrap();
-            state.validate(simulation.setup()).unwrap();
-        }
+        frames.wait_idle().unwrap();
+        let state = simulation.snapshot().unwrap();
+        state.validate(simulation.setup()).unwrap();
     }
     frames.wait_idle().unwrap();
     simulation.snapshot().unwrap()
@@ -113,10 +114,10 @@ struct Row {
 
 fn row(ctx: &Arc<Context>, scene: &Scene, setup: &Setup, length: Length) -> Row {
     let start = || Simulation::from_setup(ctx, scene, setup.clone()).unwrap();
-    let Length { steps, check, .. } = length;
-    let first = advance(ctx, &mut start(), steps, check);
+    let Length { steps, .. } = length;
+    let first = advance(ctx, &mut start(), steps);
     let mut second = start();
-    let half = advance(ctx, &mut second, steps / 2, check);
+    let half = advance(ctx, &mut second, steps / 2);
 
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("half.state");
@@ -127,8 +128,8 @@ fn row(ctx: &Arc<Context>, scene: &Scene, setup: &Setup, length: Length) -> Row 
     checkpoint.check(scene, setup).unwrap();
     resumed.restore(&checkpoint.snapshot).unwrap();
 
-    let second = advance(ctx, &mut second, steps, check);
-    let resumed = advance(ctx, &mut resumed, steps, check);
+    let second = advance(ctx, &mut second, steps);
+    let resumed = advance(ctx, &mut resumed, steps);
     assert_eq!(second.transfers.flux, first.transfers.flux);
     assert_eq!(resumed.transfers.flux, first.transfers.flux);
     Row {
@@ -215,20 +216,23 @@ fn section(name: &str, length: Length, rows: &[Row]) -> String {
 /// fewer than that change in a turn.
 const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16"];
 
-/// Nobody is lost or doubled, though the buffer is full time and again.
-fn populations(ctx: &Arc<Context>, length: Length) -> String {
+/// As the scene is, but for the buffer: in some turns more want to change than it holds.
+const FULL_AT_TIMES: [&str; 1] = [CROWDED[1]];
+
+/// Nobody is lost or doubled, also where the buffer is full: `gears` by strategies, with what else is set.
+fn populations(ctx: &Arc<Context>, length: Length, cases: &[(Strategy, &[&str])]) -> String {
     let mut text = format!(
-        "\n## `gears`, {} steps: who is there\n\n\
+        "\n## `gears`, {} steps, {} particles: who is there\n\n\
          | strategy | `transfer.threshold` | `transfer.buffer_size` | lost | doubled | selected | refused | size that would have done |\n\
          | --- | --: | --: | --: | --: | --: | --: | --: |\n",
-        length.steps
+        length.steps, length.particles
     );
     let setup = set_up(ctx, &scene("gears", length, Strategy::None, &[]));
-    for others in [&[][..], &CROWDED] {
-        let scene = scene("gears", length, Strategy::Parallel, others);
+    for &(strategy, others) in cases {
+        let scene = scene("gears", length, strategy, others);
         let transfer = &scene.settings.transfer;
         let mut simulation = Simulation::from_setup(ctx, &scene, setup.clone()).unwrap();
-        let end = advance(ctx, &mut simulation, length.steps, length.check);
+        let end = advance(ctx, &mut simulation, length.steps);
         let census = end.census();
         assert_eq!((census.lost, census.doubled), (0, 0));
         let Flow {
@@ -238,17 +242,29 @@ fn populations(ctx: &Arc<Context>, length: Length) -> String {
             ..
         } = end.transfers.flow;
         let overflows = !others.is_empty();
-        assert_eq!(refused > 0, overflows, "{refused} of {selected}");
+        assert_eq!(
+            refused > 0,
+            overflows,
+            "{strategy:?}: {refused} of {selected}"
+        );
         assert_eq!(most_wanted > transfer.buffer_size, overflows);
         writeln!(
             text,
-            "| `parallel` | {} | {} | {} | {} | {selected} | {refused} | {most_wanted} |",
-            transfer.threshold, transfer.buffer_size, census.lost, census.doubled
+            "| `{}` | {} | {} | {} | {} | {selected} | {refused} | {most_wanted} |",
+            strategy.word(),
+            transfer.threshold,
+            transfer.buffer_size,
+            census.lost,
+            census.doubled
         )
         .unwrap();
     }
     text
 }
+
+/// The scene as it is, and with a buffer that is full time and again.
+const POPULATIONS: [(Strategy, &[&str]); 2] =
+    [(Strategy::Parallel, &[]), (Strategy::Parallel, &CROWDED)];
 
 #[test]
 fn strategies_agree_on_the_built_in_scenes() {
@@ -268,7 +284,12 @@ fn nobody_is_lost_where_the_buffer_is_full() {
         set: &[],
         ..SHORT
     };
-    populations(&gpu.ctx, length);
+    populations(&gpu.ctx, length, &POPULATIONS);
+    let length = Length {
+        particles: FULL.particles,
+        ..length
+    };
+    populations(&gpu.ctx, length, &IN_TURNS.map(|s| (s, &FULL_AT_TIMES[..])));
     gpu.finish();
 }
 
@@ -308,8 +329,8 @@ fn a_full_buffer_says_which_size_would_have_done() {
     }
 }
 
-/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. `MYXO_PARTS=trio,gears,population` takes
-/// some of them.
+/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. `MYXO_PARTS=trio,gears,population,full`
+/// takes some of them.
 #[test]
 #[ignore = "takes an hour: make long"]
 fn long_runs() {
@@ -323,15 +344,9 @@ fn long_runs() {
     let mut text = format!(
         "# Strategies\n\n\
          `make long` makes this file anew. {} ({} {}), {} particles; atlas {} for the hashes, {} for the population.\n\
-         Every {} steps all invariants are checked. `scattered`, `sequential` and `parallel` must end in the same hash,\n\
+         After every step all invariants are checked. `scattered`, `sequential` and `parallel` must end in the same hash,\n\
          and so must all runs of one strategy.\n",
-        info.name,
-        info.driver,
-        info.driver_version,
-        LONG.particles,
-        LONG.atlas,
-        LONGEST.atlas,
-        LONG.check
+        info.name, info.driver, info.driver_version, LONG.particles, LONG.atlas, LONGEST.atlas
     );
     let file = std::env::var_os("MYXO_TABLE");
     let mut add = |part: String| {
@@ -341,10 +356,12 @@ fn long_runs() {
             std::fs::write(file, &text).unwrap();
         }
     };
-    let parts = std::env::var("MYXO_PARTS").unwrap_or_else(|_| "trio,gears,population".to_owned());
+    let parts = std::env::var("MYXO_PARTS");
+    let parts = parts.unwrap_or_else(|_| "trio,gears,population,full".to_owned());
     for part in parts.split(',') {
         add(match part {
-            "population" => populations(&ctx, LONGEST),
+            "population" => populations(&ctx, LONGEST, &POPULATIONS),
+            "full" => populations(&ctx, FULL, &IN_TURNS.map(|s| (s, &FULL_AT_TIMES[..]))),
             name => section(name, LONG, &rows(&ctx, name, LONG)),
         });
     }

@@ -75,7 +75,10 @@ pub struct Context {
     pub(crate) graveyard: Graveyard,
     pub(crate) transfer: Mutex<Transfer>,
     pub(crate) hazard_check: bool,
-    pub(crate) timeout: Duration,
+    /// How long it waits at the least.
+    timeout: Duration,
+    /// The longest that was allowed on top, nanoseconds.
+    patience: AtomicU64,
     pub(crate) breadcrumbs: bool,
     pub(crate) debug_capacity: u32,
     /// Some draw includes `debug.glsl`, so passes have to be announced in the debug list.
@@ -155,6 +158,7 @@ impl Context {
             transfer: Mutex::default(),
             hazard_check: options.hazard_check,
             timeout: options.timeout,
+            patience: AtomicU64::new(0),
             breadcrumbs: options.breadcrumbs,
             debug_capacity: options.debug_capacity,
             draws_debug: AtomicBool::new(false),
@@ -201,6 +205,19 @@ impl Context {
     #[must_use]
     pub fn submits(&self) -> u64 {
         self.submits.load(Ordering::Relaxed)
+    }
+
+    /// Lets what is waited for from now on take so much longer than the options say, because it is known to be much work.
+    /// Of several calls the longest time holds.
+    pub fn wait_longer(&self, by: Duration) {
+        let by = u64::try_from(by.as_nanos()).unwrap_or(u64::MAX);
+        self.patience.fetch_max(by, Ordering::Relaxed);
+    }
+
+    /// How long the device may take for what it is waited for.
+    pub(crate) fn timeout(&self) -> Duration {
+        let patience = Duration::from_nanos(self.patience.load(Ordering::Relaxed));
+        self.timeout.saturating_add(patience)
     }
 
     /// Lets everything that is submitted or waited for from now on fail as if the device had been lost, so that tests see

@@ -96,7 +96,7 @@ pub enum GpuError {
     },
     /// The device stopped working; nothing on it can be used any more.
     #[error(
-        "the device was lost in {call}; {last}. Everything on it is gone: start again, with smaller steps if it happens twice"
+        "the device was lost in {call}; {last}. Everything on it is gone: start again, with a smaller atlas or fewer particles if it happens twice"
     )]
     DeviceLost {
         /// The Vulkan call that reported it.
@@ -105,14 +105,14 @@ pub enum GpuError {
         last: String,
     },
     /// The device did not finish in time.
-    #[error(
-        "the device did not finish within {seconds} s; {last}. Use fewer particles or a shorter batch, or raise the time limit"
-    )]
+    #[error("the device did not finish within {seconds} s; {last}. {advice}")]
     Timeout {
         /// The limit.
         seconds: u64,
         /// The last kernel begun, as far as it is known.
         last: String,
+        /// What makes that shorter.
+        advice: &'static str,
     },
     /// Any other failing call.
     #[error("{call} failed for {object:?}: {source}")]
@@ -124,6 +124,19 @@ pub enum GpuError {
         /// What it returned.
         source: vk::Result,
     },
+}
+
+/// What to do where a kernel of this name takes too long; its name is empty where it is not known.
+pub(crate) fn advice(kernel: &str) -> &'static str {
+    match kernel {
+        "distance_brute" | "distance_raster" | "distance_merge" => {
+            "Use distance.method = \"bvh\", a smaller atlas (atlas.size), or meshes with fewer triangles"
+        }
+        "distance_tiles" | "distance" | "unfold" => {
+            "Use a smaller atlas (atlas.size) or a shorter distance.reach, or name fewer objects in distance_to"
+        }
+        _ => "Use fewer particles (particles.count) or a smaller atlas (atlas.size)",
+    }
 }
 
 /// Turns `Err(vk::Result)` into an error with its call and its object.

@@ -16,6 +16,7 @@ pub mod suggest;
 #[cfg(test)]
 mod tests;
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, Vec3};
@@ -173,7 +174,7 @@ impl Scene {
             })?;
             meshes.push(mesh);
         }
-        let tracks = tracks(&settings.objects, &folder)?;
+        let tracks = tracks(&name, &settings.objects, &folder)?;
         Self::from_meshes_and_tracks(name, settings, meshes, tracks, folder)
     }
 
@@ -191,7 +192,7 @@ impl Scene {
         meshes: Vec<Mesh>,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
-        let tracks = tracks(&settings.objects, &folder)?;
+        let tracks = tracks(&name, &settings.objects, &folder)?;
         Self::from_meshes_and_tracks(name, settings, meshes, tracks, folder)
     }
 
@@ -344,21 +345,24 @@ impl Source {
 
 /// Names the nameless after their meshes, and keeps names apart.
 fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
-    for i in 0..objects.len() {
-        let wanted = match objects[i].name.trim() {
-            "" => meshes[i].name.clone(),
+    let mut taken = HashSet::with_capacity(objects.len());
+    // Of names that were wanted again, the next number to try: the smaller ones stay taken.
+    let mut next: HashMap<String, u32> = HashMap::new();
+    for (object, mesh) in objects.iter_mut().zip(meshes) {
+        let wanted = match object.name.trim() {
+            "" => mesh.name.clone(),
             given => given.to_owned(),
         };
-        let taken = |name: &str| objects[..i].iter().any(|other| other.name == name);
-        let name = if taken(&wanted) {
-            (2..)
-                .map(|n| format!("{wanted} {n}"))
-                .find(|name| !taken(name))
-                .unwrap_or_default()
-        } else {
-            wanted
-        };
-        objects[i].name = name;
+        let mut name = wanted.clone();
+        if taken.contains(&name) {
+            let n = next.entry(wanted.clone()).or_insert(2);
+            while taken.contains(&name) {
+                name = format!("{wanted} {n}");
+                *n += 1;
+            }
+        }
+        taken.insert(name.clone());
+        object.name = name;
     }
 }
 
@@ -409,21 +413,33 @@ fn poses(objects: &[ObjectSettings], tracks: &[Option<RigidTrack>], time: f64) -
 
 /// The animations of the models that objects follow.
 fn tracks(
+    scene: &str,
     objects: &[ObjectSettings],
     folder: &Path,
 ) -> Result<Vec<Option<RigidTrack>>, SceneError> {
-    let open = |object: &ObjectSettings| {
+    let mut problems = Vec::new();
+    let mut tracks = Vec::with_capacity(objects.len());
+    for (i, object) in objects.iter().enumerate() {
+        tracks.push(None);
         if object.motion.model == settings::ModelAnimation::Still {
-            return Ok(None);
+            continue;
         }
-        RigidTrack::open(&object.mesh, folder)
-            .map(Some)
-            .map_err(|source| SceneError::Object {
-                object: format!("{}: motion.model", object.name),
-                source,
-            })
-    };
-    objects.iter().map(open).collect()
+        match RigidTrack::open(&object.mesh, folder) {
+            Ok(track) => tracks[i] = Some(track),
+            // By its place: not every object has a name yet.
+            Err(source) => problems.push(Problem {
+                place: String::new(),
+                message: format!("object.{i}.motion.model: {source}"),
+            }),
+        }
+    }
+    if problems.is_empty() {
+        return Ok(tracks);
+    }
+    Err(SceneError::Problems {
+        scene: PathBuf::from(scene),
+        problems,
+    })
 }
 
 /// The centre of the box round everything, and the distance from it to the vertex farthest away, in the world.

@@ -119,6 +119,7 @@ pub fn carried(
             .map(|(from, pose)| from.map_or(*pose, |was| snapshot.last_poses[was]))
             .collect(),
         distance_poses: Vec::new(),
+        kept_pairs: Vec::new(),
         particles,
         motions,
         trail,

@@ -2,8 +2,9 @@
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
 //! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, the poses of
-//! the last step and those that distances were last taken with, the bias that was painted, if any was, and what is left of
-//! each food, as they lie in memory, then the CRC-32 of all that precedes it (u32).
+//! the last step and those that distances were last taken with, the pairs of objects that were taken with others, the bias
+//! that was painted, if any was, and what is left of each food, as they lie in memory, then the CRC-32 of all that precedes
+//! it (u32).
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
@@ -24,7 +25,7 @@ use crate::scene::{Overrides, Scene};
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -36,6 +37,7 @@ struct Header {
     flux: u64,
     last_poses: u64,
     distance_poses: u64,
+    kept_pairs: u64,
     bias: u64,
     foods: u64,
     fed_deposit: u32,
@@ -144,6 +146,7 @@ impl Checkpoint {
             movement,
             last_poses,
             distance_poses,
+            kept_pairs,
             particles,
             motions,
             trail,
@@ -161,6 +164,7 @@ impl Checkpoint {
             flux: transfers.flux.len() as u64,
             last_poses: last_poses.len() as u64,
             distance_poses: distance_poses.len() as u64,
+            kept_pairs: kept_pairs.len() as u64,
             bias: bias.len() as u64,
             foods: food.remaining.len() as u64,
             fed_deposit: food.fed_deposit,
@@ -186,6 +190,7 @@ impl Checkpoint {
         out.put(bytemuck::cast_slice(&transfers.flux))?;
         out.put(bytemuck::cast_slice(last_poses))?;
         out.put(bytemuck::cast_slice(distance_poses))?;
+        out.put(bytemuck::cast_slice(kept_pairs))?;
         out.put(bytemuck::cast_slice(bias))?;
         out.put(bytemuck::cast_slice(&food.remaining))?;
         let crc = out.crc.finalize();
@@ -278,6 +283,7 @@ impl Checkpoint {
                 },
                 last_poses: array(&mut rest, header.last_poses).ok_or_else(cut_short)?,
                 distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
+                kept_pairs: array(&mut rest, header.kept_pairs).ok_or_else(cut_short)?,
                 bias: array(&mut rest, header.bias).ok_or_else(cut_short)?,
                 food: FoodState {
                     remaining: array(&mut rest, header.foods).ok_or_else(cut_short)?,
@@ -329,6 +335,7 @@ mod tests {
     use super::*;
     use glam::Affine3A;
 
+    use crate::sim::distance::KeptPair;
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
     fn checkpoint() -> Checkpoint {
@@ -340,6 +347,12 @@ mod tests {
                 movement: SavedMovement::default(),
                 last_poses: vec![Affine3A::from_rotation_x(0.1).into(); 2],
                 distance_poses: vec![Affine3A::from_rotation_y(0.3).into(); 2],
+                kept_pairs: vec![KeptPair {
+                    other_from_object: Affine3A::from_rotation_z(0.2).into(),
+                    object: 1,
+                    other: 0,
+                    pad0: [0; 2],
+                }],
                 particles: (0..33)
                     .map(|id| Particle {
                         triangle: id,

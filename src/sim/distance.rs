@@ -1,8 +1,10 @@
 //! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
-//! another since the last time, and only where their boxes come within reach.
+//! another since the last time, by more than rounding, and only where their boxes come within reach.
 
-use glam::{DAffine3, DVec3, DVec4};
+use glam::DAffine3;
 
+pub use super::moved::KeptPair;
+use super::moved::{KeptPairs, is_within_rounding, most_moved};
 pub use super::samples::TILE_SAMPLES;
 use super::samples::{owned_texels, tile_of};
 use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
@@ -152,6 +154,8 @@ pub struct DistancePlanner {
     last: Vec<Option<Vec<NearPair>>>,
     /// The poses then.
     poses: Vec<Pose>,
+    /// Pairs of objects that have moved by rounding since theirs were taken, which was with these poses.
+    kept: KeptPairs,
     /// How they were taken.
     rules: Option<DistanceRules>,
 }
@@ -182,12 +186,13 @@ pub struct DistanceRules {
 }
 
 impl DistancePlanner {
-    /// As in a run that goes on after an interruption: all distances are unknown, and were last taken with `poses`. There
-    /// are none of those before the first time.
+    /// As in a run that goes on after an interruption: all distances are unknown, and were last taken with `poses`, but for
+    /// those of pairs that were `kept`. There are none of those before the first time.
     #[must_use]
-    pub fn resumed(poses: &[Pose]) -> Self {
+    pub fn resumed(poses: &[Pose], kept: &[KeptPair]) -> Self {
         Self {
             poses: poses.to_vec(),
+            kept: KeptPairs::from(kept),
             ..Self::default()
         }
     }
@@ -196,6 +201,12 @@ impl DistancePlanner {
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
         &self.poses
+    }
+
+    /// The pairs of objects whose distances were last taken with other poses, which differ from those by rounding.
+    #[must_use]
+    pub fn kept(&self) -> Vec<KeptPair> {
+        self.kept.to_vec()
     }
 
     /// Have any been taken since it was made?
@@ -218,9 +229,11 @@ impl DistancePlanner {
             return update;
         }
         let moves = (is_due || self.poses.len() != poses.len()) && self.poses != poses;
-        if moves {
-            self.poses = poses.to_vec();
-        }
+        let before = if moves {
+            std::mem::replace(&mut self.poses, poses.to_vec())
+        } else {
+            Vec::new()
+        };
         if self.last.len() != poses.len() || self.rules != Some(rules) {
             self.last = vec![None; poses.len()];
             self.rules = Some(rules);
@@ -229,8 +242,20 @@ impl DistancePlanner {
             return update;
         }
         let poses: Vec<Placed> = self.poses.iter().map(Placed::new).collect();
-        for (object, last) in self.last.iter_mut().enumerate() {
-            let pairs = pairs_of(setup, &poses, object, rules);
+        let near = (0..poses.len()).map(|object| pairs_of(setup, &poses, object, rules));
+        let mut near: Vec<Vec<NearPair>> = near.collect();
+        if moves {
+            let before: Vec<Placed> = before.iter().map(Placed::new).collect();
+            self.kept = kept_pairs(setup, &self.kept, &before, &poses, &near);
+        }
+        for (object, pairs) in near.iter_mut().enumerate() {
+            for near in pairs {
+                if let Some(kept) = self.kept.get(object as u32, near.other) {
+                    near.pair = near.pair.with(*kept);
+                }
+            }
+        }
+        for (object, (last, pairs)) in self.last.iter_mut().zip(near).enumerate() {
             if last.as_ref() == Some(&pairs) {
                 continue;
             }
@@ -238,9 +263,9 @@ impl DistancePlanner {
             let last_pairs = last.as_deref().unwrap_or_default();
             let moves = pairs.iter().enumerate().map(|(p, pair)| {
                 // The kernel has kept what it knows by the place in the list.
-                let before = last_pairs.get(p).filter(|last| last.is_of_same(pair));
+                let before = last_pairs.get(p).filter(|last| last.other == pair.other);
                 before.map_or(UNKNOWN_MOVE, |before| {
-                    most_moved(own, &before.pair, &pair.pair)
+                    most_moved(own, &before.pair.pose(), &pair.pair.pose())
                 })
             });
             update.add(
@@ -294,39 +319,14 @@ impl DistanceUpdate {
 /// A pair, and how far the other object's triangles tell something.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct NearPair {
+    /// The other object.
+    other: u32,
     pair: ObjectPair,
     farthest: f32,
 }
 
-impl NearPair {
-    fn is_of_same(&self, other: &Self) -> bool {
-        self.pair.first_node == other.pair.first_node
-    }
-}
-
 /// More than any place moves.
 pub const UNKNOWN_MOVE: f32 = 1e30;
-
-/// How far places of an object move from one relative pose to another, at the most: corners of its box move farthest. A
-/// little more is for rounding.
-fn most_moved(own: &Tree, before: &ObjectPair, now: &ObjectPair) -> f32 {
-    let rows = |pair: &ObjectPair| [pair.x, pair.y, pair.z].map(|row| row.as_dvec4());
-    let (before, now) = (rows(before), rows(now));
-    let corners = (0..8).map(|k| {
-        let of =
-            |bit: u32, low: f32, high: f32| f64::from(if k >> bit & 1 == 0 { low } else { high });
-        let corner = DVec4::new(
-            of(0, own.low.x, own.high.x),
-            of(1, own.low.y, own.high.y),
-            of(2, own.low.z, own.high.z),
-            1.0,
-        );
-        let way = DVec3::from_array([0, 1, 2].map(|i| (now[i] - before[i]).dot(corner)));
-        let place = DVec3::from_array([0, 1, 2].map(|i| now[i].dot(corner)));
-        way.length() * 1.0001 + 1e-6 * place.abs().max_element()
-    });
-    corners.fold(0.0, f64::max) as f32
-}
 
 /// What is inside of a closed object comes out of it on the shorter way along the shortest side of its box, at the
 /// latest. A little more is for rounding.
@@ -365,16 +365,15 @@ fn pairs_of(
             if between.length() > radius + other_radius + apart {
                 return None;
             }
-            let other_from_object =
-                poses[index].object_from_world * poses[object].world_from_object;
+            let other_from_object = poses[index].places_of(&poses[object]);
             if boxes_are_apart(own, other, &other_from_object, apart) {
                 return None;
             }
-            let rows = glam::DMat4::from(other_from_object).transpose().as_mat4();
+            let Pose { x, y, z } = rows(other_from_object);
             let pair = ObjectPair {
-                x: rows.x_axis,
-                y: rows.y_axis,
-                z: rows.z_axis,
+                x,
+                y,
+                z,
                 first_face: other.first_face,
                 face_count: other.face_count,
                 first_node: other.first_node,
@@ -382,11 +381,63 @@ fn pairs_of(
                 is_closed: u32::from(other.is_closed || rules.sign == SignRule::Winding),
             };
             Some(NearPair {
+                other: index as u32,
                 pair,
                 farthest: farthest(other, rules),
             })
         })
         .collect()
+}
+
+/// The near pairs whose relative pose has moved by no more than rounding since they were taken, and the pose that they
+/// were taken with: that of the pair that was kept until now, or else the one of `before`, which is empty at first.
+fn kept_pairs(
+    setup: &DistanceSetup,
+    kept: &KeptPairs,
+    before: &[Placed],
+    now: &[Placed],
+    near: &[Vec<NearPair>],
+) -> KeptPairs {
+    let mut still_kept = KeptPairs::default();
+    if before.len() != now.len() {
+        return still_kept;
+    }
+    for (object, pairs) in near.iter().enumerate() {
+        for NearPair { other, pair, .. } in pairs {
+            let (own, index) = (object as u32, *other as usize);
+            let taken = kept.get(own, *other).copied();
+            let taken = taken.unwrap_or_else(|| rows(before[index].places_of(&before[object])));
+            let far = now[object].distance_from_origin() + now[index].distance_from_origin();
+            let is_there = pair.pose();
+            if taken != is_there
+                && is_within_rounding(&setup.trees.objects[object], &taken, &is_there, far)
+            {
+                still_kept.insert(own, *other, taken);
+            }
+        }
+    }
+    still_kept
+}
+
+/// In the precision that devices work with.
+fn rows(pose: DAffine3) -> Pose {
+    let rows = glam::DMat4::from(pose).transpose().as_mat4();
+    Pose {
+        x: rows.x_axis,
+        y: rows.y_axis,
+        z: rows.z_axis,
+    }
+}
+
+impl ObjectPair {
+    fn pose(&self) -> Pose {
+        let Self { x, y, z, .. } = *self;
+        Pose { x, y, z }
+    }
+
+    fn with(self, Pose { x, y, z }: Pose) -> Self {
+        Self { x, y, z, ..self }
+    }
 }
 
 /// Where an object stands.
@@ -402,6 +453,15 @@ impl Placed {
             world_from_object,
             object_from_world: world_from_object.inverse(),
         }
+    }
+
+    /// Takes places of the other object to this one's space.
+    fn places_of(&self, other: &Self) -> DAffine3 {
+        self.object_from_world * other.world_from_object
+    }
+
+    fn distance_from_origin(&self) -> f64 {
+        self.world_from_object.translation.length()
     }
 }
 

@@ -4,7 +4,9 @@
 
 pub mod step;
 
+mod moved;
 mod params;
+mod patience;
 mod pipelines;
 mod samples;
 mod setup;

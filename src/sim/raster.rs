@@ -78,8 +78,7 @@ use bytemuck::{Pod, Zeroable};
 /// pictures of other programs between draws, and count corners in 32 bits.
 pub const MOST_IN_A_DRAW: u32 = 1 << 24;
 
-/// Most corners of a pair of objects: a minute on lavapipe, which is how long a device is waited for before it counts as
-/// hung.
+/// Most corners of a pair of objects: a minute on lavapipe.
 pub const MOST_CORNERS: u64 = (1 << 31) - 1;
 
 /// How far outlines reach beyond triangles, in texels: more than rounding may move what is drawn.

@@ -14,6 +14,7 @@ use super::distance::DistancePlanner;
 use super::memory;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams, physarums};
+use super::patience::for_distances;
 use super::pipelines::Kernels;
 use super::raster::{self, Raster};
 use super::setup::Setup;
@@ -97,6 +98,10 @@ impl Simulation {
     pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
         let paths = TexelPaths::of(ctx.info(), setup.atlas.texel_count() as u64);
         let constants = StepConstants::new(&scene.settings, paths);
+        ctx.wait_longer(for_distances(
+            &setup.distance,
+            scene.settings.distance.method,
+        ));
         Ok(Self {
             kernels: Kernels::new(ctx, &constants)?,
             state: State::new(ctx, &scene.settings, &setup)?,
@@ -294,6 +299,10 @@ impl Simulation {
         if raster.is_some() || !settings.uses_raster() {
             self.state.raster = raster;
         }
+        (self.ctx).wait_longer(for_distances(
+            &self.setup.distance,
+            settings.distance.method,
+        ));
         self.settings = settings.clone();
         // The last step's pose stays where it was; the next step comes by the new rate.
         self.movement.set_dt(settings.time.dt, self.last_step());
@@ -354,6 +363,7 @@ impl Simulation {
             movement: self.movement.save(),
             last_poses: self.poses_of_step.clone(),
             distance_poses: self.planner.poses().to_vec(),
+            kept_pairs: self.planner.kept(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -423,7 +433,7 @@ impl Simulation {
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
         self.state.reach = 0.0;
         self.step = snapshot.step;
         self.movement = movement;

@@ -1,7 +1,9 @@
 //! The whole state of a simulation on the host: what is hashed, checked, written to checkpoints and exported.
 
+use glam::DAffine3;
 use rayon::prelude::*;
 
+use super::distance::KeptPair;
 use super::movement::{Movement, SavedMovement, is_rigid};
 use super::setup::Setup;
 use super::transfers::TransferState;
@@ -18,6 +20,9 @@ pub struct Snapshot {
     pub last_poses: Vec<Pose>,
     /// The poses that distances between objects were last taken with; none before the first time.
     pub distance_poses: Vec<Pose>,
+    /// Pairs of objects that have moved by no more than rounding since their distances were taken, which was with these
+    /// poses instead.
+    pub kept_pairs: Vec<KeptPair>,
     /// Where particles are.
     pub particles: Vec<Particle>,
     /// Where they are going.
@@ -85,6 +90,7 @@ impl Snapshot {
             movement: SavedMovement::default(),
             last_poses: setup.poses.clone(),
             distance_poses: Vec::new(),
+            kept_pairs: Vec::new(),
             bias: Vec::new(),
             food: FoodState {
                 remaining: setup
@@ -106,6 +112,7 @@ impl Snapshot {
             movement: SavedMovement::default(),
             last_poses: Vec::new(),
             distance_poses: Vec::new(),
+            kept_pairs: Vec::new(),
             particles: Vec::new(),
             motions: Vec::new(),
             trail: Vec::new(),
@@ -131,7 +138,15 @@ impl Snapshot {
             )
         })?;
         let there = self.distance_poses.len();
-        if ![0, objects].contains(&there) || !self.distance_poses.iter().all(is_rigid) {
+        let is_sound = |pair: &KeptPair| {
+            let objects = objects as u32;
+            let pose = DAffine3::from(&pair.other_from_object);
+            pair.object < objects && pair.other < objects && pose.is_finite()
+        };
+        if ![0, objects].contains(&there)
+            || !self.distance_poses.iter().all(is_rigid)
+            || !self.kept_pairs.iter().all(is_sound)
+        {
             return Err(format!(
                 "the checkpoint has distances taken with the poses of {there} objects, or these are damaged; \
                  the scene has {objects}"
@@ -377,6 +392,7 @@ mod tests {
             step: 3,
             last_poses: Vec::new(),
             distance_poses: Vec::new(),
+            kept_pairs: Vec::new(),
             particles,
             motions,
             trail: vec![0.5, 0.25, 0.0, 1.0],

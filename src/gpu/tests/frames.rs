@@ -201,6 +201,31 @@ fn a_hang_is_blamed_on_its_kernel() {
     }
 }
 
+/// Who knows that there is much to do lets the device take its time.
+#[test]
+fn what_is_known_to_take_long_is_waited_for() {
+    let options = ContextOptions {
+        timeout: Duration::from_millis(1),
+        ..ContextOptions::default()
+    };
+    let Some(ctx) = context_with(options) else {
+        return;
+    };
+    ctx.wait_longer(Duration::from_secs(600));
+    ctx.wait_longer(Duration::ZERO);
+    let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
+    let count = 4096;
+    let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let rounds = 6000;
+    let (threads, values) = (Threads(count), SpinArgs { values: &values });
+    rec.dispatch(&spin, threads, values, SpinParams { count, rounds });
+    frames.submit(rec).unwrap();
+    frames.wait_idle().unwrap();
+    assert_silent(&ctx);
+}
+
 #[test]
 fn objects_outlive_their_owners_while_a_frame_uses_them() {
     let Some(ctx) = context() else { return };

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use crate::mesh::Mesh;
 use crate::scene::parameters::{PARAMETERS, find, restarting};
 use crate::scene::settings::{ObjectSettings, Settings};
-use crate::scene::{Overrides, Scene, builtin};
+use crate::scene::{Overrides, Scene, builtin, name_objects};
 
 #[test]
 fn changes_that_restart_are_told_from_those_that_do_not() {
@@ -227,6 +228,65 @@ fn objects_are_named_after_their_meshes_and_kept_apart() {
         .collect();
     assert_eq!(names, ["cube", "cube 2", "cube 3"]);
     assert_eq!(scene.name, "three");
+}
+
+/// Thousands of objects, many of them nameless or with names that others were given: each has the name that it gets if all
+/// that come before are looked at.
+#[test]
+fn many_objects_get_the_names_that_few_do() {
+    let cube = Mesh::open("builtin:cube", Path::new("")).expect("it is built in");
+    let given = [
+        "", "", "cube 2", "", "ball", " ball ", "cube 2", "cube 2 2", "ball 3", "cube",
+    ];
+    let names = |count: usize| {
+        let object = |i: usize| ObjectSettings {
+            // At last only nameless ones.
+            name: if i < 200 { given[i * 7 % 10] } else { "" }.to_owned(),
+            ..ObjectSettings::default()
+        };
+        let mut objects: Vec<_> = (0..count).map(object).collect();
+        let wanted: Vec<String> = objects.iter().map(|o| o.name.trim().to_owned()).collect();
+        name_objects(&mut objects, &vec![cube.clone(); count]);
+        let names: Vec<String> = objects.into_iter().map(|object| object.name).collect();
+        (wanted, names)
+    };
+    let (wanted, few) = names(300);
+    for (i, name) in few.iter().enumerate() {
+        let wanted = match wanted[i].as_str() {
+            "" => "cube",
+            given => given,
+        };
+        let mut numbered = (2..).map(|n| format!("{wanted} {n}"));
+        let expected = if few[..i].contains(&wanted.to_owned()) {
+            numbered
+                .find(|name| !few[..i].contains(name))
+                .expect("there is one")
+        } else {
+            wanted.to_owned()
+        };
+        assert_eq!(*name, expected, "object {i}");
+    }
+    let (_, many) = names(20_000);
+    assert_eq!(many[..300], few);
+    let different: std::collections::HashSet<_> = many.iter().collect();
+    assert_eq!(different.len(), 20_000);
+}
+
+#[test]
+fn what_cannot_follow_its_model_is_told_by_its_place() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("two.toml");
+    let object = |more: &str| format!("[[object]]\nmesh = \"builtin:cube\"\n{more}\n");
+    let follow = "motion = { model = \"follow\" }";
+    let text = object("") + &object(follow) + &object(&format!("name = \"last\"\n{follow}"));
+    std::fs::write(&path, text).expect("it can be written");
+    let error = Scene::load(&path, &Overrides::default()).expect_err("cubes are not animated");
+    let text = error.to_string();
+    assert!(text.starts_with("two: 2 things are wrong:"), "{text}");
+    for place in ["\n  object.1.motion.model: ", "\n  object.2.motion.model: "] {
+        assert!(text.contains(place), "{text}");
+    }
+    assert!(text.contains("only glTF models"), "{text}");
 }
 
 #[test]

@@ -117,6 +117,14 @@ fn the_most_objects_that_are_advised_fit() {
     let message = refusal(&device(1 << 20), &scene);
     assert_eq!(advised(&message), 128, "{message}");
     assert!(check(&device(2 << 20), &scene).is_ok());
+    // Thousands without names are refused as soon as they are loaded.
+    let mut settings = scene.settings;
+    settings.objects[0].name.clear();
+    settings.objects = vec![settings.objects[0].clone(); 5000];
+    let scene = Scene::from_settings("test".to_owned(), settings, "".into()).expect("it loads");
+    let message = refusal(&device(128 << 20), &scene);
+    assert!(message.contains("the scene has 5000 objects"), "{message}");
+    assert_eq!(advised(&message), 1448, "{message}");
 }
 
 #[test]

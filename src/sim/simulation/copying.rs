@@ -84,6 +84,7 @@ impl Simulation {
                 movement: self.movement.save(),
                 last_poses: self.poses_of_step.clone(),
                 distance_poses: self.planner.poses().to_vec(),
+                kept_pairs: self.planner.kept(),
                 food: FoodState {
                     remaining: Vec::new(),
                     fed_deposit: self.fed_deposit,

@@ -389,6 +389,7 @@ impl Simulation {
             movement: self.movement.save(),
             last_poses: self.poses.clone(),
             distance_poses: self.planner.poses().to_vec(),
+            kept_pairs: self.planner.kept(),
             particles: self.particles.clone(),
             motions: self.motions.clone(),
             trail: self.trail.clone(),
@@ -424,7 +425,7 @@ impl Simulation {
         self.fed_deposit = snapshot.food.fed_deposit;
         self.serve(Some(&snapshot.food.remaining));
         self.deposits.fill(0);
-        self.planner = DistancePlanner::resumed(&snapshot.distance_poses);
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
         self.step = snapshot.step;
     }
 }

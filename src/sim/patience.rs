@@ -1,0 +1,76 @@
+//! How long a device may take for the distances of one step, by how much there is to look at: so that what only takes long
+//! does not count as hung.
+
+use std::time::Duration;
+
+use super::distance::DistanceSetup;
+use crate::scene::settings::DistanceMethod;
+
+/// What lavapipe takes on two cores, four times over, for a triangle that `distance_brute` looks at from a texel.
+const NS_A_TRIANGLE: u64 = 30;
+/// The same for a corner that `distance_raster` draws.
+const NS_A_CORNER: u64 = 60;
+/// The same for a texel that it draws for a triangle.
+const NS_A_FRAGMENT: u64 = 30;
+/// The same for a texel that looks another object up in its tree.
+const NS_A_LOOK: u64 = 2000;
+
+/// For the distances of all objects to all others that count for them, as if all of those were within reach.
+#[must_use]
+pub fn for_distances(setup: &DistanceSetup, method: DistanceMethod) -> Duration {
+    let mut ns = 0_u64;
+    let objects = setup.ranges.iter().zip(&setup.others).enumerate();
+    for (object, (&(first, end), others)) in objects {
+        let triangles = |object: usize| u64::from(setup.trees.objects[object].face_count);
+        let texels = u64::from(end - first);
+        // Triangles without a texel are not drawn.
+        let drawn = triangles(object).min(texels);
+        for &other in others {
+            let looked_at = triangles(other as usize);
+            ns = ns.saturating_add(match method {
+                DistanceMethod::Bvh => NS_A_LOOK * texels,
+                DistanceMethod::Brute => NS_A_TRIANGLE * texels * looked_at,
+                DistanceMethod::Raster => {
+                    (3 * NS_A_CORNER * drawn + NS_A_FRAGMENT * texels) * looked_at
+                }
+            });
+        }
+    }
+    Duration::from_nanos(ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::{Overrides, Scene};
+    use crate::sim::Setup;
+
+    /// What lavapipe was seen to take, on two cores that had nothing else to do, is less than half of what it may.
+    #[test]
+    fn slow_methods_may_take_as_long_as_they_were_seen_to() {
+        let scene = Scene::load(
+            Path::new("trio"),
+            &Overrides {
+                set: ["particles.count=100", "atlas.size=192"]
+                    .map(str::to_owned)
+                    .into(),
+                ..Overrides::default()
+            },
+        );
+        let distance = Setup::new(&scene.unwrap()).unwrap().distance;
+        let seconds = |method| for_distances(&distance, method).as_secs_f64();
+        assert!(seconds(DistanceMethod::Raster) > 150.0);
+        assert!(seconds(DistanceMethod::Brute) > 10.0);
+        // A device that hangs is found out as soon as before.
+        assert!(seconds(DistanceMethod::Bvh) < 1.0);
+        let alone =
+            Setup::new(&Scene::load(Path::new("builtin:cube"), &Overrides::default()).unwrap());
+        let alone = alone.unwrap().distance;
+        assert_eq!(
+            for_distances(&alone, DistanceMethod::Raster),
+            Duration::ZERO
+        );
+    }
+}
