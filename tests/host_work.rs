@@ -238,6 +238,7 @@ fn a_state_is_copied_without_waiting() {
                     center: scene.surface.positions[0],
                     radius: 0.3 * scene.radius,
                     eye: None,
+                    ring: None,
                     number: 0,
                 };
                 simulation.paint(&mut rec, &dab).unwrap();

@@ -57,6 +57,8 @@ impl Span {
 pub struct Timings {
     frames: VecDeque<Vec<Span>>,
     window: usize,
+    /// If given, only frames with this scope count, and of others the newest is there.
+    counted: Option<String>,
 }
 
 impl Default for Timings {
@@ -64,6 +66,7 @@ impl Default for Timings {
         Self {
             frames: VecDeque::new(),
             window: 4096,
+            counted: None,
         }
     }
 }
@@ -73,6 +76,17 @@ impl Timings {
     pub fn set_window(&mut self, frames: usize) {
         self.window = frames.max(1);
         self.shrink();
+    }
+
+    /// The same for frames in which this scope occurs. Of those without it only the newest is remembered, and as long as it
+    /// is the newest: they push no others out.
+    pub fn set_window_of(&mut self, scope: &str, frames: usize) {
+        self.counted = Some(scope.to_owned());
+        if let Some(newest) = self.frames.pop_back() {
+            self.frames.retain(|spans| has_scope(spans, scope));
+            self.frames.push_back(newest);
+        }
+        self.set_window(frames);
     }
 
     /// Forgets all frames, as after a warm-up.
@@ -94,6 +108,9 @@ impl Timings {
     /// Adds a finished frame. Parents come before their children.
     pub fn push(&mut self, spans: Vec<Span>) {
         if !spans.is_empty() {
+            if self.newest_is_extra() {
+                self.frames.pop_back();
+            }
             self.frames.push_back(spans);
             self.shrink();
         }
@@ -107,8 +124,16 @@ impl Timings {
         self.window = self.window.max(self.frames.len());
     }
 
+    fn newest_is_extra(&self) -> bool {
+        let (Some(scope), Some(newest)) = (&self.counted, self.frames.back()) else {
+            return false;
+        };
+        !has_scope(newest, scope)
+    }
+
     fn shrink(&mut self) {
-        while self.frames.len() > self.window {
+        let most = self.window + usize::from(self.newest_is_extra());
+        while self.frames.len() > most {
             self.frames.pop_front();
         }
     }
@@ -123,6 +148,11 @@ impl Timings {
         }
         collector.finish()
     }
+}
+
+fn has_scope(spans: &[Span], scope: &str) -> bool {
+    let mut scopes = spans.iter().filter(|span| span.kind == SpanKind::Scope);
+    scopes.any(|span| span.name == scope)
 }
 
 #[cfg(test)]
@@ -205,5 +235,33 @@ mod tests {
         let lengths: Vec<f64> = later.frames().map(|spans| spans[0].ms()).collect();
         assert_eq!(lengths, [1.0, 3.0, 5.0]);
         assert_eq!(timings.last_frame_ms(), Some(3.0));
+    }
+
+    #[test]
+    fn frames_without_a_step_push_out_none_with_steps() {
+        let with_step = |ms: f64| {
+            vec![
+                span("frame", SpanKind::Frame, None, 0.0, ms),
+                span("step", SpanKind::Scope, Some(0), 0.0, ms),
+            ]
+        };
+        let without = |ms: f64| vec![span("frame", SpanKind::Frame, None, 0.0, ms)];
+        let mut timings = Timings::default();
+        timings.push(without(50.0));
+        timings.push(with_step(100.0));
+        timings.set_window_of("step", 2);
+        for ms in [1.0, 3.0] {
+            timings.push(without(7.0));
+            timings.push(with_step(ms));
+        }
+        for ms in 10..20 {
+            timings.push(without(f64::from(ms)));
+            assert_eq!(timings.report("step").steps, 2);
+            assert_eq!(timings.report("step").step.mean_ms, 2.0);
+            assert_eq!(timings.last_frame_ms(), Some(f64::from(ms)), "the newest");
+        }
+        timings.push(with_step(5.0));
+        let lengths: Vec<f64> = timings.frames().map(|spans| spans[0].ms()).collect();
+        assert_eq!(lengths, [3.0, 5.0]);
     }
 }

@@ -16,7 +16,7 @@ const WITHOUT_STEPS: Duration = Duration::from_secs(3);
 const PAUSE: Duration = Duration::from_millis(700);
 /// How much one frame weighs in the pace that is shown.
 const NEW_FRAME: f64 = 0.1;
-/// Frames that times are averaged over.
+/// Frames with steps in them that times are averaged over, however many without steps have come since.
 const FRAMES_AVERAGED: usize = 64;
 
 /// Counts frames and steps, and reads the GPU's timers.
@@ -39,7 +39,8 @@ pub struct Clocks {
 impl Clocks {
     /// Begins to count.
     pub fn new(ctx: &Context, frames: &mut Frames) -> Self {
-        frames.timings_mut().set_window(FRAMES_AVERAGED);
+        let timings = frames.timings_mut();
+        timings.set_window_of("step", FRAMES_AVERAGED);
         let info = ctx.info();
         Self {
             last_frame: Instant::now(),
@@ -177,4 +178,50 @@ fn memory(ctx: &Context) -> u64 {
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
     allocator.generate_report().total_allocated_bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::gpu::{ContextOptions, Span};
+
+    #[test]
+    fn times_stay_while_the_simulation_is_held() {
+        let ctx = match Context::new(&ContextOptions::default()) {
+            Ok(ctx) => ctx,
+            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+                return eprintln!("skipped: {error}");
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let mut frames = Frames::new(&ctx, 2).unwrap();
+        let mut clocks = Clocks::new(&ctx, &mut frames);
+        let span = |name: &str, kind, parent, ms: f64| Span {
+            name: name.to_owned(),
+            kind,
+            parent,
+            begin_ns: 0.0,
+            end_ns: ms * 1e6,
+        };
+        let frame = |kind, ms| {
+            vec![
+                span("frame", SpanKind::Frame, None, ms),
+                span("step", kind, Some(0), ms),
+                span("advance", SpanKind::Kernel, Some(1), ms),
+            ]
+        };
+        for ms in 1..=FRAMES_AVERAGED {
+            let timings = frames.timings_mut();
+            timings.push(frame(SpanKind::Scope, ms as f64));
+        }
+        clocks.read_timers(&frames);
+        let before = clocks.facts.kernels.clone();
+        assert_eq!(before[0].mean_ms, 0.5 * (1 + FRAMES_AVERAGED) as f64);
+        for _ in 0..2 * FRAMES_AVERAGED {
+            // No step, though something is drawn.
+            frames.timings_mut().push(frame(SpanKind::Draw, 9.0));
+            clocks.read_timers(&frames);
+            assert_eq!(clocks.facts.kernels, before);
+        }
+    }
 }

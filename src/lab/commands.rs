@@ -334,6 +334,7 @@ impl Lab {
         let scene = &stage.scene;
         self.name.clone_from(&scene.name);
         self.folder.clone_from(&scene.folder);
+        self.interface.opening.count_from(&self.folder);
         self.window.set_title(&title(&scene.name));
         if is_new_scene {
             self.interface.open(scene);

@@ -26,7 +26,7 @@ use super::overlays::show_loading;
 use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
-use super::rows::take_refused;
+use super::rows::{take_refused, take_wanted};
 use super::theme;
 use super::undo::{self, Undo};
 
@@ -281,6 +281,9 @@ impl Interface {
         }
         if let Some(text) = take_refused(ui.ctx()) {
             self.notice(ui.ctx(), text, false);
+        }
+        if let Some(key) = take_wanted(ui.ctx()) {
+            self.begin_to_open_mask(ui.ctx(), key);
         }
         self.keep_one_on_top();
         let (picture, beside) = self.parts(ui, ui.available_rect_before_wrap());

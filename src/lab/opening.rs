@@ -1,5 +1,5 @@
 //! "Open…": a file that is chosen in the window itself, for whoever cannot drop one onto it, as on Wayland. It goes the way
-//! of a file that was dropped.
+//! of a file that was dropped; a picture to begin on goes into the row that asks for it.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -9,6 +9,7 @@ use std::sync::Arc;
 use egui::layers::ShapeIdx;
 use egui::{Align2, Color32, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
+use myxo::scene::settings::Settings;
 
 use super::hands::{MESHES, ends_so};
 use super::interface::{Command, Interface};
@@ -21,6 +22,9 @@ pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O)
 pub const OPEN_MESH: &str =
     "Adds the mesh of a file: .obj, .glb or .gltf. Files can be dropped onto the window, too";
 
+/// The same where a picture to begin on is wanted.
+pub const OPEN_MASK: &str = "Chooses the picture: a PNG laid over the whole texture";
+
 /// The kinds of files that the dialog shows at first.
 pub const EVERYTHING: &str = "what opens here";
 pub const ONLY_MESHES: &str = "meshes";
@@ -32,19 +36,25 @@ const ROUND_IT: Vec2 = vec2(24.0, 40.0);
 /// A dialog narrower than this needs it for names of files, not for places.
 const HAS_ROOM: f32 = 600.0;
 /// What a folder's files are chosen from: a name, and how those files end.
-const KINDS: &[(&str, &[&[&str]])] = &[
+type Kinds = &'static [(&'static str, &'static [&'static [&'static str]])];
+const KINDS: Kinds = &[
     (EVERYTHING, &[&["toml", "ckpt"], MESHES]),
     ("scenes and presets", &[&["toml"]]),
     (ONLY_MESHES, &[MESHES]),
     ("checkpoints", &[&["ckpt"]]),
 ];
+const MASKS: Kinds = &[("PNG pictures", &[&["png"]])];
 
 /// The dialog, once somebody has asked for it. A copy shows the same one.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
     dialog: Option<Rc<RefCell<FileDialog>>>,
+    /// The row that it chooses a picture for, if it does.
+    mask: Option<String>,
     /// Where it begins; empty for where the program is started.
     folder: PathBuf,
+    /// Where the scene's file lies; empty for where the program is started.
+    scene: PathBuf,
 }
 
 impl Opening {
@@ -59,8 +69,23 @@ impl Opening {
         self.folder = folder.to_owned();
     }
 
-    fn open(&mut self, ctx: &egui::Context, kind: &str) {
-        let dialog = self.dialog.get_or_insert_with(|| Rc::new(dialog().into()));
+    /// Paths of pictures count from this folder.
+    pub fn count_from(&mut self, scene: &Path) {
+        self.scene = scene.to_owned();
+    }
+
+    fn open(&mut self, ctx: &egui::Context, kind: &str, mask: Option<String>) {
+        if self.mask.is_some() != mask.is_some() {
+            self.dialog = None;
+        }
+        let dialog = self.dialog.get_or_insert_with(|| {
+            let made = match &mask {
+                Some(_) => dialog("Open a picture to begin on", MASKS),
+                None => dialog("Open a file", KINDS),
+            };
+            Rc::new(made.into())
+        });
+        self.mask = mask;
         let mut dialog = dialog.borrow_mut();
         let config = dialog.config_mut();
         let folder = match std::path::absolute(&self.folder) {
@@ -98,9 +123,9 @@ impl Opening {
 }
 
 /// A dialog in the words of the lab, without what only those need who save.
-fn dialog() -> FileDialog {
+fn dialog(title: &str, kinds: Kinds) -> FileDialog {
     let mut dialog = FileDialog::new()
-        .title("Open a file")
+        .title(title)
         .anchor(Align2::CENTER_CENTER, Vec2::ZERO)
         .movable(false)
         .opening_mode(OpeningMode::AlwaysInitialDir)
@@ -109,7 +134,7 @@ fn dialog() -> FileDialog {
         .show_new_folder_button(false)
         // They would be forgotten at the end.
         .show_pinned_folders(false);
-    for (name, endings) in KINDS {
+    for (name, endings) in kinds {
         dialog = dialog.add_file_filter(name, Filter::new(|path: &Path| ends_so(path, endings)));
     }
     dialog.config_mut().keybindings.new_folder.clear();
@@ -142,18 +167,89 @@ impl Interface {
     /// Shows the dialog over everything else, with the files of that kind at first.
     pub(super) fn begin_to_open(&mut self, ctx: &egui::Context, kind: &str) {
         self.gallery.open = false;
-        self.opening.open(ctx, kind);
+        self.opening.open(ctx, kind, None);
+    }
+
+    /// The same for the picture of a row.
+    pub(super) fn begin_to_open_mask(&mut self, ctx: &egui::Context, key: String) {
+        self.gallery.open = false;
+        let (kind, _) = MASKS[0];
+        self.opening.open(ctx, kind, Some(key));
     }
 
     /// Shows it for one frame, if it is open.
     pub(super) fn show_opening(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        commands.extend(self.opening.show(ctx).map(Command::TakeFile));
+        let Some(path) = self.opening.show(ctx) else {
+            return;
+        };
+        let Some(key) = &self.opening.mask else {
+            commands.push(Command::TakeFile(path));
+            return;
+        };
+        if let Some(mask) = mask_of(&mut self.edited, key) {
+            *mask = as_written(&path, &self.opening.scene);
+            commands.push(Command::Apply);
+        }
+        if let Some(folder) = path.parent() {
+            self.opening.begin_in(folder);
+        }
     }
+}
+
+/// The picture that a row names.
+fn mask_of<'a>(settings: &'a mut Settings, key: &str) -> Option<&'a mut String> {
+    if key == "particles.start_mask" {
+        return Some(&mut settings.particles.start_mask);
+    }
+    let object = key.strip_prefix("object.")?.strip_suffix(".start.mask")?;
+    let object = settings.objects.get_mut(object.parse::<usize>().ok()?)?;
+    Some(&mut object.start.mask)
+}
+
+/// A path as a scene file in this folder has it.
+fn as_written(path: &Path, folder: &Path) -> String {
+    // An empty path is no folder to the system.
+    let folder = std::path::absolute(Path::new(".").join(folder)).unwrap_or_default();
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let within = path.strip_prefix(&folder).unwrap_or(&path);
+    within.to_string_lossy().into_owned()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use myxo::scene::settings::ObjectSettings;
+
+    #[test]
+    fn pictures_go_into_the_row_that_asked_for_them() {
+        let mut settings = Settings {
+            objects: vec![ObjectSettings::default(); 2],
+            ..Settings::default()
+        };
+        for key in ["particles.start_mask", "object.1.start.mask"] {
+            *mask_of(&mut settings, key).unwrap() = key.to_owned();
+        }
+        assert_eq!(settings.particles.start_mask, "particles.start_mask");
+        assert_eq!(settings.objects[0].start.mask, "");
+        assert_eq!(settings.objects[1].start.mask, "object.1.start.mask");
+        for gone in ["object.2.start.mask", "object.1.mesh"] {
+            assert_eq!(mask_of(&mut settings, gone), None, "{gone}");
+        }
+    }
+
+    #[test]
+    fn paths_count_from_the_scene_where_they_lie_below_it() {
+        let here = std::env::current_dir().unwrap();
+        let folder = here.join("scenes");
+        let inside = folder.join("masks").join("a.png");
+        let below = Path::new("masks").join("a.png").display().to_string();
+        assert_eq!(as_written(&inside, &folder), below);
+        assert_eq!(as_written(&inside, Path::new("scenes")), below);
+        let outside = here.join("scenes of others").join("a.png");
+        let whole = outside.display().to_string();
+        assert_eq!(as_written(&outside, &folder), whole);
+        assert_eq!(as_written(&here.join("a.png"), Path::new("")), "a.png");
+    }
 
     #[test]
     fn what_can_be_dropped_is_shown_at_first() {

@@ -1,15 +1,19 @@
 //! One row for each parameter of the table: name, unit, slider, what it does, whether it restarts, and its default.
 
-use egui::{Align, Id, Layout, RichText, Slider, SliderClamping, Ui, UiBuilder};
+use egui::{Align, Id, Layout, RichText, Slider, SliderClamping, Ui, UiBuilder, vec2};
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 use myxo::scene::settings::PhysarumSettings;
 
+use super::opening::OPEN_MASK;
 use super::places::{Marked as _, note_value};
 use super::theme;
 use super::widgets::{parse_number, wide_slider};
 
 /// Where it is kept that a number was beyond its range, until it is told.
 const REFUSED: &str = "refused number";
+
+/// Where it is kept which row's picture is to be chosen, until it is asked for.
+const WANTED: &str = "wanted mask";
 
 /// What a row needs to know besides its parameter.
 #[derive(Clone, Copy)]
@@ -153,10 +157,26 @@ pub fn editor<T>(
         }
         Kind::Text { what, get, set, .. } => {
             let mut text = get(value).to_owned();
-            let editor = egui::TextEdit::singleline(&mut text)
-                .hint_text(*what)
-                .desired_width(f32::INFINITY);
-            let changed = ui.add(editor).marked(key).changed();
+            let mut edit = |ui: &mut Ui| {
+                let editor = egui::TextEdit::singleline(&mut text)
+                    .hint_text(*what)
+                    .desired_width(f32::INFINITY);
+                ui.add(editor).marked(key).changed()
+            };
+            let changed = if names_a_mask(key) {
+                let size = vec2(ui.available_width(), ui.spacing().interact_size.y);
+                let layout = Layout::right_to_left(Align::Center);
+                let both = |ui: &mut Ui| {
+                    let open = ui.button("Open…").on_hover_text(OPEN_MASK);
+                    if open.marked(&format!("{key}:open")).clicked() {
+                        ui.data_mut(|data| data.insert_temp(Id::new(WANTED), key.to_owned()));
+                    }
+                    edit(ui)
+                };
+                ui.allocate_ui_with_layout(size, layout, both).inner
+            } else {
+                edit(ui)
+            };
             if changed {
                 set(value, text);
             }
@@ -201,6 +221,16 @@ pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f6
         ui.data_mut(|data| data.insert_temp(Id::new(REFUSED), text));
     }
     taken
+}
+
+/// Does a row hold the path of a picture to begin on?
+fn names_a_mask(key: &str) -> bool {
+    key.ends_with("start_mask") || key.ends_with("start.mask")
+}
+
+/// The row whose picture is to be chosen, once.
+pub fn take_wanted(ctx: &egui::Context) -> Option<String> {
+    ctx.data_mut(|data| data.remove_temp(Id::new(WANTED)))
 }
 
 /// What was said of a number beyond its range, once.

@@ -99,17 +99,17 @@ impl Lab {
         let mut is_covered = false;
         if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
             let can_wait = self.out.holds() || shot.answers;
-            let (picture, atlas) = if shot.is_between {
-                stage.picture()
+            if shot.is_between {
+                // It stays as it is.
             } else if can_wait && stage.shows(&shot.view, shot.sizes()) {
                 if shot.answers {
                     self.order.owe_picture();
                 }
-                stage.picture()
             } else {
-                stage.draw(&mut rec, &shot.view, shot.sizes(), shot.is_moving)?
-            };
-            Self::look_on(&mut self.out, &mut rec, picture)?;
+                stage.draw(&mut rec, &shot.view, shot.sizes(), shot.is_moving)?;
+            }
+            let (picture, atlas) = stage.picture();
+            Self::look_on(&mut self.out, &mut rec, picture, stage.pictures)?;
             rec.copy_image_to(picture, target, place.corner);
             if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
                 rec.copy_image_to(atlas, target, place.corner);

@@ -49,6 +49,8 @@ pub struct Stage {
     beside: Option<(Quality, Canvas)>,
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
+    /// How many pictures were drawn: two that are shown are of the same one only if this has not changed.
+    pub pictures: u64,
     /// What the canvas shows, if it is still worth showing.
     drawn: Option<Drawn>,
     drawn_at: Instant,
@@ -88,6 +90,7 @@ impl Stage {
             canvas: None,
             beside: None,
             particles_drawn: u32::MAX,
+            pictures: 0,
             drawn: None,
             drawn_at: Instant::now(),
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
@@ -99,6 +102,7 @@ impl Stage {
     pub fn take_canvas(&mut self, left: Option<Self>) {
         if let Some(left) = left {
             (self.canvas, self.beside) = (left.canvas, left.beside);
+            self.pictures = left.pictures;
         }
     }
 
@@ -147,6 +151,7 @@ impl Stage {
             self.renderer
                 .draw_beside(rec, self.simulation.state(), &pictures);
             self.drawn = now;
+            self.pictures += 1;
             self.drawn_at = Instant::now();
             let settings = self.simulation.settings();
             if settings.strategy() != Strategy::None {

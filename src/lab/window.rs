@@ -150,6 +150,7 @@ impl Lab {
         let file = opened.from.as_ref().map(|(path, _)| path.as_path());
         let folder = file.map_or(Some(scene.folder.as_path()), Path::parent);
         interface.opening.begin_in(folder.unwrap_or(Path::new("")));
+        interface.opening.count_from(&scene.folder);
         let clocks = Clocks::new(&ctx, &mut frames);
         window.request_redraw();
         let mut lab = Self {

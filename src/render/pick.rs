@@ -25,32 +25,134 @@ pub struct Hit {
 /// Every triangle is tried: a million take a few milliseconds, and nobody clicks more often than that.
 #[must_use]
 pub fn pick(surface: &Surface, world_from_object: &[Affine3A], ray: &Ray) -> Option<Hit> {
-    let mut nearest: Option<Hit> = None;
+    let mut nearest = None;
     for (range, pose) in surface.objects.iter().zip(world_from_object) {
-        let object_from_world = pose.inverse();
-        let in_object = Ray {
-            origin: object_from_world.transform_point3(ray.origin),
-            direction: object_from_world.transform_vector3(ray.direction),
-        };
+        let in_object = ray.seen_from(pose);
         for triangle in range.triangles.0..range.triangles.1 {
             let corners =
                 surface.corners[triangle as usize].map(|vertex| surface.positions[vertex as usize]);
-            let Some((u, v, distance)) = meet(&in_object, corners) else {
-                continue;
-            };
-            if nearest.is_none_or(|hit| distance < hit.distance) {
-                let position = ray.origin + distance * ray.direction;
-                nearest = Some(Hit {
-                    triangle,
-                    u,
-                    v,
-                    position,
-                    distance,
-                });
-            }
+            take_nearer(&mut nearest, triangle, corners, &in_object, ray);
         }
     }
     nearest
+}
+
+/// The same for bundles of rays, those of a bundle from one origin and close to each other. However many there are, the
+/// triangles are gone through once, and most of them are far from a bundle.
+#[must_use]
+pub fn pick_bundles(
+    surface: &Surface,
+    world_from_object: &[Affine3A],
+    bundles: &[Vec<Ray>],
+) -> Vec<Vec<Option<Hit>>> {
+    let mut hits: Vec<Vec<Option<Hit>>> =
+        bundles.iter().map(|rays| vec![None; rays.len()]).collect();
+    let cones: Vec<Cone> = bundles.iter().map(|rays| Cone::round(rays)).collect();
+    for (range, pose) in surface.objects.iter().zip(world_from_object) {
+        let in_object: Vec<(Cone, Vec<Ray>)> = (cones.iter().zip(bundles))
+            .map(|(cone, rays)| {
+                let rays = rays.iter().map(|ray| ray.seen_from(pose)).collect();
+                (
+                    Cone {
+                        axis: cone.axis.seen_from(pose),
+                        ..*cone
+                    },
+                    rays,
+                )
+            })
+            .collect();
+        for triangle in range.triangles.0..range.triangles.1 {
+            let corners =
+                surface.corners[triangle as usize].map(|vertex| surface.positions[vertex as usize]);
+            let [a, b, c] = corners;
+            let middle = (a + b + c) / 3.0;
+            let reach = corners.map(|corner| corner.distance_squared(middle));
+            let reach = reach.into_iter().fold(0.0, f32::max).sqrt();
+            for (bundle, (cone, rays)) in in_object.iter().enumerate() {
+                if !cone.may_meet(middle, reach) {
+                    continue;
+                }
+                for (i, ray) in rays.iter().enumerate() {
+                    let nearest = &mut hits[bundle][i];
+                    take_nearer(nearest, triangle, corners, ray, &bundles[bundle][i]);
+                }
+            }
+        }
+    }
+    hits
+}
+
+/// Takes the hit of a ray with a triangle, if it is the nearest so far.
+fn take_nearer(
+    nearest: &mut Option<Hit>,
+    triangle: u32,
+    corners: [Vec3; 3],
+    in_object: &Ray,
+    ray: &Ray,
+) {
+    let Some((u, v, distance)) = meet(in_object, corners) else {
+        return;
+    };
+    if nearest.is_none_or(|hit| distance < hit.distance) {
+        *nearest = Some(Hit {
+            triangle,
+            u,
+            v,
+            position: ray.origin + distance * ray.direction,
+            distance,
+        });
+    }
+}
+
+impl Ray {
+    fn seen_from(&self, pose: &Affine3A) -> Self {
+        let object_from_world = pose.inverse();
+        Self {
+            origin: object_from_world.transform_point3(self.origin),
+            direction: object_from_world.transform_vector3(self.direction),
+        }
+    }
+}
+
+/// Round the rays of a bundle.
+#[derive(Clone, Copy)]
+struct Cone {
+    axis: Ray,
+    /// Of half its angle.
+    sin: f32,
+    cos: f32,
+}
+
+impl Cone {
+    fn round(rays: &[Ray]) -> Self {
+        let sum: Vec3 = rays.iter().map(|ray| ray.direction).sum();
+        let axis = Ray {
+            origin: rays.first().map_or(Vec3::ZERO, |ray| ray.origin),
+            direction: sum.normalize_or(Vec3::Z),
+        };
+        let sines = rays.iter().map(|ray| {
+            let is_before = ray.direction.dot(axis.direction) > 0.0;
+            let sin = ray.direction.cross(axis.direction).length();
+            if is_before { sin } else { 1.0 }
+        });
+        // A little wider than they are, for rounding.
+        let sin = (sines.fold(0.0, f32::max) + 1e-4).min(1.0);
+        Self {
+            axis,
+            sin,
+            cos: (1.0 - sin * sin).sqrt(),
+        }
+    }
+
+    /// Is a ball perhaps in it? What is not is far from it or behind it.
+    fn may_meet(&self, middle: Vec3, reach: f32) -> bool {
+        let from = middle - self.axis.origin;
+        let along = from.dot(self.axis.direction);
+        let beside = (from.length_squared() - along * along).max(0.0).sqrt();
+        // Rounding of long ways is more than that of what is small.
+        let reach = 1.001 * reach + 1e-5 * along.abs();
+        along >= -reach && beside * self.cos - along * self.sin <= reach
+    }
 }
 
 /// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (1997): `u`, `v` and the distance.
@@ -110,6 +212,50 @@ mod tests {
             let place = pose.transform_point3(a + hit.u * (b - a) + hit.v * (c - a));
             assert!(place.distance(hit.position) < 1e-4, "{place}");
         }
+    }
+
+    #[test]
+    fn bundles_meet_what_their_rays_meet_one_by_one() {
+        let meshes = [
+            "icosphere?subdivisions=3",
+            "cube",
+            "torus?major=24&minor=12",
+        ];
+        let meshes = meshes.map(|name| Mesh::builtin(name).unwrap());
+        let surface = Surface::build(&meshes.each_ref().map(|mesh| (mesh, 1.0)));
+        let turned = Affine3A::from_rotation_translation(
+            Quat::from_rotation_y(0.6),
+            Vec3::new(0.0, 0.0, 1.0),
+        );
+        let poses = [
+            turned,
+            Affine3A::from_translation(Vec3::new(2.5, 0.2, 0.0)),
+            Affine3A::from_translation(Vec3::new(-1.0, 0.4, -2.0)),
+        ];
+        let size = Vec2::new(160.0, 120.0);
+        // From afar, and so near that triangles are beside the eye and behind it.
+        for distance in [9.0, 1.4] {
+            let camera = Camera {
+                distance,
+                ..Camera::default()
+            };
+            let bundles: Vec<Vec<Ray>> = (0..48)
+                .map(|i| {
+                    let middle = Vec2::new((i % 8) as f32 * 20.0, (i / 8) as f32 * 20.0);
+                    let radius = 1.0 + 2.0 * i as f32;
+                    let places = (0..12).map(|k| Vec2::from_angle(k as f32) * radius + middle);
+                    places.map(|pixel| camera.ray(pixel, size)).collect()
+                })
+                .collect();
+            let hits = pick_bundles(&surface, &poses, &bundles);
+            let one_by_one: Vec<Vec<Option<Hit>>> = (bundles.iter())
+                .map(|rays| rays.iter().map(|ray| pick(&surface, &poses, ray)).collect())
+                .collect();
+            assert_eq!(hits, one_by_one);
+            let count = hits.iter().flatten().flatten().count();
+            assert!(count > 50 && count < 48 * 12, "{count} of {}", 48 * 12);
+        }
+        assert_eq!(pick_bundles(&surface, &poses, &[Vec::new()]), [Vec::new()]);
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
 pub const GREATEST: f32 = 1e6;
 /// Places of an object that particles of one dab come to.
 const PLACES: u32 = 4096;
+/// Depths at which one dab paints besides its own, at the most.
+pub const MOST_DEPTHS: usize = 3;
 /// Texels that one dab may have: what a storage block of every device holds.
 pub(super) const MOST_TEXELS: usize = 1 << 24;
 
@@ -71,8 +73,31 @@ pub struct Dab {
     /// If given, triangles are painted only if they turn their front towards it, as a viewer there sees them: thin things are
     /// not painted through. Objects with open borders are painted from either side.
     pub eye: Option<Vec3>,
+    /// If given, what a viewer sees through the dab's ring nearer or farther than the ball reaches is painted, too.
+    pub ring: Option<Ring>,
     /// Keys who comes to [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
     pub number: u32,
+}
+
+/// The circle round a dab's middle as a viewer sees it, and where surfaces are seen through it that lie off the ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ring {
+    /// Where the viewer is, in world space.
+    pub eye: Vec3,
+    /// Of the plane that the circle lies in; its radius is the dab's.
+    pub normal: Vec3,
+    /// Balls that hold the surfaces. There the dab is as strong as it is where the line from the eye meets the plane, and
+    /// falls to nothing at the ball's edge, too.
+    pub balls: [Option<Ball>; MOST_DEPTHS],
+}
+
+/// A ball in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Its middle.
+    pub center: Vec3,
+    /// A world length.
+    pub radius: f32,
 }
 
 /// What a dab has come to.
@@ -147,6 +172,18 @@ impl Dab {
             ));
         }
         within("a radius", self.radius, f32::MIN_POSITIVE, f32::MAX)?;
+        if let Some(ring) = &self.ring {
+            let balls = || ring.balls.iter().flatten();
+            let mut places = [ring.eye, ring.normal].into_iter();
+            if !places.all(Vec3::is_finite) || !balls().all(|ball| ball.center.is_finite()) {
+                return Err(Error::Invalid(
+                    "a brush must be seen through a ring at finite places".to_owned(),
+                ));
+            }
+            for ball in balls() {
+                within("a radius", ball.radius, f32::MIN_POSITIVE, f32::MAX)?;
+            }
+        }
         match self.brush {
             Brush::Trail { amount } => within("an amount of trail", amount, 0.0, GREATEST),
             Brush::Attract { amount } => within("an attraction", amount, -GREATEST, GREATEST),
@@ -156,7 +193,8 @@ impl Dab {
         }
     }
 
-    /// The owned texels whose centres lie in the ball, ordered by triangle and texel.
+    /// The owned texels whose centres lie in the ball, or in one of the ring's and seen through it, each once and ordered by
+    /// triangle and texel.
     ///
     /// # Errors
     /// When a number is out of range, or the ball has more texels than one dab may.
@@ -319,11 +357,41 @@ impl Painted {
 
 /// A dab as one object sees it.
 struct InObject {
-    center: DVec3,
-    radius: f64,
+    ball: InBall,
     eye: Option<DVec3>,
+    ring: Option<InRing>,
+    /// The ring's.
+    balls: Vec<InBall>,
     /// Full to the edge.
     is_hard: bool,
+}
+
+#[derive(Clone, Copy)]
+struct InBall {
+    center: DVec3,
+    radius: f64,
+}
+
+#[derive(Clone, Copy)]
+struct InRing {
+    eye: DVec3,
+    normal: DVec3,
+    middle: DVec3,
+    radius: f64,
+}
+
+impl InRing {
+    /// How far from the middle a place is seen, as the square of a share of the radius.
+    fn share(&self, place: DVec3) -> f64 {
+        let way = place - self.eye;
+        let along = self.normal.dot(self.middle - self.eye) / self.normal.dot(way);
+        let seen = self.eye + along * way;
+        if along > 0.0 {
+            seen.distance_squared(self.middle) / (self.radius * self.radius)
+        } else {
+            f64::INFINITY
+        }
+    }
 }
 
 impl InObject {
@@ -336,22 +404,59 @@ impl InObject {
             let halfedges = &setup.surface.halfedges[3 * first as usize..3 * end as usize];
             halfedges.iter().any(|halfedge| halfedge.twin == NONE)
         };
+        let ball = |center, radius| InBall {
+            center: to_object(center),
+            radius: f64::from(radius),
+        };
+        let balls = dab.ring.iter().flat_map(|ring| ring.balls).flatten();
         Self {
-            center: to_object(dab.center),
-            radius: f64::from(dab.radius),
+            ball: ball(dab.center, dab.radius),
             eye: dab.eye.map(to_object).filter(|_| !is_open()),
+            ring: dab.ring.map(|ring| InRing {
+                eye: to_object(ring.eye),
+                normal: object_from_world.transform_vector3(ring.normal.as_dvec3()),
+                middle: to_object(dab.center),
+                radius: f64::from(dab.radius),
+            }),
+            balls: balls.map(|own| ball(own.center, own.radius)).collect(),
             is_hard: dab.brush == Brush::NoGo,
         }
     }
 
     /// Those that a triangle owns and the dab touches.
     fn texels_of(&self, setup: &Setup, triangle: u32) -> Vec<DabTexel> {
+        let mut texels = self.texels_in(setup, triangle, self.ball, None);
+        for ball in &self.balls {
+            texels.extend(self.texels_in(setup, triangle, *ball, self.ring));
+        }
+        if !self.balls.is_empty() {
+            // Where balls overlap, the dab is as strong as in one of them.
+            texels.sort_by_key(|texel| texel.texel);
+            texels.dedup_by(|next, kept| {
+                let is_same = next.texel == kept.texel;
+                if is_same {
+                    kept.weight = kept.weight.max(next.weight);
+                }
+                is_same
+            });
+        }
+        texels
+    }
+
+    /// Those of a triangle in one ball, and seen through a ring if there is one.
+    fn texels_in(
+        &self,
+        setup: &Setup,
+        triangle: u32,
+        ball: InBall,
+        ring: Option<InRing>,
+    ) -> Vec<DabTexel> {
         let surface = &setup.surface;
         let corners = surface.corners[triangle as usize];
         let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let outside = self.center - self.center.clamp(low, high);
-        if outside.length_squared() > self.radius * self.radius {
+        let outside = ball.center - ball.center.clamp(low, high);
+        if outside.length_squared() > ball.radius * ball.radius {
             return Vec::new();
         }
         let (ab, ac) = (b - a, c - a);
@@ -359,8 +464,8 @@ impl InObject {
         if self.eye.is_some_and(|eye| normal.dot(eye - a) < 0.0) {
             return Vec::new();
         }
-        let height = normal.dot(self.center - a);
-        let reach = self.radius * self.radius - height * height;
+        let height = normal.dot(ball.center - a);
+        let reach = ball.radius * ball.radius - height * height;
         if reach < 0.0 {
             return Vec::new();
         }
@@ -373,7 +478,7 @@ impl InObject {
         let across = normal.cross(along);
         let p = du / f64::from(shape.ab);
         let h = (dv - f64::from(shape.cp) * p) / f64::from(shape.ch);
-        let from_a = self.center - a;
+        let from_a = ball.center - a;
         let origin = map.origin.as_dvec2();
         let middle = origin + from_a.dot(along) * p + from_a.dot(across) * h;
         let extent = reach.sqrt() * DVec2::new(p.x.hypot(h.x), p.y.hypot(h.y));
@@ -397,7 +502,8 @@ impl InObject {
                 let point = atlas.surface_point_of(texel);
                 let (_, u, v) = point.expect("a triangle owns it");
                 let place = a + f64::from(u) * ab + f64::from(v) * ac;
-                let share = place.distance_squared(self.center) / (self.radius * self.radius);
+                let share = place.distance_squared(ball.center) / (ball.radius * ball.radius);
+                let share = ring.map_or(share, |ring| share.max(ring.share(place)));
                 if share < 1.0 {
                     let weight = if self.is_hard {
                         1.0

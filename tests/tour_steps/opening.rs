@@ -1,5 +1,7 @@
 //! Steps of the tour through the dialog that opens files: by its key, from the gallery and from the menu of objects.
 
+use std::path::Path;
+
 use super::out::hear_once_loaded;
 use super::*;
 
@@ -95,5 +97,48 @@ fn files_are_opened_by_a_dialog() {
         hear_once_loaded(&lab, told);
     }
     assert_eq!(lab.save("ball", 3).trail.decay, 0.375);
+    lab.quit();
+}
+
+/// A picture to begin on is chosen beside the field for its path, for the scene and for an object of it.
+#[test]
+fn masks_are_chosen_by_the_dialog() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("ball.toml", SCENE);
+    let white = image::GrayImage::from_pixel(16, 16, image::Luma([255]));
+    let beside = folder.file("mask.png");
+    white.save(&beside).expect("it can be written");
+    let lab = Lab::open(&[path(&file)]);
+    let elsewhere = lab.folder.file("other.png");
+    white.save(&elsewhere).expect("it can be written");
+
+    let choose = |rows: &str, word: &str, mask: &str, file: &Path, wanted: &str| {
+        lab.find(rows);
+        lab.click(word);
+        lab.click_until(&format!("{mask}:open"), "opening", true);
+        type_path(&lab, path(file), false);
+        lab.wait("the path is in its row", |seen| {
+            seen["values"][mask] == wanted
+        });
+    };
+    let mask = "particles.start_mask";
+    let word = "particles.start=mask";
+    choose("particles.start", word, mask, &beside, "mask.png");
+    let mask = "object.0.start.mask";
+    let word = "object.0.start.place=mask";
+    choose("start.", word, mask, &elsewhere, path(&elsewhere));
+    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(0));
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click_until("restart", "step", 0);
+    let saved = lab.save("ball", 1);
+    assert!(saved.particles.start_mask.ends_with("mask.png"));
+    assert!(saved.objects[0].start.mask.ends_with("other.png"));
+
+    // Other files come by the same key as before.
+    lab.key_until("ctrl+o", "the dialog", "opening", true);
+    lab.key_until("Escape", "it goes", "opening", false);
     lab.quit();
 }

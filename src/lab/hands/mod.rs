@@ -4,6 +4,7 @@
 //! for by [`Work`], which `work.rs` does.
 
 mod bar;
+mod depths;
 mod food;
 mod gizmo;
 mod hold;

@@ -4,6 +4,7 @@
 use glam::{Vec2, Vec3};
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
 use myxo::render::Camera;
+use myxo::render::camera::Ray;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 use myxo::sim::carry::carried;
@@ -20,6 +21,7 @@ use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
+use super::depths::dabs_seen;
 use super::food::placed;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
@@ -227,20 +229,21 @@ impl Lab {
         let spacing = SPACING * pixels.unwrap_or(40.0).max(1.0);
         let count = (from.distance(to) / spacing).ceil().clamp(1.0, MOST_DABS);
         let brush = share_of(brush, count);
-        for i in 1..=count as u32 {
-            let pixel = from.lerp(to, i as f32 / count);
-            let Some(hit) = stage.pick(view, pixel, size) else {
-                continue;
-            };
-            let number = self.hand.dab_count;
-            self.hand.dab_count = number.wrapping_add(1);
-            self.hand.dabs.push(Dab {
-                brush,
-                center: hit.position,
-                radius,
-                eye: Some(eye),
-                number,
-            });
+        let pixels = (1..=count as u32).map(|i| from.lerp(to, i as f32 / count));
+        let middles: Vec<Ray> = pixels.map(|pixel| view.camera.ray(pixel, size)).collect();
+        let poses = stage.simulation.world_from_object();
+        let dabs = dabs_seen(&stage.scene.surface, &poses, &middles, |center| Dab {
+            brush,
+            center,
+            radius,
+            eye: Some(eye),
+            ring: None,
+            number: 0,
+        });
+        for mut dab in dabs {
+            dab.number = self.hand.dab_count;
+            self.hand.dab_count = dab.number.wrapping_add(1);
+            self.hand.dabs.push(dab);
         }
     }
 

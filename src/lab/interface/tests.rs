@@ -2,6 +2,7 @@
 
 mod controls;
 mod hands;
+mod scale;
 mod views;
 
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, pos2, vec2};
@@ -17,6 +18,8 @@ struct Harness {
     interface: Interface,
     facts: Facts,
     time: f64,
+    /// Pixels of the screen a point.
+    scale: f32,
     /// What the last frame has painted.
     shapes: Vec<egui::epaint::ClippedShape>,
 }
@@ -35,6 +38,7 @@ impl Harness {
             interface: Interface::new(&scene),
             facts: Facts { ..Facts::default() },
             time: 0.0,
+            scale: 1.0,
             shapes: Vec::new(),
         };
         theme::apply(&harness.ctx, false);
@@ -46,7 +50,12 @@ impl Harness {
 
     fn frame(&mut self, events: Vec<Event>) -> Shown {
         self.time += 1.0 / 60.0;
+        let screen = egui::ViewportInfo {
+            native_pixels_per_point: Some(self.scale),
+            ..egui::ViewportInfo::default()
+        };
         let input = RawInput {
+            viewports: [(egui::ViewportId::ROOT, screen)].into_iter().collect(),
             screen_rect: Some(Rect::from_min_size(Pos2::ZERO, SCREEN)),
             time: Some(self.time),
             events,

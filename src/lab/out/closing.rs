@@ -150,7 +150,11 @@ impl TakeOut {
         }
         let path = recording.path().to_owned();
         say(&finishing(&path));
-        say(&told_of(&path, recording.wait(), false));
+        let remarks = recording.told().remarks();
+        let ended = recording.wait();
+        let is_whole = matches!(&ended, Some(Ok(written)) if !written.files.is_empty());
+        let text = told_of(&path, ended, false);
+        say(&if is_whole { text + &remarks } else { text });
     }
 
     /// Waits for what is being made, where the device has done its part. Is it whole?

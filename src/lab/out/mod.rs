@@ -335,39 +335,38 @@ impl Lab {
                     {
                         self.interface.saved(export.saves);
                     }
-                    self.tell_written(context, ended, 0);
+                    self.tell_written(context, ended, "");
                 }
             }
         }
         let recording = self.out.recording.as_mut();
         if let Some(ended) = recording.and_then(Recording::take) {
             let told = self.out.recording.take().map(|recording| recording.told());
-            self.tell_written(context, ended, told.unwrap_or_default().dropped);
+            let remarks = told.unwrap_or_default().remarks();
+            self.tell_written(context, ended, &remarks);
         }
         Ok(())
     }
 
-    fn tell_written(&mut self, context: &egui::Context, ended: Result<Written>, dropped: u64) {
+    fn tell_written(&mut self, context: &egui::Context, ended: Result<Written>, remarks: &str) {
         match ended {
             Ok(written) => {
-                let mut text = format!("Saved {written}");
-                if dropped > 0 {
-                    text += &format!("; {dropped} pictures came too fast and were left out");
-                }
+                let text = format!("Saved {written}{remarks}");
                 self.interface.notice(context, text, false);
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
     }
 
-    /// Copies the picture of this frame, if one is being recorded.
+    /// Copies the picture of this frame, if one is being recorded; `drawn` tells it from others.
     pub(super) fn look_on(
         recording: &mut TakeOut,
         rec: &mut myxo::gpu::Recorder,
         picture: &myxo::gpu::Image,
+        drawn: u64,
     ) -> Result<()> {
         match &mut recording.recording {
-            Some(recording) => recording.look(rec, picture),
+            Some(recording) => recording.look(rec, picture, drawn),
             None => Ok(()),
         }
     }

@@ -408,6 +408,15 @@ fn show_dot(ctx: &egui::Context, corner: egui::Pos2, recording: &Recorded) {
                         recording.frames
                     );
                     ui.label(RichText::new(text).monospace());
+                    let repeated = recording.repeated();
+                    if recording.is_mostly_repeated() && recording.seconds > 1.0 {
+                        let text = format!("{repeated} repeated: Film leaves none out");
+                        ui.label(RichText::new(text).color(theme::pending(ui)));
+                    } else if repeated > 0 {
+                        let text =
+                            format!("{} different, {repeated} repeated", recording.different);
+                        ui.label(RichText::new(text).color(theme::weak(ui)));
+                    }
                     if recording.dropped > 0 {
                         let text = format!("{} dropped", recording.dropped);
                         ui.label(RichText::new(text).color(theme::pending(ui)));

@@ -1,6 +1,7 @@
 //! A video of what the window shows, as it shows it: copies of its pictures go through a ring, and another thread writes
 //! them. The simulation waits for neither.
 
+use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -22,10 +23,79 @@ pub struct Recorded {
     pub seconds: f64,
     /// Frames that it has by now.
     pub frames: u64,
+    /// How many of these show another picture than the one before.
+    pub different: u64,
     /// Pictures for which there was no time; those before them are shown in their places.
     pub dropped: u64,
     /// It was stopped, and what is left is being written.
     pub is_ending: bool,
+}
+
+impl Recorded {
+    /// Frames that show the picture before once more.
+    pub fn repeated(&self) -> u64 {
+        self.frames.saturating_sub(self.different)
+    }
+
+    /// Is most of it still?
+    pub fn is_mostly_repeated(&self) -> bool {
+        2 * self.repeated() > self.frames
+    }
+
+    /// What is said of it behind its name.
+    pub fn remarks(&self) -> String {
+        let Self {
+            different, dropped, ..
+        } = *self;
+        let mut text = String::new();
+        if dropped > 0 {
+            text += &format!("; {dropped} pictures came too fast and were left out");
+        }
+        let repeated = self.repeated();
+        if repeated > 0 {
+            text += &format!("; {different} different pictures, {repeated} repeated");
+        }
+        if self.is_mostly_repeated() {
+            text += ". Where the window is slow, Film (Ctrl E) leaves none out";
+        }
+        text
+    }
+}
+
+/// Counts the pictures of a recording that are not the one before once more.
+#[derive(Debug, Default)]
+struct Different {
+    /// The one that was copied last.
+    last: Option<u64>,
+    /// The places of those that are on their way from the device.
+    under_way: VecDeque<u64>,
+    count: u64,
+}
+
+impl Different {
+    /// A picture is on its way to its place.
+    fn copied(&mut self, place: u64, picture: u64) {
+        if self.last.replace(picture) != Some(picture) {
+            self.under_way.push_back(place);
+        }
+    }
+
+    /// The picture of a place is there, and is written or not.
+    fn arrived(&mut self, place: u64, is_written: bool) {
+        if self
+            .under_way
+            .pop_front_if(|first| *first <= place)
+            .is_none()
+        {
+            return;
+        }
+        if is_written {
+            self.count += 1;
+        } else {
+            // It is still another one when it is shown again.
+            self.last = None;
+        }
+    }
 }
 
 /// A recording under way.
@@ -39,6 +109,7 @@ pub struct Recording {
     /// The next picture's place in the film.
     next: u64,
     dropped: u64,
+    different: Different,
     /// Frames, once it was stopped.
     end: Option<u64>,
 }
@@ -61,6 +132,7 @@ impl Recording {
             begun: Instant::now(),
             next: 0,
             dropped: 0,
+            different: Different::default(),
             end: None,
         }
     }
@@ -69,8 +141,8 @@ impl Recording {
         (self.begun.elapsed().as_secs_f64() * f64::from(self.fps)) as u64
     }
 
-    /// Takes the picture that is shown now, if one is due.
-    pub fn look(&mut self, rec: &mut Recorder, picture: &Image) -> Result<()> {
+    /// Takes the picture that is shown now, if one is due; `drawn` is another number for another picture.
+    pub fn look(&mut self, rec: &mut Recorder, picture: &Image, drawn: u64) -> Result<()> {
         self.collect();
         let place = self.place();
         let Some(ring) = &mut self.ring else {
@@ -81,7 +153,9 @@ impl Recording {
         }
         // The first picture is there from the beginning.
         let number = if self.next == 0 { 0 } else { place };
-        if !ring.record(rec, picture, number)? {
+        if ring.record(rec, picture, number)? {
+            self.different.copied(number, drawn);
+        } else {
             self.dropped += 1;
         }
         self.next = place + 1;
@@ -100,9 +174,9 @@ impl Recording {
                 pixels,
                 is_blue_first: self.format == Format::Bgra8Srgb,
             };
-            if !self.encoder.push(frame) {
-                self.dropped += 1;
-            }
+            let is_written = self.encoder.push(frame);
+            self.different.arrived(number, is_written);
+            self.dropped += u64::from(!is_written);
         }
     }
 
@@ -111,6 +185,7 @@ impl Recording {
     pub fn stop(&mut self) {
         self.collect();
         self.ring = None;
+        self.different.under_way.clear();
         let end = self.place().max(self.next);
         self.end = Some(end);
         self.encoder.end(end);
@@ -130,6 +205,7 @@ impl Recording {
                 None => self.begun.elapsed().as_secs_f64(),
             },
             frames,
+            different: self.different.count + self.different.under_way.len() as u64,
             dropped: self.dropped,
             is_ending: self.end.is_some(),
         }
@@ -148,5 +224,48 @@ impl Recording {
     /// Waits for the whole file.
     pub fn wait(self) -> Option<Result<Written>> {
         self.encoder.wait()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_counted_once_however_long_they_stay() {
+        let mut different = Different::default();
+        for (place, picture) in [(0, 7), (1, 7), (2, 8), (3, 8), (4, 9)] {
+            different.copied(place, picture);
+        }
+        for place in 0..4 {
+            different.arrived(place, true);
+        }
+        assert_eq!(different.count, 2);
+        // For want of time the third one is not in it, until it is shown again.
+        different.arrived(4, false);
+        different.copied(5, 9);
+        different.copied(6, 9);
+        different.arrived(5, true);
+        different.arrived(6, true);
+        assert_eq!(different.count, 3);
+    }
+
+    #[test]
+    fn what_is_said_of_a_recording_tells_how_much_of_it_is_repeated() {
+        let recorded = |frames, different, dropped| Recorded {
+            frames,
+            different,
+            dropped,
+            ..Recorded::default()
+        };
+        assert_eq!(recorded(90, 90, 0).remarks(), "");
+        let few = recorded(90, 80, 2).remarks();
+        assert_eq!(
+            few,
+            "; 2 pictures came too fast and were left out; 80 different pictures, 10 repeated"
+        );
+        let many = recorded(158, 12, 0).remarks();
+        assert!(many.starts_with("; 12 different pictures, 146 repeated. "));
+        assert!(many.contains("Film") && !few.contains("Film"), "{many}");
     }
 }

@@ -25,6 +25,7 @@ fn dab(brush: Brush, center: Vec3, radius: f32) -> Dab {
         center,
         radius,
         eye: None,
+        ring: None,
         number: 3,
     }
 }

@@ -78,6 +78,7 @@ impl Simulation {
     ///     center: glam::Vec3::new(0.0, 0.0, radius),
     ///     radius: 0.1 * radius,
     ///     eye: None,
+    ///     ring: None,
     ///     number: 0,
     /// })?;
     /// assert!(painted.count() > 0);

@@ -259,6 +259,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
     harness.facts.out.recording = Some(crate::lab::out::Recorded {
         seconds: 65.0,
         frames: 1950,
+        different: 1900,
         dropped: 3,
         is_ending: false,
     });
@@ -273,6 +274,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
     }
     for words in [
         "1:05  1950 frames",
+        "1900 different, 50 repeated",
         "3 dropped",
         "film_000001.mp4",
         "frame 7",
