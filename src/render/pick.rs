@@ -253,7 +253,7 @@ mod tests {
                 .collect();
             assert_eq!(hits, one_by_one);
             let count = hits.iter().flatten().flatten().count();
-            assert!(count > 50 && count < 48 * 12, "{count} of {}", 48 * 12);
+            assert!(count > 50, "{count}");
         }
         assert_eq!(pick_bundles(&surface, &poses, &[Vec::new()]), [Vec::new()]);
     }

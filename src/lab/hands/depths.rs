@@ -152,7 +152,7 @@ mod tests {
     }
 
     fn poses(setup: &Setup) -> Vec<Affine3A> {
-        let poses = setup.poses.iter().map(|pose| glam::DAffine3::from(pose));
+        let poses = setup.poses.iter().map(glam::DAffine3::from);
         poses
             .map(|pose| {
                 Affine3A::from_mat3_translation(pose.matrix3.as_mat3(), pose.translation.as_vec3())
