@@ -414,9 +414,12 @@ fn wrong_places_and_settings_are_told_before_the_work() {
         "{message}"
     );
     // Nobody has named one, and none can be measured.
-    let message = failed(&["bench", "--out", path(&out), "--up-to=0.5"]);
+    let output = myxo(&["bench", "--out", path(&out), "--up-to=0.5"]);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
-        message.contains("no case of the suite `particles`") && message.contains("it is left out"),
+        message.contains("no case of the suite `particles`")
+            && message.ends_with("myxo: no suite has a case within --up-to 0.5: raise it\n"),
         "{message}"
     );
     let no_scenes = ["bench", "mesh", "--out", path(&out), "--set=atlas.size=512"];

@@ -329,7 +329,7 @@ impl Session {
     /// Measures the network, and tells of it.
     fn measure(&mut self, snapshot: &Snapshot) {
         let network = Network::of(snapshot, self.simulation.setup());
-        let measure = Measure::new(snapshot.step, &network, &self.scene.settings.objects);
+        let measure = Measure::new(snapshot.step, network, &self.scene.settings.objects);
         self.progress.say(&measure.told());
         self.measures.push(measure);
     }

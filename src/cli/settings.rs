@@ -64,6 +64,8 @@ fn shown(value: &Value) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use myxo::scene::Overrides;
 
@@ -87,36 +89,56 @@ mod tests {
     /// Reports of another scene than the present one would be taken for what it takes now: `make bench` measures anew.
     #[test]
     fn recorded_reports_are_of_the_scenes_as_they_are() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
+        let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
         let mut checked = 0;
-        for entry in std::fs::read_dir(folder).expect("it is a folder") {
-            let path = entry.expect("it can be listed").path();
-            if path.extension().is_none_or(|ending| ending != "json") {
-                continue;
+        for folder in [results.clone(), results.join("objects")] {
+            for entry in std::fs::read_dir(folder).expect("it is a folder") {
+                let path = entry.expect("it can be listed").path();
+                if path.extension().is_some_and(|ending| ending == "json") {
+                    checked += check_report(&path);
+                }
             }
-            let report: Value =
-                serde_json::from_slice(&std::fs::read(&path).expect("it can be read"))
-                    .expect("it is JSON");
-            let recorded = &report["settings"];
-            if recorded.is_null() {
-                // Of a program that did not write it yet: its commit tells of which scene it is.
-                continue;
-            }
-            let words = report["command"].as_str().expect("it is text").split(' ');
-            let words: Vec<&str> = words.collect();
-            let set: Vec<&str> = (words.windows(2))
-                .filter(|pair| pair[0] == "--set")
-                .map(|pair| pair[1])
-                .collect();
-            let scene = report["scene"].as_str().expect("it is text");
-            let mut lines = differences(recorded, &of_scene(scene, &set));
-            // Keys that have come since, and how pictures look, take no time of a step.
-            lines.retain(|line| !line.ends_with("which was not set"));
-            lines.retain(|line| !line.starts_with("picture.") && !line.starts_with("camera."));
-            assert!(lines.is_empty(), "{}: {lines:?}", path.display());
-            checked += 1;
         }
         assert!(checked >= 5, "{checked} reports");
+    }
+
+    /// Says how many scenes a report has settings of. Reports of programs that did not write them name their commit.
+    fn check_report(path: &Path) -> usize {
+        let json = std::fs::read(path).expect("it can be read");
+        let report: Value = serde_json::from_slice(&json).expect("it is JSON");
+        // Those that took turns are two.
+        let first = report.get("first").unwrap_or(&report);
+        let command = first["command"].as_str().expect("it is text");
+        let words: Vec<&str> = command.split(' ').collect();
+        let after = |option: &str| -> Vec<&str> {
+            let pairs = words.windows(2).filter(|pair| pair[0] == option);
+            pairs.map(|pair| pair[1]).collect()
+        };
+        let scenes = words.iter().skip(2).zip(words.iter().skip(1));
+        let scenes =
+            scenes.filter(|(word, before)| !word.starts_with("--") && !before.starts_with("--"));
+        let scene = scenes
+            .map(|(word, _)| *word)
+            .next()
+            .expect("it names a scene");
+        let (set, against) = (after("--set"), after("--against"));
+        let second = match against[..] {
+            [key_value] if key_value.contains('=') => Some((scene, [&set[..], &against].concat())),
+            [other] => Some((other, set.clone())),
+            _ => None,
+        };
+        let reports = [(first, Some((scene, set))), (&report["second"], second)];
+        let recorded =
+            (reports.into_iter()).filter_map(|(report, of)| Some((report.get("settings")?, of?)));
+        recorded
+            .map(|(recorded, (scene, set))| {
+                let mut lines = differences(recorded, &of_scene(scene, &set));
+                // Keys that have come since, and how pictures look, take no time of a step.
+                lines.retain(|line| !line.ends_with("which was not set"));
+                lines.retain(|line| !line.starts_with("picture.") && !line.starts_with("camera."));
+                assert!(lines.is_empty(), "{}: {lines:?}", path.display());
+            })
+            .count()
     }
 
     #[test]

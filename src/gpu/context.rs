@@ -77,7 +77,7 @@ pub struct Context {
     pub(crate) hazard_check: bool,
     /// How long it waits at the least.
     timeout: Duration,
-    /// The longest that was allowed on top, nanoseconds.
+    /// What every [`Patience`] that is there allows on top, nanoseconds.
     patience: AtomicU64,
     pub(crate) breadcrumbs: bool,
     pub(crate) debug_capacity: u32,
@@ -94,6 +94,18 @@ pub struct Context {
     /// Freed by `drop` before the device goes.
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pub(crate) device: Device,
+}
+
+/// While it is kept, the device may take longer.
+pub struct Patience {
+    ctx: Arc<Context>,
+    ns: u64,
+}
+
+impl Drop for Patience {
+    fn drop(&mut self) {
+        self.ctx.patience.fetch_sub(self.ns, Ordering::Relaxed);
+    }
 }
 
 impl Context {
@@ -207,11 +219,17 @@ impl Context {
         self.submits.load(Ordering::Relaxed)
     }
 
-    /// Lets what is waited for from now on take so much longer than the options say, because it is known to be much work.
-    /// Of several calls the longest time holds.
-    pub fn wait_longer(&self, by: Duration) {
-        let by = u64::try_from(by.as_nanos()).unwrap_or(u64::MAX);
-        self.patience.fetch_max(by, Ordering::Relaxed);
+    /// Lets what is waited for take so much longer than the options say, a year at the most, because it is known to be much
+    /// work, for as long as the patience is kept.
+    #[must_use]
+    pub fn wait_longer(self: &Arc<Self>, by: Duration) -> Patience {
+        const A_YEAR: u128 = 365 * 86_400 * 1_000_000_000;
+        let ns = by.as_nanos().min(A_YEAR) as u64;
+        self.patience.fetch_add(ns, Ordering::Relaxed);
+        Patience {
+            ctx: self.clone(),
+            ns,
+        }
     }
 
     /// How long the device may take for what it is waited for.

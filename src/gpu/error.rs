@@ -135,7 +135,9 @@ pub(crate) fn advice(kernel: &str) -> &'static str {
         "distance_tiles" | "distance" | "unfold" => {
             "Use a smaller atlas (atlas.size) or a shorter distance.reach, or name fewer objects in distance_to"
         }
-        _ => "Use fewer particles (particles.count) or a smaller atlas (atlas.size)",
+        _ => {
+            "Use fewer particles (particles.count), a smaller atlas (atlas.size) or a smaller picture"
+        }
     }
 }
 

@@ -56,7 +56,7 @@ pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
 pub use buffer_core::BufferCore;
 pub use cache::default_cache_folder;
 pub use clock::Calibration;
-pub use context::{Context, ContextOptions, Limits, devices};
+pub use context::{Context, ContextOptions, Limits, Patience, devices};
 pub use debug::{DebugEntries, DebugEntry, DebugValue};
 pub use error::{GpuError, GpuResult};
 pub use frame::Frames;

@@ -129,12 +129,13 @@ impl Transfer {
 
 /// Waits for a fence, for as long as the context allows.
 pub(crate) fn wait_for(ctx: &Context, fence: vk::Fence, who: &str) -> GpuResult<()> {
-    let nanoseconds = u64::try_from(ctx.timeout().as_nanos()).unwrap_or(u64::MAX);
+    let timeout = ctx.timeout();
+    let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
     // SAFETY: the fence is this device's.
     let waited = unsafe { ctx.device.raw.wait_for_fences(&[fence], true, nanoseconds) };
     match ctx.heard(ctx.is_there().and(waited)) {
         Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
-            seconds: ctx.timeout().as_secs(),
+            seconds: timeout.as_secs(),
             last: format!("it was busy with {who}"),
             advice: advice(""),
         }),

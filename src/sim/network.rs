@@ -6,6 +6,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::setup::Setup;
 use super::snapshot::Snapshot;
@@ -22,7 +23,7 @@ pub const TIMES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 const SMALLEST: u32 = 9;
 
 /// What is said of a network.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Network {
     /// Mean trail over the surface, trail units.
     pub mean_trail: f64,
@@ -39,11 +40,12 @@ pub struct Network {
     /// Shares of the surface with a trail below each of [`TIMES`] times the mean, 0 to 1.
     pub below: [f64; 5],
     /// The same of each object.
+    #[serde(skip)]
     pub objects: Vec<Part>,
 }
 
 /// An object's part of a network.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Particles on it.
     pub particles: u64,
@@ -152,7 +154,7 @@ const AROUND: [(i64, i64); 8] = [
 
 /// What the border of the network adds to its outline at a texel, texel sides: how many of the ways to its eight neighbours
 /// cross it, by Cauchy and Crofton's formula for four directions (Serra, "Image Analysis and Mathematical Morphology", 1982),
-/// which is off by 5 % at the most, and by nothing in the mean over all directions. Each way is looked at from both ends, and
+/// which is off by some 5 % at the most, and by nothing in the mean over all directions. Each way is looked at from both ends, and
 /// counts half from each. Gutters hold what lies across seams.
 fn outline_at(covered: &[bool], texel: u32, atlas: &Atlas) -> f64 {
     let pitch = i64::from(atlas.pitch);
@@ -263,16 +265,18 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
     use crate::mesh::atlas::AtlasOptions;
+    use crate::scene::Scene;
+    use crate::scene::settings::{ObjectSettings, Settings};
 
     /// The network of lines on a ball, `distance` from the nearest of which is given at each of its places.
-    fn on_ball(turn: u64, distance: impl Fn(Vec3) -> f32) -> Network {
+    fn on_ball(turn: u64, gutter: u32, distance: impl Fn(Vec3) -> f32) -> Network {
         let ball = Mesh::builtin("icosphere?subdivisions=4").unwrap();
         let surface = Surface::build(&[(&ball, 1.0)]);
         let atlas = Atlas::build(
             &surface,
             &AtlasOptions {
                 size: 512,
-                gutter: 2,
+                gutter,
                 turn,
                 ..AtlasOptions::default()
             },
@@ -297,10 +301,10 @@ mod tests {
 
     #[test]
     fn lines_on_a_ball_are_measured_and_counted_across_seams() {
-        for turn in [0, 1, 2] {
+        for (turn, gutter) in [(0, 1), (1, 2), (2, 1)] {
             // Two rings that do not meet: the ball's radius is half of the scene's.
             let height = 0.5_f32.asin();
-            let rings = on_ball(turn, |p| (p.y.asin().abs() - height).abs());
+            let rings = on_ball(turn, gutter, |p| (p.y.asin().abs() - height).abs());
             let expected = 4.0 * PI * 0.75_f64.sqrt() / 2.0;
             assert!(
                 (rings.length / expected - 1.0).abs() < 0.02,
@@ -309,7 +313,7 @@ mod tests {
             assert_eq!((rings.pieces, rings.regions), (2, 3), "{turn}: {rings:?}");
             // Three great circles, each across the others: eight octants between them. Each of six crossings takes away
             // twice the lines' width.
-            let circles = on_ball(turn, |p| p.abs().min_element().asin());
+            let circles = on_ball(turn, gutter, |p| p.abs().min_element().asin());
             let width = rings.covered * 4.0 / (4.0 * 0.75_f64.sqrt());
             let expected = (6.0 * PI - 12.0 * width) / 2.0;
             assert!(
@@ -327,14 +331,66 @@ mod tests {
     }
 
     #[test]
+    fn each_object_has_its_own_part() {
+        let settings = Settings {
+            objects: [("cube", [0.0; 3]), ("icosphere", [5.0, 0.0, 0.0])]
+                .map(|(mesh, position)| ObjectSettings {
+                    mesh: format!("builtin:{mesh}"),
+                    position,
+                    ..ObjectSettings::default()
+                })
+                .into(),
+            ..Settings::default()
+        };
+        let scene = Scene::from_settings("two".to_owned(), settings, ".".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let (atlas, surface) = (&setup.atlas, &setup.surface);
+        let area = |object: u32| -> f64 {
+            let owned = (0..atlas.owner.len()).filter(|&texel| atlas.owner[texel] != NONE);
+            let of =
+                |&texel: &usize| surface.triangles[atlas.owner[texel] as usize].object == object;
+            owned
+                .filter(of)
+                .map(|texel| f64::from(atlas.area[texel]))
+                .sum()
+        };
+        // On one of them, all over it.
+        for covered in [0, 1_u32] {
+            let mut snapshot = Snapshot::start(&setup);
+            for (texel, &owner) in atlas.owner.iter().enumerate() {
+                let is_on = |owner: u32| surface.triangles[owner as usize].object == covered;
+                snapshot.trail[texel] = f32::from(u8::from(owner != NONE && is_on(owner)));
+            }
+            let network = Network::of(&snapshot, &setup);
+            let share = area(covered) / (area(0) + area(1));
+            assert!(share < 0.66, "{share}: it is above the threshold");
+            assert!((network.mean_trail - share).abs() < 1e-6, "{network:?}");
+            assert!((network.covered - share).abs() < 1e-6, "{network:?}");
+            let particles = network.objects.iter().map(|part| part.particles);
+            assert_eq!(particles.sum::<u64>(), setup.particles.len() as u64);
+            for (object, part) in (0..).zip(&network.objects) {
+                let all = f64::from(u8::from(object == covered));
+                assert_eq!((part.mean_trail, part.covered), (all, all), "{network:?}");
+                let own = setup.particles.iter().filter(|particle| {
+                    surface.triangles[particle.triangle as usize].object == object
+                });
+                assert_eq!(part.particles, own.count() as u64);
+            }
+            let on = network.objects[covered as usize].particles;
+            let share = on as f64 / setup.particles.len() as f64;
+            assert!((network.on_network - share).abs() < 0.01, "{network:?}");
+        }
+    }
+
+    #[test]
     fn an_even_trail_is_no_network() {
-        let even = on_ball(0, |_| 0.01);
+        let even = on_ball(0, 2, |_| 0.01);
         assert!((even.mean_trail - f64::from((-0.25_f32).exp())).abs() < 1e-6);
         assert_eq!(even.below, [0.0, 0.0, even.below[2], 1.0, 1.0]);
         assert_eq!((even.covered, even.length), (0.0, 0.0));
         assert_eq!((even.pieces, even.regions), (0, 1));
         // Nor is none at all.
-        let none = on_ball(0, |_| 9.0);
+        let none = on_ball(0, 2, |_| 9.0);
         assert_eq!(
             (none.mean_trail, none.length, none.covered),
             (0.0, 0.0, 0.0)

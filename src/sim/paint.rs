@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use glam::{DAffine3, DVec2, DVec3, UVec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::kernels::{PaintParams, SummonParams};
@@ -28,6 +28,8 @@ pub const GREATEST: f32 = 1e6;
 const PLACES: u32 = 4096;
 /// Depths at which one dab paints besides its own, at the most.
 pub const MOST_DEPTHS: usize = 3;
+/// Places of a ring at which a viewer looks through it.
+pub const LOOKS: usize = 12;
 /// Texels that one dab may have: what a storage block of every device holds.
 pub(super) const MOST_TEXELS: usize = 1 << 24;
 
@@ -91,6 +93,26 @@ pub struct Ring {
     pub balls: [Option<Ball>; MOST_DEPTHS],
 }
 
+impl Ring {
+    /// Where the looks go through its plane, from its middle, in its radii along [`Ring::axes`]: on two circles, the places of
+    /// one between those of the other.
+    #[must_use]
+    pub fn looks() -> [Vec2; LOOKS] {
+        std::array::from_fn(|k| {
+            let (circle, place) = (k % 2, k / 2);
+            let turn = (place as f32 + 0.5 * circle as f32) / (LOOKS / 2) as f32;
+            [0.5, 0.9][circle] * Vec2::from_angle(turn * std::f32::consts::TAU)
+        })
+    }
+
+    /// Two directions in its plane.
+    #[must_use]
+    pub fn axes(&self) -> [Vec3; 2] {
+        let side = self.normal.any_orthonormal_vector();
+        [side, self.normal.cross(side)]
+    }
+}
+
 /// A ball in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
@@ -98,6 +120,9 @@ pub struct Ball {
     pub center: Vec3,
     /// A world length.
     pub radius: f32,
+    /// At which of [`Ring::looks`] a surface is seen in it, bit by bit: it is painted where one of these is the nearest, and
+    /// not where something before it hides it.
+    pub looks: u32,
 }
 
 /// What a dab has come to.
@@ -361,7 +386,7 @@ struct InObject {
     eye: Option<DVec3>,
     ring: Option<InRing>,
     /// The ring's.
-    balls: Vec<InBall>,
+    balls: Vec<(InBall, u32)>,
     /// Full to the edge.
     is_hard: bool,
 }
@@ -372,22 +397,33 @@ struct InBall {
     radius: f64,
 }
 
-#[derive(Clone, Copy)]
 struct InRing {
     eye: DVec3,
     normal: DVec3,
+    axes: [DVec3; 2],
     middle: DVec3,
     radius: f64,
+    looks: [DVec2; LOOKS],
 }
 
 impl InRing {
-    /// How far from the middle a place is seen, as the square of a share of the radius.
-    fn share(&self, place: DVec3) -> f64 {
+    /// How far from the middle a place is seen, as the square of a share of the radius; farther than anything if none of
+    /// `looks` is the nearest there.
+    fn share(&self, place: DVec3, looks: u32) -> f64 {
         let way = place - self.eye;
         let along = self.normal.dot(self.middle - self.eye) / self.normal.dot(way);
-        let seen = self.eye + along * way;
-        if along > 0.0 {
-            seen.distance_squared(self.middle) / (self.radius * self.radius)
+        let from_middle = (self.eye + along * way - self.middle) / self.radius;
+        let seen = DVec2::from_array(self.axes.map(|axis| axis.dot(from_middle)));
+        // At the middle itself the dab's own ball is seen.
+        let mut nearest = (seen.length_squared(), false);
+        for (k, look) in self.looks.iter().enumerate() {
+            let apart = seen.distance_squared(*look);
+            if apart < nearest.0 {
+                nearest = (apart, looks >> k & 1 == 1);
+            }
+        }
+        if along > 0.0 && nearest.1 {
+            seen.length_squared()
         } else {
             f64::INFINITY
         }
@@ -412,13 +448,20 @@ impl InObject {
         Self {
             ball: ball(dab.center, dab.radius),
             eye: dab.eye.map(to_object).filter(|_| !is_open()),
-            ring: dab.ring.map(|ring| InRing {
-                eye: to_object(ring.eye),
-                normal: object_from_world.transform_vector3(ring.normal.as_dvec3()),
-                middle: to_object(dab.center),
-                radius: f64::from(dab.radius),
+            ring: dab.ring.map(|ring| {
+                let turned = |way: Vec3| object_from_world.transform_vector3(way.as_dvec3());
+                InRing {
+                    eye: to_object(ring.eye),
+                    normal: turned(ring.normal),
+                    axes: ring.axes().map(turned),
+                    middle: to_object(dab.center),
+                    radius: f64::from(dab.radius),
+                    looks: Ring::looks().map(Vec2::as_dvec2),
+                }
             }),
-            balls: balls.map(|own| ball(own.center, own.radius)).collect(),
+            balls: balls
+                .map(|own| (ball(own.center, own.radius), own.looks))
+                .collect(),
             is_hard: dab.brush == Brush::NoGo,
         }
     }
@@ -426,8 +469,9 @@ impl InObject {
     /// Those that a triangle owns and the dab touches.
     fn texels_of(&self, setup: &Setup, triangle: u32) -> Vec<DabTexel> {
         let mut texels = self.texels_in(setup, triangle, self.ball, None);
-        for ball in &self.balls {
-            texels.extend(self.texels_in(setup, triangle, *ball, self.ring));
+        for &(ball, looks) in &self.balls {
+            let ring = self.ring.as_ref().map(|ring| (ring, looks));
+            texels.extend(self.texels_in(setup, triangle, ball, ring));
         }
         if !self.balls.is_empty() {
             // Where balls overlap, the dab is as strong as in one of them.
@@ -443,13 +487,13 @@ impl InObject {
         texels
     }
 
-    /// Those of a triangle in one ball, and seen through a ring if there is one.
+    /// Those of a triangle in one ball, and seen by some of the looks through a ring if there is one.
     fn texels_in(
         &self,
         setup: &Setup,
         triangle: u32,
         ball: InBall,
-        ring: Option<InRing>,
+        ring: Option<(&InRing, u32)>,
     ) -> Vec<DabTexel> {
         let surface = &setup.surface;
         let corners = surface.corners[triangle as usize];
@@ -503,7 +547,7 @@ impl InObject {
                 let (_, u, v) = point.expect("a triangle owns it");
                 let place = a + f64::from(u) * ab + f64::from(v) * ac;
                 let share = place.distance_squared(ball.center) / (ball.radius * ball.radius);
-                let share = ring.map_or(share, |ring| share.max(ring.share(place)));
+                let share = ring.map_or(share, |(ring, looks)| share.max(ring.share(place, looks)));
                 if share < 1.0 {
                     let weight = if self.is_hard {
                         1.0

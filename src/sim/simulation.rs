@@ -25,7 +25,7 @@ use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, arranged};
 use super::types::{Physarum, Pose};
 use crate::error::{Error, Result};
-use crate::gpu::{Context, DeviceInfo, Recorder};
+use crate::gpu::{Context, DeviceInfo, Patience, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::restarting;
@@ -38,6 +38,8 @@ use painting::Painter;
 /// A scene that grows, step by step.
 pub struct Simulation {
     ctx: Arc<Context>,
+    /// For distances that are known to take long.
+    patience: Patience,
     setup: Arc<Setup>,
     settings: Settings,
     constants: StepConstants,
@@ -98,11 +100,9 @@ impl Simulation {
     pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
         let paths = TexelPaths::of(ctx.info(), setup.atlas.texel_count() as u64);
         let constants = StepConstants::new(&scene.settings, paths);
-        ctx.wait_longer(for_distances(
-            &setup.distance,
-            scene.settings.distance.method,
-        ));
+        let patience = for_distances(&setup.distance, scene.settings.distance.method);
         Ok(Self {
+            patience: ctx.wait_longer(patience),
             kernels: Kernels::new(ctx, &constants)?,
             state: State::new(ctx, &scene.settings, &setup)?,
             ctx: ctx.clone(),
@@ -299,10 +299,8 @@ impl Simulation {
         if raster.is_some() || !settings.uses_raster() {
             self.state.raster = raster;
         }
-        (self.ctx).wait_longer(for_distances(
-            &self.setup.distance,
-            settings.distance.method,
-        ));
+        let patience = for_distances(&self.setup.distance, settings.distance.method);
+        self.patience = self.ctx.wait_longer(patience);
         self.settings = settings.clone();
         // The last step's pose stays where it was; the next step comes by the new rate.
         self.movement.set_dt(settings.time.dt, self.last_step());

@@ -95,7 +95,6 @@ impl Bench {
             up_to: self.up_to.unwrap_or(f64::INFINITY),
             set: self.set.clone(),
         };
-        let mut too_large = None;
         for suite in std::mem::take(&mut suites) {
             match self.check(suite, &extent)? {
                 None => {
@@ -105,13 +104,15 @@ impl Bench {
                 // Of suites that nobody has named those are measured that can be.
                 Some(why) if self.suites.is_empty() => {
                     console::message(&format!("{why}: it is left out"));
-                    too_large = Some(why);
                 }
                 Some(why) => return Err(Error::Invalid(why)),
             }
         }
-        if let (true, Some(why)) = (suites.is_empty(), too_large) {
-            return Err(Error::Invalid(why));
+        if suites.is_empty() {
+            return Err(Error::Invalid(format!(
+                "no suite has a case within --up-to {}: raise it",
+                extent.up_to
+            )));
         }
         interrupt::install()?;
         let needs_device = suites.iter().any(|s| !matches!(s.work, Work::Meshes));

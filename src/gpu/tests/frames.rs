@@ -211,8 +211,9 @@ fn what_is_known_to_take_long_is_waited_for() {
     let Some(ctx) = context_with(options) else {
         return;
     };
-    ctx.wait_longer(Duration::from_secs(600));
-    ctx.wait_longer(Duration::ZERO);
+    let patience = ctx.wait_longer(Duration::from_secs(600));
+    drop(ctx.wait_longer(Duration::MAX));
+    assert_eq!(ctx.timeout(), Duration::from_millis(600_001));
     let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
     let count = 4096;
     let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
@@ -223,6 +224,8 @@ fn what_is_known_to_take_long_is_waited_for() {
     rec.dispatch(&spin, threads, values, SpinParams { count, rounds });
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
+    drop(patience);
+    assert_eq!(ctx.timeout(), Duration::from_millis(1));
     assert_silent(&ctx);
 }
 

@@ -9,12 +9,12 @@ use myxo::sim::paint::{Ball, Dab, MOST_DEPTHS, Ring};
 
 use super::overlay::normal_towards;
 
-/// Where it is looked through a ring: so many places on circles of these shares of its radius.
-const PLACES: usize = 6;
-const CIRCLES: [f32; 2] = [0.5, 0.9];
 /// What is seen farther than this from a ring's middle lies off the dab's ball, as a share of its radius: places on smooth
 /// surfaces that are seen from the side come beyond 1.
 const OFF: f32 = 1.2;
+/// So much larger than the ring the balls are, so that places of one depth lie in them up to the ring's edge, also half a
+/// radius nearer or farther than their middle.
+const WIDER: f32 = 1.12;
 
 /// The dabs of one frame's stroke, through the rings that are drawn round those pixels whose rays these are. Where a ring
 /// is all of one smooth surface, its dab is one ball.
@@ -46,7 +46,9 @@ pub fn dabs_seen(
     let hits = pick_bundles(surface, poses, &through);
     let seen = dabs.into_iter().zip(rings).zip(hits);
     seen.map(|((mut dab, mut ring), hits)| {
-        let places: Vec<Vec3> = hits.iter().flatten().map(|hit| hit.position).collect();
+        let places: Vec<Option<Vec3>> = (hits.iter())
+            .map(|hit| hit.map(|hit| hit.position))
+            .collect();
         ring.balls = balls(&dab, ring.eye, &places);
         dab.ring = ring.balls[0].is_some().then_some(ring);
         dab
@@ -63,54 +65,54 @@ fn normal_at(surface: &Surface, poses: &[Affine3A], hit: &Hit, eye: Vec3) -> Vec
     normal_towards(corners, eye)
 }
 
-/// The ways from the eye through a ring's plane.
+/// The looks from the eye through a ring's plane.
 fn through(dab: &Dab, ring: &Ring) -> Vec<Ray> {
-    let side = ring.normal.any_orthonormal_vector();
-    let other = ring.normal.cross(side);
-    let mut rays = Vec::with_capacity(CIRCLES.len() * PLACES);
-    for (i, share) in CIRCLES.into_iter().enumerate() {
-        for k in 0..PLACES {
-            // The places of one circle are between those of the other.
-            let turn = (k as f32 + 0.5 * i as f32) / PLACES as f32;
-            let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
-            let place = dab.center + share * dab.radius * (cos * side + sin * other);
-            rays.push(Ray {
+    let [side, other] = ring.axes();
+    let looks = Ring::looks().into_iter();
+    looks
+        .map(|look| {
+            let place = dab.center + dab.radius * (look.x * side + look.y * other);
+            Ray {
                 origin: ring.eye,
                 direction: (place - ring.eye).normalize_or(Vec3::Z),
-            });
-        }
-    }
-    rays
+            }
+        })
+        .collect()
 }
 
 /// Balls for the places that are seen through a ring and do not lie in the dab's own: behind each other on the way through
-/// its middle, and as large as the ring is seen there. Of more than there may be, those that most places ask for.
-fn balls(dab: &Dab, eye: Vec3, places: &[Vec3]) -> [Option<Ball>; MOST_DEPTHS] {
+/// its middle, and as large as the ring is seen there. Of more than there may be, those that most places ask for. There is a
+/// place for each look, if it meets anything.
+fn balls(dab: &Dab, eye: Vec3, places: &[Option<Vec3>]) -> [Option<Ball>; MOST_DEPTHS] {
     let to_middle = dab.center - eye;
     let (way, middle) = (to_middle.normalize_or(Vec3::Z), to_middle.length());
     let radius_at = |depth: f32| dab.radius * depth / middle;
-    let mut depths: Vec<f32> = (places.iter())
-        .filter(|place| place.distance(dab.center) > OFF * dab.radius)
-        .map(|place| (*place - eye).dot(way))
-        .filter(|depth| *depth > 0.0)
+    let met = (0..)
+        .zip(places)
+        .filter_map(|(look, place)| Some((look, (*place)?)));
+    let mut depths: Vec<(u32, f32)> = met
+        .filter(|(_, place)| place.distance(dab.center) > OFF * dab.radius)
+        .map(|(look, place)| (look, (place - eye).dot(way)))
+        .filter(|(_, depth)| *depth > 0.0)
         .collect();
-    depths.sort_by(f32::total_cmp);
+    depths.sort_by(|a, b| a.1.total_cmp(&b.1));
     // Those within one radius share a ball.
-    let mut groups: Vec<&[f32]> = Vec::new();
+    let mut groups: Vec<&[(u32, f32)]> = Vec::new();
     let mut rest = &depths[..];
-    while let Some(first) = rest.first() {
+    while let Some((_, first)) = rest.first() {
         let end = first + radius_at(*first);
-        let (group, farther) = rest.split_at(rest.partition_point(|depth| *depth <= end));
+        let (group, farther) = rest.split_at(rest.partition_point(|(_, depth)| *depth <= end));
         groups.push(group);
         rest = farther;
     }
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     let mut balls = [None; MOST_DEPTHS];
     for (ball, group) in balls.iter_mut().zip(groups) {
-        let depth = group.iter().sum::<f32>() / group.len() as f32;
+        let depth = group.iter().map(|(_, depth)| depth).sum::<f32>() / group.len() as f32;
         *ball = Some(Ball {
             center: eye + depth * way,
-            radius: radius_at(depth),
+            radius: WIDER * radius_at(depth),
+            looks: group.iter().fold(0, |looks, (look, _)| looks | 1 << look),
         });
     }
     balls
@@ -182,11 +184,12 @@ mod tests {
         dab
     }
 
-    /// How strongly each of two objects is painted, all of it together, and the farthest texel from a pixel.
-    fn painted(setup: &Setup, camera: &Camera, dab: &Dab) -> ([f32; 2], f32) {
+    /// How strongly each of two objects is painted, all of it together, the farthest texel from the middle's pixel, and the
+    /// pixel of the second object's that is farthest to the left.
+    fn painted(setup: &Setup, camera: &Camera, dab: &Dab) -> ([f32; 2], f32, f32) {
         let poses = poses(setup);
         let middle = camera.pixel(dab.center, SIZE).unwrap();
-        let (mut sums, mut farthest) = ([0.0; 2], 0.0_f32);
+        let (mut sums, mut farthest, mut leftmost) = ([0.0; 2], 0.0_f32, f32::MAX);
         for texel in dab.texels(setup, &setup.poses).unwrap() {
             sums[texel.object as usize] += texel.weight;
             let (triangle, u, v) = setup.atlas.surface_point_of(texel.texel).unwrap();
@@ -196,8 +199,11 @@ mod tests {
             let place = poses[texel.object as usize].transform_point3(place);
             let pixel = camera.pixel(place, SIZE).unwrap();
             farthest = farthest.max(pixel.distance(middle));
+            if texel.object == 1 {
+                leftmost = leftmost.min(pixel.x);
+            }
         }
-        (sums, farthest)
+        (sums, farthest, leftmost)
     }
 
     fn camera() -> Camera {
@@ -228,16 +234,23 @@ mod tests {
         // Left of the edge the ring's middle is in front, right of it behind.
         for (middle, hit) in [(-0.05, 0), (0.05, 1)] {
             let dab = seen(&setup, &camera, edge + middle * Vec3::X);
-            let (sums, farthest) = painted(&setup, &camera, &dab);
+            let (sums, farthest, leftmost) = painted(&setup, &camera, &dab);
             assert!(sums[0] > 20.0 && sums[1] > 20.0, "{hit}: {sums:?}");
             assert!(
                 farthest < 1.05 * RADIUS,
                 "{farthest} pixels from the middle"
             );
             let alone = Dab { ring: None, ..dab };
-            let (alone, _) = painted(&setup, &camera, &alone);
+            let (alone, ..) = painted(&setup, &camera, &alone);
             assert_eq!(alone[1 - hit], 0.0, "the ball alone does not reach it");
             assert!((sums[hit] - alone[hit]).abs() < 1e-3, "not twice");
+            if hit == 0 {
+                let edge = camera.pixel(edge, SIZE).unwrap().x;
+                assert!(
+                    leftmost > edge - 0.4 * RADIUS,
+                    "what the front hides is left alone"
+                );
+            }
             let balls = dab.ring.map(|ring| ring.balls.iter().flatten().count());
             assert_eq!(balls, Some(1), "places of one depth share a ball");
         }
@@ -270,15 +283,16 @@ mod tests {
             number: 0,
         };
         let depths = [10.2, 12.0, 12.4, 12.8, 20.0, 20.5, 30.0, 40.0, 40.1];
-        let places = depths.map(|depth| Vec3::new(0.0, 0.5, -depth));
-        let found = balls(&dab, Vec3::ZERO, &places).map(|ball| {
-            let ball = ball.unwrap();
-            (-ball.center.z, ball.radius)
-        });
-        for ((depth, radius), wanted) in found.into_iter().zip([12.4, 20.25, 40.05]) {
-            assert!((depth - wanted).abs() < 1e-3 && (radius - 0.1 * wanted).abs() < 1e-3);
+        let places = depths.map(|depth| Some(Vec3::new(0.0, 0.5, -depth)));
+        let found = balls(&dab, Vec3::ZERO, &places).map(|ball| ball.unwrap());
+        for (ball, (wanted, looks)) in
+            (found.into_iter()).zip([(12.4, 0b1110), (20.25, 0b11_0000), (40.05, 0b1_1000_0000)])
+        {
+            assert!((-ball.center.z - wanted).abs() < 1e-3);
+            assert!((ball.radius - WIDER * 0.1 * wanted).abs() < 1e-3);
+            assert_eq!(ball.looks, looks);
         }
-        let near = [Vec3::new(0.3, 0.5, -10.2); 12];
+        let near = [Some(Vec3::new(0.3, 0.5, -10.2)); 12];
         assert_eq!(balls(&dab, Vec3::ZERO, &near), [None; MOST_DEPTHS]);
     }
 }

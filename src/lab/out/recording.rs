@@ -91,7 +91,7 @@ impl Different {
         }
         if is_written {
             self.count += 1;
-        } else {
+        } else if self.under_way.is_empty() {
             // It is still another one when it is shown again.
             self.last = None;
         }
@@ -248,6 +248,15 @@ mod tests {
         different.arrived(5, true);
         different.arrived(6, true);
         assert_eq!(different.count, 3);
+        // If another one is under way when one is lost, that one counts once.
+        for (place, picture) in [(7, 10), (8, 11)] {
+            different.copied(place, picture);
+        }
+        different.arrived(7, false);
+        different.copied(9, 11);
+        different.arrived(8, true);
+        different.arrived(9, true);
+        assert_eq!(different.count, 4);
     }
 
     #[test]
