@@ -72,6 +72,10 @@ impl Opening {
     /// Paths of pictures count from this folder.
     pub fn count_from(&mut self, scene: &Path) {
         self.scene = scene.to_owned();
+        // The row that a picture was to be chosen for is another scene's.
+        if self.mask.take().is_some() {
+            self.dialog = None;
+        }
     }
 
     fn open(&mut self, ctx: &egui::Context, kind: &str, mask: Option<String>) {
@@ -189,9 +193,6 @@ impl Interface {
         if let Some(mask) = mask_of(&mut self.edited, key) {
             *mask = as_written(&path, &self.opening.scene);
             commands.push(Command::Apply);
-        }
-        if let Some(folder) = path.parent() {
-            self.opening.begin_in(folder);
         }
     }
 }
