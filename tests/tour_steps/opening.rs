@@ -118,6 +118,10 @@ fn masks_are_chosen_by_the_dialog() {
     let choose = |rows: &str, word: &str, mask: &str, file: &Path, wanted: &str| {
         lab.find(rows);
         lab.click(word);
+        // What waits for a restart is told above the rows, which move down for that.
+        lab.wait("it waits for a restart", |seen| {
+            seen["places"].get("discard").is_some()
+        });
         lab.click_until(&format!("{mask}:open"), "opening", true);
         type_path(&lab, path(file), false);
         lab.wait("the path is in its row", |seen| {
