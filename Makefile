@@ -95,6 +95,7 @@ pictures: ## draw the README's other pictures (ten minutes)
 	$(DRAW) gyroid --steps 200 --size 600x450 --out $(PICTURES)/gyroid.png
 	$(DRAW) cube --preset cells --steps 300 --size 600x450 --out $(PICTURES)/cube.png
 	$(DRAW) oats --steps 300 --set camera.target=[0,-0.1,0] --size 900x600 --out $(PICTURES)/oats.png
+	$(DRAW) maze --steps 1000 --size 600x560 --out $(PICTURES)/maze.png
 	$(DRAW) suzanne --view charts --size 768x768 --out $(PICTURES)/suzanne_charts.png
 	$(MYXO) atlas suzanne --size 768 --out $(PICTURES)/suzanne_atlas.png
 

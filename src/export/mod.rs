@@ -31,6 +31,8 @@ use crate::render::View;
 use crate::render::output::Written;
 use crate::scene::Scene;
 use crate::scene::motion::MotionSettings;
+use crate::scene::settings::AreaSettings;
+use crate::sim::areas::keep_beside;
 use crate::sim::checkpoint::Checkpoint;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
@@ -137,11 +139,16 @@ impl<'a> Export<'a> {
         }
     }
 
-    /// The scene at this state as a scene file: every key, objects where they are and on their way. Particles and trail
-    /// are not in it; checkpoints keep those.
+    /// The scene at this state as a scene file: every key, objects where they are and on their way. Particles, trail and
+    /// areas that were painted are not in it; checkpoints keep those, and [`ExportFile::write`] puts areas beside it.
     #[must_use]
     pub fn scene_file(&self) -> String {
+        self.scene_file_with(&self.scene.settings.areas)
+    }
+
+    fn scene_file_with(&self, areas: &AreaSettings) -> String {
         let mut scene = self.scene.clone();
+        scene.settings.areas.clone_from(areas);
         let mut objects = scene.settings.objects.iter();
         if objects.any(|object| !object.motion.is_still()) {
             scene.settings.time.start = self.time as f32;
@@ -313,18 +320,27 @@ impl ExportFile {
         watch: &Watch,
     ) -> Result<Written> {
         let path = self.path().to_owned();
+        let mut files = vec![path.clone()];
+        let scene_file = match self.format {
+            Format::Toml => {
+                let (areas, map) = keep_beside(&path, &export.snapshot.bias, &export.setup.atlas)?;
+                files.extend(map);
+                Some(export.scene_file_with(&areas))
+            }
+            _ => None,
+        };
         let whole = || -> io::Result<()> {
             let file = Watched::new(self.file, watch);
             let mut out = BufWriter::with_capacity(1 << 20, file);
-            export.write(self.format, colors, &mut out)?;
+            match scene_file {
+                Some(text) => out.write_all(text.as_bytes())?,
+                None => export.write(self.format, colors, &mut out)?,
+            }
             out.into_inner()?.into_inner().finish()?;
             Ok(())
         };
         whole().map_err(failure(&path))?;
-        Ok(Written {
-            files: vec![path],
-            frames: 1,
-        })
+        Ok(Written { files, frames: 1 })
     }
 }
 

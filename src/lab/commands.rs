@@ -1,14 +1,16 @@
 //! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::presets::is_preset;
-use myxo::scene::settings::Settings;
+use myxo::scene::settings::{AreaSettings, ObjectStart, Settings, Start};
 use myxo::scene::{Overrides, Scene};
+use myxo::sim::areas::{keep_beside, write_mask};
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::paint::Repainted;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
@@ -17,11 +19,14 @@ use super::interface::Interface;
 use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};
 use super::lost::is_loss;
-use super::out::put_look;
+use super::out::{Reserved, put_look};
 use super::saving::save_scene;
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
+
+/// Why nobody can begin on painted areas.
+const NOTHING_ATTRACTS: &str = "Nothing attracts yet: paint where particles are to begin, then press it again";
 
 impl Lab {
     /// Does what the interface asks for.
@@ -50,13 +55,7 @@ impl Lab {
                     navigation.fly_to(hit.position, view);
                 }
             }
-            Command::Copy => {
-                if let Some(text) = self.scene_text() {
-                    context.copy_text(text);
-                    self.interface
-                        .notice(context, "The scene is in the clipboard", false);
-                }
-            }
+            Command::Copy => self.copy(context),
             Command::CopyLook => self.copy_look(context),
             Command::SavePreset(name) => self.save_preset(context, &name),
             Command::RemovePreset(name) => self.remove_preset(context, &name),
@@ -134,8 +133,13 @@ impl Lab {
 
     /// The scene as it is edited and looked at, as a scene file; none before there is one.
     pub(super) fn scene_text(&self) -> Option<String> {
+        self.scene_text_with(&self.interface.edited.areas)
+    }
+
+    fn scene_text_with(&self, areas: &AreaSettings) -> Option<String> {
         let mut scene = self.scene()?.clone();
         scene.settings = self.interface.edited.clone();
+        scene.settings.areas.clone_from(areas);
         for object in &mut scene.settings.objects {
             // The text may be read anywhere.
             if !object.mesh.starts_with("builtin:") {
@@ -147,13 +151,19 @@ impl Lab {
         Some(scene.to_toml())
     }
 
-    /// What is to be said of a scene file, if anything, for what it does not have.
-    fn without_painted(&self) -> &'static str {
-        if self.has_painted() {
-            ", without the areas that were painted: scene files have none, checkpoints keep them"
-        } else {
-            ""
-        }
+    /// The same for a file of this path, with painted areas in a map beside it. Gives that file's path, too.
+    fn scene_text_at(&self, file: &Path) -> Result<(String, Option<PathBuf>)> {
+        let areas = &self.interface.edited.areas;
+        let (areas, map) = match &self.stage {
+            // Another map that waits for a restart is what is wanted.
+            Some(stage) if *areas == stage.simulation.settings().areas => {
+                let bias = stage.simulation.areas()?;
+                keep_beside(file, &bias, &stage.simulation.setup().atlas)?
+            }
+            _ => (areas.clone(), None),
+        };
+        let text = self.scene_text_with(&areas).unwrap_or_default();
+        Ok((text, map))
     }
 
     /// Was something painted that stays?
@@ -161,20 +171,89 @@ impl Lab {
         (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some())
     }
 
-    fn save(&mut self, context: &egui::Context) {
-        let Some(text) = self.scene_text() else {
+    fn copy(&mut self, context: &egui::Context) {
+        let (Some(text), Some(stage)) = (self.scene_text(), &self.stage) else {
             return;
         };
-        let without = self.without_painted();
+        context.copy_text(text);
+        let has_all = stage.simulation.areas();
+        let has_all = has_all.is_ok_and(|bias| bias == stage.simulation.setup().bias);
+        let without = if has_all {
+            ""
+        } else {
+            ", without the areas that were painted: files of scenes have them (Ctrl S)"
+        };
+        let text = format!("The scene is in the clipboard{without}");
+        self.interface.notice(context, text, false);
+    }
+
+    fn save(&mut self, context: &egui::Context) {
+        if self.scene().is_none() {
+            return;
+        }
         let folder = PathBuf::from(self.interface.out.folder.trim());
-        match save_scene(&folder, &self.name, &text) {
+        let mut map = None;
+        let saved = save_scene(&folder, &self.name, |file| {
+            let (text, beside) = self.scene_text_at(file)?;
+            map = beside;
+            Ok(text)
+        });
+        match saved {
             Ok(path) => {
                 self.interface.saved(Some(self.interface.state_to_save()));
-                let text = format!("Saved {}{without}", path.display());
+                let map = map.as_ref().and_then(|map| map.file_name());
+                let with = map.map(|map| format!(", with painted areas in {}", map.display()));
+                let text = format!("Saved {}{}", path.display(), with.unwrap_or_default());
                 self.interface.notice(context, text, false);
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
+    }
+
+    /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.
+    pub(super) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+        let begun = self.begin_on_painted(context);
+        match begun {
+            Err(error) if is_loss(&error) => Err(error),
+            Err(error) => {
+                self.interface.notice(context, error.to_string(), true);
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+        self.paint_now(context)?;
+        let Some(stage) = &mut self.stage else {
+            return Ok(());
+        };
+        let bias = stage.simulation.areas()?;
+        let folder = PathBuf::from(self.interface.out.folder.trim());
+        let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
+        let atlas = &stage.simulation.setup().atlas;
+        let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
+            return Err(Error::Invalid(NOTHING_ATTRACTS.to_owned()));
+        };
+        let taken = texels.into_iter().map(|texel| Repainted {
+            texel,
+            before: bias[texel as usize],
+            after: 0.0,
+        });
+        self.take_away(taken.collect())?;
+        let particles = &mut self.interface.edited.particles;
+        particles.start = Start::Mask;
+        particles.start_object.clear();
+        let mask = std::path::absolute(name.path());
+        let mask = mask.unwrap_or_else(|_| name.path().to_owned());
+        particles.start_mask = mask.to_string_lossy().into_owned();
+        for object in &mut self.interface.edited.objects {
+            object.start.place = ObjectStart::Scene;
+        }
+        let text = format!("All begin where it attracted: {}", name.path().display());
+        self.interface.notice(context, text, false);
+        self.restart();
+        Ok(())
     }
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
@@ -199,11 +278,13 @@ impl Lab {
 
     /// Keeps the scene that is about to be left, if something of it has no file.
     fn keep_left(&mut self) -> Option<Result<PathBuf>> {
-        if !self.interface.is_unsaved() {
+        if !self.interface.is_unsaved() || self.scene().is_none() {
             return None;
         }
-        let text = self.scene_text()?;
-        Some(self.interface.left.keep(&self.name, &text))
+        let mut left = std::mem::take(&mut self.interface.left);
+        let kept = left.keep(&self.name, |file| Ok(self.scene_text_at(file)?.0));
+        self.interface.left = left;
+        Some(kept)
     }
 
     /// At the end, on the terminal.
@@ -211,10 +292,9 @@ impl Lab {
         let text = match self.keep_left() {
             None => return,
             Some(Ok(file)) => format!(
-                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery{}",
+                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery",
                 self.name,
                 file.display(),
-                self.without_painted()
             ),
             Some(Err(error)) => error.to_string(),
         };
@@ -301,16 +381,13 @@ impl Lab {
         self.out.leave_stage();
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
-        self.carry_over(&mut stage)?;
         let is_new_scene = origin != Origin::Shown;
+        let has_same_texels = !is_new_scene && self.carry_over(&mut stage)?;
         let left = is_new_scene.then(|| self.keep_left()).flatten();
         let mut is_error = false;
         let mut texts: Vec<String> = left
             .map(|left| match left {
-                Ok(_) => {
-                    let without = self.without_painted();
-                    format!("{} as you left it is in the gallery{without}", self.name)
-                }
+                Ok(_) => format!("{} as you left it is in the gallery", self.name),
                 Err(error) => {
                     is_error = true;
                     error.to_string()
@@ -346,7 +423,9 @@ impl Lab {
         }
         self.clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
-        self.forget_strokes();
+        if !has_same_texels {
+            self.forget_strokes();
+        }
         self.runs_again();
         if let Some(checks) = &mut self.checks {
             checks.restart();

@@ -27,7 +27,7 @@ macro_rules! pictures {
 /// The small pictures, as `make gallery` draws them.
 static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
-    "oats", "crowd", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores",
+    "oats", "crowd", "maze", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores",
     "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 

@@ -366,12 +366,12 @@ impl Interface {
     }
 
     /// Everything as it is now, for [`Interface::saved`] once a file has it.
-    pub fn state_to_save(&self) -> undo::State {
-        undo::State::of(&self.edited, &self.view)
+    pub fn state_to_save(&self) -> undo::Entry {
+        self.undo.to_save(&self.edited, &self.view)
     }
 
     /// A file has everything as it was then; with none, no file has anything of it.
-    pub fn saved(&mut self, then: Option<undo::State>) {
+    pub fn saved(&mut self, then: Option<undo::Entry>) {
         self.undo.saved(then);
     }
 

@@ -6,6 +6,8 @@ use std::time::SystemTime;
 
 use myxo::{Error, Result};
 
+use myxo::sim::areas::map_beside;
+
 use super::saving::save_scene;
 
 /// Files that are kept; the oldest go.
@@ -59,8 +61,12 @@ impl LeftScenes {
         &self.all
     }
 
-    /// Keeps a scene's text.
-    pub fn keep(&mut self, name: &str, text: &str) -> Result<PathBuf> {
+    /// Keeps a scene's text, which may have a map of areas beside it.
+    pub fn keep(
+        &mut self,
+        name: &str,
+        text: impl FnOnce(&Path) -> Result<String>,
+    ) -> Result<PathBuf> {
         let Some(folder) = &self.folder else {
             return Err(Error::Invalid(format!(
                 "{name} as you left it is not kept: there is no folder for your data (is HOME set?)"
@@ -73,7 +79,8 @@ impl LeftScenes {
         let first = place.map_or(0, |place| place + 1);
         self.all[..first].rotate_right(usize::from(first > 0));
         for old in self.all.drain(MOST.min(self.all.len())..) {
-            // Another window may have removed it.
+            // Another window may have removed them.
+            let _ = fs::remove_file(map_beside(&old.file));
             let _ = fs::remove_file(old.file);
         }
         Ok(file)
@@ -121,7 +128,11 @@ mod tests {
         assert!(left.all().is_empty());
         for seed in 0..MOST + 3 {
             let name = if seed % 2 == 0 { "a_b" } else { "c" };
-            let file = left.keep(name, &format!("seed = {seed}\n")).unwrap();
+            let file = left.keep(name, |file| {
+                fs::write(map_beside(file), "a map").unwrap();
+                Ok(format!("seed = {seed}\n"))
+            });
+            let file = file.unwrap();
             assert_eq!(left.all()[0].file, file, "the last one comes first");
             assert_eq!(left.all()[0].name, name);
             // Times are told apart.
@@ -137,15 +148,17 @@ mod tests {
             .map(|left| fs::read_to_string(&left.file).unwrap());
         let wanted = (3..MOST + 3).rev().map(|seed| format!("seed = {seed}\n"));
         assert!(texts.eq(wanted));
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), MOST + 2);
+        // Each has its map.
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2 * MOST + 2);
 
         // The oldest is shown again and another one is left: it is not that one that goes.
         let oldest = left.all().last().unwrap().clone();
         LeftScenes::opened(&oldest);
-        left.keep("c", "").unwrap();
+        left.keep("c", |_| Ok(String::new())).unwrap();
         assert!(oldest.file.exists() && left.all().len() == MOST);
 
-        let error = LeftScenes::default().keep("torus", "").unwrap_err();
+        let error = LeftScenes::default().keep("torus", |_| Ok(String::new()));
+        let error = error.unwrap_err();
         assert!(error.to_string().contains("torus"), "{error}");
     }
 }

@@ -92,8 +92,10 @@ impl Lab {
             return Some(Ok(path));
         }
         let folder = PathBuf::from(self.interface.out.folder.trim());
-        let saved = save_scene(&folder, &self.name, &text)
-            .or_else(|error| self.interface.left.keep(&self.name, &text).or(Err(error)));
+        let saved = save_scene(&folder, &self.name, |_| Ok(text.clone())).or_else(|error| {
+            let left = &mut self.interface.left;
+            left.keep(&self.name, |_| Ok(text.clone())).or(Err(error))
+        });
         Some(saved.map(|path| {
             self.interface.saved(Some(self.interface.state_to_save()));
             let path = std::path::absolute(&path).unwrap_or(path);

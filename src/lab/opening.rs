@@ -84,7 +84,7 @@ impl Opening {
         }
         let dialog = self.dialog.get_or_insert_with(|| {
             let made = match &mask {
-                Some(_) => dialog("Open a picture to begin on", MASKS),
+                Some(_) => dialog("Open a picture of the texture", MASKS),
                 None => dialog("Open a file", KINDS),
             };
             Rc::new(made.into())
@@ -199,8 +199,10 @@ impl Interface {
 
 /// The picture that a row names.
 fn mask_of<'a>(settings: &'a mut Settings, key: &str) -> Option<&'a mut String> {
-    if key == "particles.start_mask" {
-        return Some(&mut settings.particles.start_mask);
+    match key {
+        "particles.start_mask" => return Some(&mut settings.particles.start_mask),
+        "areas.map" => return Some(&mut settings.areas.map),
+        _ => {}
     }
     let object = key.strip_prefix("object.")?.strip_suffix(".start.mask")?;
     let object = settings.objects.get_mut(object.parse::<usize>().ok()?)?;
@@ -227,10 +229,11 @@ mod tests {
             objects: vec![ObjectSettings::default(); 2],
             ..Settings::default()
         };
-        for key in ["particles.start_mask", "object.1.start.mask"] {
+        for key in ["particles.start_mask", "object.1.start.mask", "areas.map"] {
             *mask_of(&mut settings, key).unwrap() = key.to_owned();
         }
         assert_eq!(settings.particles.start_mask, "particles.start_mask");
+        assert_eq!(settings.areas.map, "areas.map");
         assert_eq!(settings.objects[0].start.mask, "");
         assert_eq!(settings.objects[1].start.mask, "object.1.start.mask");
         for gone in ["object.2.start.mask", "object.1.mesh"] {

@@ -522,6 +522,7 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("trail", "Trail", true),
     ("feeding", "Feeding", false),
     ("particles", "Particles", false),
+    ("areas", "Areas", false),
     ("time", "Time", false),
     ("distance", "Distances", false),
     ("transfer", "Transfer", false),

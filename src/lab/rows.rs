@@ -223,9 +223,9 @@ pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f6
     taken
 }
 
-/// Does a row hold the path of a picture to begin on?
+/// Does a row hold the path of a picture that is laid over the texture?
 fn names_a_mask(key: &str) -> bool {
-    key.ends_with("start_mask") || key.ends_with("start.mask")
+    key.ends_with("start_mask") || key.ends_with("start.mask") || key == "areas.map"
 }
 
 /// The row whose picture is to be chosen, once.

@@ -8,9 +8,14 @@ use myxo::{Error, Result};
 
 use super::out::Reserved;
 
-/// Saves a scene's text, named after the scene.
-pub fn save_scene(folder: &Path, name: &str, text: &str) -> Result<PathBuf> {
+/// Saves a scene's text, named after the scene. What makes the text knows the file's path, and may put others beside it.
+pub fn save_scene(
+    folder: &Path,
+    name: &str,
+    text: impl FnOnce(&Path) -> Result<String>,
+) -> Result<PathBuf> {
     let name = Reserved::next(folder, name, "toml")?;
+    let text = text(name.path())?;
     let written = WholeFile::create(name.path()).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
         file.finish()
@@ -30,11 +35,11 @@ mod tests {
     #[test]
     fn files_are_numbered_and_nothing_is_overwritten() {
         let folder = tempfile::tempdir().unwrap();
-        let first = save_scene(folder.path(), "torus", "seed = 1\n").unwrap();
-        let second = save_scene(folder.path(), "torus", "seed = 2\n").unwrap();
+        let first = save_scene(folder.path(), "torus", |_| Ok("seed = 1\n".to_owned())).unwrap();
+        let second = save_scene(folder.path(), "torus", |_| Ok("seed = 2\n".to_owned())).unwrap();
         assert!(first.ends_with("torus_000001.toml") && second.ends_with("torus_000002.toml"));
         assert_eq!(std::fs::read_to_string(&second).unwrap(), "seed = 2\n");
-        let error = save_scene(&second, "torus", "").unwrap_err();
+        let error = save_scene(&second, "torus", |_| Ok("".to_owned())).unwrap_err();
         assert!(error.to_string().contains("torus_000002.toml"), "{error}");
     }
 }

@@ -62,14 +62,13 @@ impl Look {
 
 /// Everything that can be undone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+struct State {
     settings: Settings,
     look: Look,
 }
 
 impl State {
-    /// As it is now.
-    pub fn of(settings: &Settings, view: &View) -> Self {
+    fn of(settings: &Settings, view: &View) -> Self {
         Self {
             settings: settings.clone(),
             look: Look::of(view),
@@ -77,9 +76,9 @@ impl State {
     }
 }
 
-/// Where undo and redo lead to.
+/// Where undo and redo lead to, and what a file has.
 #[derive(Clone, Debug, PartialEq)]
-struct Entry {
+pub struct Entry {
     state: State,
     /// The last stroke; 0 for none.
     strokes: u64,
@@ -94,17 +93,18 @@ pub struct Undo {
     /// Of all strokes; no two have the same.
     last_number: u64,
     /// What a file has; none has what was never in one.
-    saved: Option<State>,
+    saved: Option<Entry>,
 }
 
 impl Undo {
     /// Nothing has been changed.
     pub fn new(settings: &Settings, view: &View) -> Self {
         let state = State::of(settings, view);
+        let now = Entry { state, strokes: 0 };
         Self {
             past: Vec::new(),
-            saved: Some(state.clone()),
-            now: Entry { state, strokes: 0 },
+            saved: Some(now.clone()),
+            now,
             future: Vec::new(),
             last_number: 0,
         }
@@ -143,6 +143,9 @@ impl Undo {
     pub fn keep_strokes(&mut self, known: impl Fn(u64) -> u64) {
         for entry in self.all() {
             entry.strokes = known(entry.strokes);
+        }
+        if let Some(saved) = &mut self.saved {
+            saved.strokes = known(saved.strokes);
         }
         self.join();
     }
@@ -205,14 +208,22 @@ impl Undo {
         self.future.pop_if(|next| *next == self.now);
     }
 
+    /// All that a file may have, as it is now.
+    pub fn to_save(&self, settings: &Settings, view: &View) -> Entry {
+        Entry {
+            state: State::of(settings, view),
+            strokes: self.now.strokes,
+        }
+    }
+
     /// A file has it as it was then; with none, no file has anything of it.
-    pub fn saved(&mut self, then: Option<State>) {
+    pub fn saved(&mut self, then: Option<Entry>) {
         self.saved = then;
     }
 
     /// Is something different from what a file has?
     pub fn is_unsaved(&self, settings: &Settings, view: &View) -> bool {
-        self.saved != Some(State::of(settings, view))
+        self.saved != Some(self.to_save(settings, view))
     }
 
     /// Is there something to undo?
@@ -344,10 +355,15 @@ mod tests {
         assert!(undo.redo(&mut settings, &mut view) && undo.redo(&mut settings, &mut view));
         undo.keep_strokes(|_| 0);
         assert_eq!(undo.past.len(), 1, "the parameter's");
-        assert!(
-            !undo.is_unsaved(&Settings::default(), &view),
-            "files have no strokes"
-        );
+        // A stroke is something that a file has or has not.
+        let settings = Settings::default();
+        assert!(!undo.is_unsaved(&settings, &view));
+        undo.stroke();
+        assert!(undo.is_unsaved(&settings, &view));
+        undo.saved(Some(undo.to_save(&settings, &view)));
+        assert!(!undo.is_unsaved(&settings, &view));
+        assert!(undo.undo(&mut settings.clone(), &mut view));
+        assert!(undo.is_unsaved(&settings, &view), "the file has it");
     }
 
     #[test]

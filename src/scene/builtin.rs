@@ -35,7 +35,10 @@ macro_rules! texts {
 pub const DEFAULT_SCENE: &str = "torus";
 
 /// Every built-in scene. `cube` and `torus` are the reference cases for comparisons.
-pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "oats", "crowd");
+pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "oats", "crowd", "maze");
+
+/// The area maps that built-in scenes have, by name: PNGs.
+pub static MAPS: &[(&str, &[u8])] = &[("maze", include_bytes!("../../assets/maps/maze.png"))];
 
 /// Every built-in preset: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]`.
 pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist",

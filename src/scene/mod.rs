@@ -303,7 +303,8 @@ fn overridden(
     })
 }
 
-const BUILTIN: &str = "builtin:";
+/// Before the names of what comes with the program.
+pub(crate) const BUILTIN: &str = "builtin:";
 
 /// What the word SCENE stands for.
 enum Source {

@@ -32,6 +32,8 @@ pub struct Settings {
     pub particles: ParticleSettings,
     /// How particles sense, turn and walk.
     pub physarum: PhysarumSettings,
+    /// Where the surface attracts, repels or may not be entered from the beginning.
+    pub areas: AreaSettings,
     /// How simulated time passes.
     pub time: TimeSettings,
     /// What happens to the trail between steps.
@@ -63,6 +65,7 @@ impl Default for Settings {
             radius: 0.0,
             particles: ParticleSettings::default(),
             physarum: PhysarumSettings::default(),
+            areas: AreaSettings::default(),
             time: TimeSettings::default(),
             trail: TrailSettings::default(),
             atlas: AtlasSettings::default(),
@@ -166,6 +169,24 @@ impl Default for PhysarumSettings {
             gravity_weight: 0.0,
             decrowding_weight: 0.0,
             distance_weight: 0.0,
+        }
+    }
+}
+
+/// `[areas]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AreaSettings {
+    /// A picture of the texture; a path relative to the scene file, empty for none.
+    pub map: String,
+    /// What sensors read more where the map is all green, and less where it is all blue, in trail units.
+    pub strength: f32,
+}
+
+impl Default for AreaSettings {
+    fn default() -> Self {
+        Self {
+            map: String::new(),
+            strength: 20.0,
         }
     }
 }

@@ -2,16 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use super::BUILTIN;
 use super::error::SceneError;
 use super::file::Problem;
 use super::settings::{Heading, Settings, Start, StartSettings};
 
-/// Lets the paths of masks mean the same wherever they are read.
+/// Lets the paths of masks and area maps mean the same wherever they are read.
 pub(super) fn from_everywhere(settings: &mut Settings, folder: &Path) {
     let objects = settings.objects.iter_mut();
     let masks = objects.map(|object| &mut object.start.mask);
-    for mask in masks.chain([&mut settings.particles.start_mask]) {
-        if !mask.is_empty() {
+    let scenes = [&mut settings.particles.start_mask, &mut settings.areas.map];
+    for mask in masks.chain(scenes) {
+        if !mask.is_empty() && !mask.starts_with(BUILTIN) {
             let path = folder.join(&*mask);
             let path = std::path::absolute(&path).unwrap_or(path);
             *mask = path.to_string_lossy().into_owned();

@@ -22,25 +22,10 @@ pub fn carried(
     new: &Setup,
     from: &[Option<usize>],
 ) -> Option<Snapshot> {
-    let triangles = |setup: &Setup, object: usize| {
-        let range = setup.surface.objects.get(object)?;
-        Some((range.triangles.0, range.triangles.1 - range.triangles.0))
-    };
-    let mut to = vec![None; old.poses.len()];
-    for (object, from) in from.iter().enumerate() {
-        let Some(was) = *from else { continue };
-        if triangles(old, was)?.1 != triangles(new, object)?.1 {
-            return None;
-        }
-        *to.get_mut(was)? = Some(object);
-    }
-    let is_alike = from.len() == new.poses.len() && new.particles.len() == snapshot.particles.len();
-    if !is_alike {
+    let to = becoming(old, new, from)?;
+    if new.particles.len() != snapshot.particles.len() {
         return None;
     }
-    let object_of =
-        |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].object as usize;
-    let first = |setup: &Setup, object: usize| setup.surface.objects[object].triangles.0;
     let carry = |(particle, motion): (&Particle, &Motion)| {
         let start = particle.id as usize;
         // As if it had been there in the last step.
@@ -74,32 +59,12 @@ pub fn carried(
     let both = snapshot.particles.par_iter().zip(&snapshot.motions);
     let (particles, motions): (Vec<Particle>, Vec<Motion>) = both.map(carry).unzip();
 
-    // Where a texel's place lies in the old atlas.
-    let old_position = |texel: usize| {
-        let (triangle, u, v) = new.atlas.surface_point_of(texel as u32)?;
-        let object = object_of(new, triangle);
-        let was = from[object]?;
-        let triangle = triangle - first(new, object) + first(old, was);
-        Some(old.atlas.position_of(triangle, u, v).to_array())
-    };
-    let texels = new.atlas.texel_count();
-    let field = |read: &(dyn Fn([f32; 2]) -> f32 + Sync)| {
-        let values = (0..texels).into_par_iter();
-        let mut values: Vec<f32> = values
-            .map(|texel| old_position(texel).map_or(0.0, read))
-            .collect();
-        exchange_seams(&new.atlas.seams, &mut values);
-        values
-    };
     let pitch = old.atlas.pitch;
-    let trail = field(&|position| trail_at(&snapshot.trail, position, pitch));
-    let bias = if snapshot.bias.is_empty() {
-        Vec::new()
-    } else {
-        field(&|position| snapshot.bias[texel_at(position, pitch) as usize])
-    };
+    let trail = field(old, new, from, &|position| {
+        trail_at(&snapshot.trail, position, pitch)
+    });
     // As many as particles, as after every step.
-    let mut deposits = vec![0; texels];
+    let mut deposits = vec![0; new.atlas.texel_count()];
     if snapshot.step > 0 {
         for (particle, motion) in particles.iter().zip(&motions) {
             let texel = new
@@ -125,12 +90,83 @@ pub fn carried(
         trail,
         deposits,
         transfers: TransferState::default(),
-        bias,
+        bias: carried_bias(&snapshot.bias, old, new, from)?,
         food: FoodState {
             remaining: left_of(snapshot, old, new, from),
             ..snapshot.food
         },
     })
+}
+
+/// Painted areas of `old`, one a texel, on the surface of `new`: all that [`carried`] does with them, also where there is
+/// another number of particles. Nothing stays nothing.
+///
+/// None where an object has become another mesh.
+#[must_use]
+pub fn carried_bias(
+    bias: &[f32],
+    old: &Setup,
+    new: &Setup,
+    from: &[Option<usize>],
+) -> Option<Vec<f32>> {
+    becoming(old, new, from)?;
+    if bias.is_empty() {
+        return Some(Vec::new());
+    }
+    let pitch = old.atlas.pitch;
+    Some(field(old, new, from, &|position| {
+        bias[texel_at(position, pitch) as usize]
+    }))
+}
+
+/// Which object of `new` each of `old` has become, if any; none where one has become another mesh.
+fn becoming(old: &Setup, new: &Setup, from: &[Option<usize>]) -> Option<Vec<Option<usize>>> {
+    let triangles = |setup: &Setup, object: usize| {
+        let range = setup.surface.objects.get(object)?;
+        Some(range.triangles.1 - range.triangles.0)
+    };
+    let mut to = vec![None; old.poses.len()];
+    for (object, from) in from.iter().enumerate() {
+        let Some(was) = *from else { continue };
+        if triangles(old, was)? != triangles(new, object)? {
+            return None;
+        }
+        *to.get_mut(was)? = Some(object);
+    }
+    (from.len() == new.poses.len()).then_some(to)
+}
+
+/// Which object a triangle belongs to.
+fn object_of(setup: &Setup, triangle: u32) -> usize {
+    setup.surface.triangles[triangle as usize].object as usize
+}
+
+/// An object's first triangle.
+fn first(setup: &Setup, object: usize) -> u32 {
+    setup.surface.objects[object].triangles.0
+}
+
+/// A field of `new`, gutters filled, by what is read of `old` at the same places of the surface; 0 on what is new.
+fn field(
+    old: &Setup,
+    new: &Setup,
+    from: &[Option<usize>],
+    read: &(dyn Fn([f32; 2]) -> f32 + Sync),
+) -> Vec<f32> {
+    // Where a texel's place lies in the old atlas.
+    let old_position = |texel: usize| {
+        let (triangle, u, v) = new.atlas.surface_point_of(texel as u32)?;
+        let object = object_of(new, triangle);
+        let was = from[object]?;
+        let triangle = triangle - first(new, object) + first(old, was);
+        Some(old.atlas.position_of(triangle, u, v).to_array())
+    };
+    let texels = (0..new.atlas.texel_count()).into_par_iter();
+    let mut values: Vec<f32> = texels
+        .map(|texel| old_position(texel).map_or(0.0, read))
+        .collect();
+    exchange_seams(&new.atlas.seams, &mut values);
+    values
 }
 
 /// What is left of each of the new scene's foods: those that lay at the same place of the same object keep theirs.

@@ -22,7 +22,7 @@ use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{DistanceMethod, Settings};
 
-/// Bytes that the buffers of a simulation take on the device, before anything is painted. Pictures come on top: some bytes a
+/// Bytes that the buffers of a simulation take on the device, before anything is painted by hand. Pictures come on top: some bytes a
 /// pixel, and about 4 a texel and 20 a triangle; of quick pictures on a device that is a CPU 28 to 108 a triangle more.
 #[must_use]
 pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
@@ -36,6 +36,7 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
         + triangle_bytes(count(setup.surface.corners.len()))
         + count(setup.vertices.len()) * size_of::<Vertex>() as u64
         + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
+        + painted_bytes(count(setup.bias.len()))
         + WALKER_LISTS
         + Unused::SIZE
         + (sorting::bins(&setup.atlas, setup.poses.len()) * size_of::<u32>()) as u64
@@ -138,9 +139,14 @@ pub fn needed(scene: &Scene) -> u64 {
     } else {
         0
     };
+    let painted = if settings.areas.map.is_empty() {
+        0
+    } else {
+        TEXEL
+    };
     particle_bytes(settings.particles.count.into(), scene.surface.objects.len())
         + texel_bytes(texels)
-        + (fields + food) * texels
+        + (fields + food + painted) * texels
         + triangle_bytes(scene.surface.corners.len() as u64)
 }
 

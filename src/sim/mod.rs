@@ -16,6 +16,7 @@ mod state;
 mod surroundings;
 mod turns;
 
+pub mod areas;
 pub mod brute;
 pub mod carry;
 pub mod checkpoint;

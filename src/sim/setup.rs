@@ -1,6 +1,7 @@
 //! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from the same setup.
 
+use super::areas::AreaMap;
 use super::distance::DistanceSetup;
 use super::food::{Pantry, places};
 use super::params::seed_word;
@@ -39,6 +40,8 @@ pub struct Setup {
     pub corners: Vec<u32>,
     /// Object space.
     pub vertices: Vec<Vertex>,
+    /// Per texel: trail units that sensors read more, by the scene's area map; empty where it has none.
+    pub bias: Vec<f32>,
     /// World from object at step 0, one an object.
     pub poses: Vec<Pose>,
     /// The animations that objects follow, one an object.
@@ -55,8 +58,8 @@ impl Setup {
     /// Lays out the atlas and starts the particles.
     ///
     /// # Errors
-    /// When the texture has no room for the triangles (the message names a size that has), a start's mask cannot be
-    /// read, or a food lies off its object.
+    /// When the texture has no room for the triangles (the message names a size that has), a start's mask or
+    /// the area map cannot be read, or a food lies off its object.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -69,6 +72,10 @@ impl Setup {
     pub fn with_control(scene: &Scene, control: &Control<'_>) -> Result<Self> {
         let settings = &scene.settings;
         let masks = Masks::open(scene)?;
+        let areas = &settings.areas;
+        // Its path is whole since the scene was made.
+        let map = (!areas.map.is_empty()).then(|| AreaMap::open(areas.map.as_ref()));
+        let map = map.transpose()?;
         let foods = places(settings, &scene.surface, scene.radius)?;
         let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;
         let (particles, motions) = start::start(
@@ -80,10 +87,12 @@ impl Setup {
         let clearance = atlas.clearances(&scene.surface);
         let outlooks = atlas.outlooks(&scene.surface, &clearance);
         let surroundings = surroundings(&atlas, &outlooks);
+        let bias = map.map(|map| map.bias(&atlas, areas.strength)).transpose()?;
         let distance = DistanceSetup::new(&scene.surface, &atlas, others(settings));
         Ok(Self {
             clearance,
             surroundings,
+            bias: bias.unwrap_or_default(),
             texel_side: texel_side(&atlas, &distance),
             strips: scene.surface.strips(&atlas.maps),
             corners: scene.surface.corners.as_flattened().to_vec(),

@@ -99,12 +99,16 @@ impl Simulation {
     /// When the device has no memory left.
     pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
         let paths = TexelPaths::of(ctx.info(), setup.atlas.texel_count() as u64);
-        let constants = StepConstants::new(&scene.settings, paths);
+        let bias = Bias::of(ctx, &setup.bias)?;
+        let constants = StepConstants::new(&scene.settings, paths).with_bias(bias.is_some());
         let patience = for_distances(&setup.distance, scene.settings.distance.method);
         Ok(Self {
             patience: ctx.wait_longer(patience),
             kernels: Kernels::new(ctx, &constants)?,
-            state: State::new(ctx, &scene.settings, &setup)?,
+            state: State {
+                bias,
+                ..State::new(ctx, &scene.settings, &setup)?
+            },
             ctx: ctx.clone(),
             movement: Movement::new(&scene.settings),
             poses_of_step: setup.poses.clone(),
@@ -372,10 +376,7 @@ impl Simulation {
                 self.settings.strategy(),
                 self.setup.poses.len(),
             )?,
-            bias: match &self.state.bias {
-                Some(bias) => self.ctx.download(&bias.field)?,
-                None => Vec::new(),
-            },
+            bias: self.areas()?,
             food: FoodState {
                 remaining: self.remaining()?,
                 fed_deposit: self.fed_deposit,
@@ -417,14 +418,7 @@ impl Simulation {
         let foods = self.setup.pantry.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
-        let bias = if snapshot.bias.is_empty() {
-            None
-        } else {
-            let bias = Bias::new(&self.ctx, self.setup.atlas.density.len())?;
-            self.ctx.upload(&bias.field, &snapshot.bias)?;
-            Some(bias)
-        };
-        self.take_bias(bias)?;
+        self.take_bias(Bias::of(&self.ctx, &snapshot.bias)?)?;
         self.state.food = food;
         self.fed_deposit = snapshot.food.fed_deposit;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;

@@ -91,7 +91,7 @@ impl Snapshot {
             last_poses: setup.poses.clone(),
             distance_poses: Vec::new(),
             kept_pairs: Vec::new(),
-            bias: Vec::new(),
+            bias: setup.bias.clone(),
             food: FoodState {
                 remaining: setup
                     .pantry

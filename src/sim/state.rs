@@ -108,6 +108,19 @@ impl Bias {
         let views = Views::new(ctx, &field)?;
         Ok(Self { field, views })
     }
+
+    /// These values, one a texel; none where there are none.
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Self>, GpuError> {
+        if values.is_empty() {
+            return Ok(None);
+        }
+        let bias = Self::new(ctx, values.len())?;
+        ctx.upload(&bias.field, values)?;
+        Ok(Some(bias))
+    }
 }
 
 /// Which of two buffers each have which role.

@@ -1,5 +1,7 @@
 //! The tour's steps with hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
 
+#[path = "areas.rs"]
+mod areas;
 #[path = "objects.rs"]
 mod objects;
 
@@ -122,9 +124,9 @@ fn hands_paint_what_they_touch() {
     lab.paint_with("no-go");
     painted("no-go");
     lab.key("ctrl+s");
-    lab.wait("it is told what is not saved", |seen| {
+    lab.wait("it is told where areas are", |seen| {
         let notice = seen["state"]["notice"].as_str();
-        notice.is_some_and(|text| text.contains("without the areas that were painted"))
+        notice.is_some_and(|text| text.contains("with painted areas in"))
     });
     lab.paint_with("erase");
     painted("nothing");
@@ -189,13 +191,13 @@ fn strokes_that_stay_are_undone_and_come_again() {
             seen["values"]["probe.trail"].is_string() && seen["values"]["probe.painted"].is_null()
         });
     };
-    // What is said of a scene that is saved: is there something that it does not have?
+    // What is said of a scene that is saved: does it have a map of areas?
     let tells = |number: u32, part: bool| {
         lab.save("pair", number);
         let name = format!("pair_{number:06}.toml");
         lab.wait("it is told", |seen| {
             let notice = seen["state"]["notice"].as_str().unwrap_or_default();
-            notice.contains(&name) && notice.contains("without the areas") == part
+            notice.contains(&name) && notice.contains("with painted areas in") == part
         });
     };
     is_none();

@@ -42,7 +42,7 @@ impl Interface {
                     self.tools(ui, is_narrow);
                     if self.hands.tool.is_brush() {
                         ui.separator();
-                        self.brush_controls(ui);
+                        self.brush_controls(ui, commands);
                     }
                     if self.hands.tool == Tool::Food {
                         ui.separator();
@@ -84,7 +84,7 @@ impl Interface {
         }
     }
 
-    fn brush_controls(&mut self, ui: &mut Ui) {
+    fn brush_controls(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
         ui.spacing_mut().slider_width = WIDTH - 50.0;
         ui.spacing_mut().interact_size.x = 42.0;
         let (least, most) = RADII;
@@ -114,9 +114,24 @@ impl Interface {
             )
             .on_disabled_hover_text("A place is no-go or is not")
             .marked("brush.strength");
+        if self.hands.tool == Tool::Attract {
+            self.start_control(ui, commands);
+        }
         note_value(ui.ctx(), "brush.strength", || {
             format!("{:.1}", self.hands.strength)
         });
+    }
+
+    fn start_control(&self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        let size = vec2(ui.available_width(), 20.0);
+        let start = egui::Button::new("⟲ Start here").min_size(size);
+        let start = ui.add(start).on_hover_text(
+            "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
+             files, becomes the scene's start",
+        );
+        if start.marked("start.painted").clicked() {
+            commands.push(Command::Hand(Work::StartOnPainted));
+        }
     }
 
     fn object_controls(&mut self, ui: &mut Ui, is_narrow: bool, commands: &mut Vec<Command>) {

@@ -110,6 +110,8 @@ pub enum Work {
     },
     /// Undo or redo has come to where this stroke is the last one.
     ToStroke(u64),
+    /// All particles begin anew, on what is painted to attract.
+    StartOnPainted,
     /// Takes an object out of the scene.
     Remove(usize),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.

@@ -172,8 +172,23 @@ impl Lab {
         Ok(())
     }
 
+    /// Takes these texels' areas away: one more thing to undo.
+    pub(in super::super) fn take_away(&mut self, texels: Vec<Repainted>) -> Result<()> {
+        let Some(stage) = &mut self.stage else {
+            return Ok(());
+        };
+        let mut rec = self.frames.begin()?;
+        let put = stage.simulation.put_areas(&mut rec, &texels, true);
+        put?;
+        self.frames.submit(rec)?;
+        self.interface.note_changes();
+        let undo = &mut self.interface.undo;
+        self.hand.strokes.keep(undo, texels, false);
+        Ok(())
+    }
+
     /// Paints what the next frame would, and waits for it.
-    fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
+    pub(in super::super) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
         if self.hand.has_dabs() {
             let mut rec = self.frames.begin()?;
             self.record_dabs(&mut rec, context)?;

@@ -7,7 +7,7 @@ use myxo::render::Camera;
 use myxo::render::camera::Ray;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
-use myxo::sim::carry::carried;
+use myxo::sim::carry::{carried, carried_bias};
 use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
@@ -138,6 +138,7 @@ impl Lab {
                 }
             }
             Work::ToStroke(last) => self.take_strokes(context, last)?,
+            Work::StartOnPainted => self.start_on_painted(context)?,
             Work::Remove(object) => {
                 let object = self.interface.edited.objects.get(object).cloned();
                 if let Some(object) = object {
@@ -447,9 +448,13 @@ impl Lab {
     }
 
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning.
-    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<()> {
-        let (Some(from), Some(left)) = (self.hand.carry.take(), &self.stage) else {
-            return Ok(());
+    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<bool> {
+        let carry = self.hand.carry.take();
+        let Some(left) = &self.stage else {
+            return Ok(false);
+        };
+        let Some(from) = carry else {
+            return keep_areas(left, next);
         };
         let state = left.simulation.snapshot()?;
         let carried = carried(
@@ -458,8 +463,27 @@ impl Lab {
             next.simulation.setup(),
             &from,
         );
-        carried.map_or(Ok(()), |state| next.simulation.restore(&state))
+        carried.map_or(Ok(()), |state| next.simulation.restore(&state))?;
+        Ok(false)
     }
+}
+
+/// A scene that begins anew has the areas that were painted, unless it takes them from another map. Are its texels the same
+/// as before?
+fn keep_areas(left: &Stage, next: &mut Stage) -> Result<bool> {
+    let map = |stage: &Stage| stage.simulation.settings().areas.clone();
+    if map(left) != map(next) {
+        return Ok(false);
+    }
+    let objects = left.simulation.settings().objects.len();
+    let from: Vec<_> = (0..objects).map(Some).collect();
+    let bias = left.simulation.areas()?;
+    let (old, new) = (left.simulation.setup(), next.simulation.setup());
+    let is_same = (&old.atlas.owner, old.atlas.pitch) == (&new.atlas.owner, new.atlas.pitch);
+    if let Some(bias) = carried_bias(&bias, old, new, &from) {
+        next.simulation.set_areas(&bias)?;
+    }
+    Ok(is_same)
 }
 
 /// The middle of a ball of this radius that stands at the right side of these places, as the camera sees them.

@@ -22,7 +22,7 @@ use super::panel::OutPanel;
 use super::shot::Shot;
 use super::{Making, Model};
 use crate::lab::stage::Stage;
-use crate::lab::undo::State;
+use crate::lab::undo::Entry;
 use crate::lab::worker::joined;
 
 /// What of a window's frame is spent on it.
@@ -353,7 +353,7 @@ pub struct ExportJob {
     /// What the next frame is asked for.
     asked: Option<(Model, Colors, Reserved)>,
     /// Of a scene file: all that it has of what can be undone.
-    pub saves: Option<State>,
+    pub saves: Option<Entry>,
 }
 
 impl ExportJob {

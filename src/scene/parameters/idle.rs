@@ -59,6 +59,10 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
                 .all(|object| object.motion.is_still()),
             "No object moves.",
         ),
+        "areas.strength" => because(
+            settings.areas.map.is_empty(),
+            "There is no area map.",
+        ),
         "physarum.distance_weight" => because(is_alone, ALONE),
         "distance.depth" if !is_alone => because(
             settings.distance.method != DistanceMethod::Raster,

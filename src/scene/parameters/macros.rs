@@ -1,6 +1,10 @@
 //! Short forms for the rows of the parameter tables.
 
 macro_rules! real {
+    // All of it fits on the slider.
+    ($($field:ident).+, $range:expr, $scale:ident) => {
+        real!($($field).+, $range, $range, $scale)
+    };
     ($($field:ident).+, $range:expr, $slider:expr, $scale:ident) => {
         Kind::Number(Number {
             range: $range,

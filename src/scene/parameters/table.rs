@@ -105,6 +105,22 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: vector!(particles.start_direction, (-1.0, 1.0)),
     },
     Parameter {
+        key: "areas.map",
+        name: "Area map",
+        unit: "",
+        help: "A PNG laid over the whole texture, as `myxo atlas --out` draws it: green attracts, blue repels, red may not be entered. Black is nothing.",
+        effect: Effect::Restart,
+        kind: text!(areas.map, "a path relative to the scene file", true),
+    },
+    Parameter {
+        key: "areas.strength",
+        name: "Area strength",
+        unit: "trail units",
+        help: "What sensors read more where the area map is all green, and less where it is all blue.",
+        effect: Effect::Restart,
+        kind: real!(areas.strength, (0.0, 1e6), (0.0, 1_000.0), Logarithmic),
+    },
+    Parameter {
         key: "physarum.speed",
         name: "Particle speed",
         unit: "scene radii per step",
@@ -473,7 +489,7 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "degrees",
         help: "How far the camera looks down from above the horizon.",
         effect: Effect::Live,
-        kind: real!(camera.elevation, (-88.0, 88.0), (-88.0, 88.0), Linear),
+        kind: real!(camera.elevation, (-88.0, 88.0), Linear),
     },
     Parameter {
         key: "camera.distance",
@@ -537,12 +553,7 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "degrees",
         help: "Where the light comes from, seen from the camera: 0 from its side of the scene, 90 from the right, -90 from the left, 180 from behind the scene.",
         effect: Effect::Live,
-        kind: real!(
-            picture.light_azimuth,
-            (-180.0, 180.0),
-            (-180.0, 180.0),
-            Linear
-        ),
+        kind: real!(picture.light_azimuth, (-180.0, 180.0), Linear),
     },
     Parameter {
         key: "picture.light_elevation",
@@ -550,12 +561,7 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "degrees",
         help: "How far from above the light comes, seen from the camera.",
         effect: Effect::Live,
-        kind: real!(
-            picture.light_elevation,
-            (-90.0, 90.0),
-            (-90.0, 90.0),
-            Linear
-        ),
+        kind: real!(picture.light_elevation, (-90.0, 90.0), Linear),
     },
     Parameter {
         key: "picture.occlusion",

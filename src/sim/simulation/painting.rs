@@ -17,7 +17,7 @@ use super::super::pipelines::Kernels;
 use super::super::state::{Bias, Views};
 use super::super::types::Particle;
 use super::Simulation;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Access::Kernel, AnyBuffer, Buffer, Context, Domain, GpuError, Pipeline, Recorder,
     Threads,
@@ -335,6 +335,33 @@ impl Simulation {
             ..params
         };
         self.paint_field(rec, &values, field, views, params);
+    }
+
+    /// What attracts, repels and forbids now: one a texel, gutters filled; empty where nothing was ever painted. Waits for
+    /// all that was submitted.
+    ///
+    /// # Errors
+    /// When the device is lost or its memory is full.
+    pub fn areas(&self) -> Result<Vec<f32>> {
+        match &self.state.bias {
+            Some(bias) => Ok(self.ctx.download(&bias.field)?),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Puts areas there that [`areas`](Self::areas) gave, in the place of all that are.
+    ///
+    /// # Errors
+    /// When there is another number of texels, or the device has no memory left.
+    pub fn set_areas(&mut self, bias: &[f32]) -> Result<()> {
+        let texels = self.setup.atlas.density.len();
+        if ![0, texels].contains(&bias.len()) {
+            return Err(Error::Invalid(format!(
+                "there are {} texels of areas, and the atlas has {texels}",
+                bias.len()
+            )));
+        }
+        self.take_bias(Bias::of(&self.ctx, bias)?)
     }
 
     /// Nothing attracts, repels or forbids any more, as before the first brush that did.

@@ -1,0 +1,354 @@
+//! Areas that attract, repel or may not be entered, as a picture of the whole texture: what a scene begins with, and what
+//! painted areas are kept in.
+//!
+//! | colour | value |
+//! | --- | --- |
+//! | green, 0 to full | sensors read 0 to `strength` trail units more |
+//! | blue, 0 to full | as much less |
+//! | red, more than half, and more than green and blue | nobody enters ([`NO_GO`]) |
+//! | black, transparent | nothing |
+
+use std::path::{Path, PathBuf};
+
+use image::{GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
+
+use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
+use super::twin::exchange_seams;
+use crate::error::{Error, Result};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::NONE;
+use crate::scene::BUILTIN;
+use crate::scene::builtin::MAPS;
+use crate::scene::settings::AreaSettings;
+use crate::whole_file::WholeFile;
+
+/// All of a colour.
+const FULL: f32 = u16::MAX as f32;
+
+/// A picture of areas.
+#[derive(Clone, Debug)]
+pub struct AreaMap {
+    path: PathBuf,
+    pixels: ImageBuffer<Rgba<u16>, Vec<u16>>,
+}
+
+impl AreaMap {
+    /// Reads a PNG: a file, or `builtin:NAME` for one that comes with the program.
+    ///
+    /// # Errors
+    /// When there is no such file or name, or it is no picture.
+    pub fn open(path: &Path) -> Result<Self> {
+        let name = path.to_str().and_then(|path| path.strip_prefix(BUILTIN));
+        let bytes = match name {
+            Some(name) => builtin(name)?.to_vec(),
+            None => std::fs::read(path).map_err(|source| Error::Io {
+                action: "read",
+                path: path.to_owned(),
+                source,
+            })?,
+        };
+        let picture = image::load_from_memory(&bytes).map_err(|error| {
+            Error::Invalid(format!(
+                "{}: the area map must be a PNG: {error}",
+                path.display()
+            ))
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            pixels: picture.into_rgba16(),
+        })
+    }
+
+    /// What sensors read more, one a texel, gutters filled: of each texel that a triangle owns, what the pixel at its centre
+    /// says.
+    ///
+    /// # Errors
+    /// When it says nothing of any.
+    pub fn bias(&self, atlas: &Atlas, strength: f32) -> Result<Vec<f32>> {
+        let (width, height) = self.pixels.dimensions();
+        let at = |place: u32, side: u32| {
+            let pixel = (2 * u64::from(place) + 1) * u64::from(side) / (2 * u64::from(atlas.size));
+            (pixel as u32).min(side - 1)
+        };
+        let mut bias = vec![0.0; atlas.owner.len()];
+        for (texel, _) in owned(atlas) {
+            let (column, row) = (texel % atlas.pitch, texel / atlas.pitch);
+            let pixel = self.pixels.get_pixel(at(column, width), at(row, height));
+            bias[texel as usize] = value(*pixel, strength);
+        }
+        if bias.iter().all(|value| *value == 0.0) {
+            return Err(Error::Invalid(format!(
+                "{}: the area map says nothing wherever the texture holds a triangle: paint green, blue or red over a picture \
+                 that `myxo atlas SCENE --out FILE.png` draws",
+                self.path.display()
+            )));
+        }
+        exchange_seams(&atlas.seams, &mut bias);
+        Ok(bias)
+    }
+}
+
+/// The map of this name that comes with the program.
+fn builtin(name: &str) -> Result<&'static [u8]> {
+    let found = MAPS.iter().find(|(known, _)| *known == name);
+    found.map(|(_, bytes)| *bytes).ok_or_else(|| {
+        let known: Vec<&str> = MAPS.iter().map(|(known, _)| *known).collect();
+        Error::Invalid(format!(
+            "areas.map: there is no built-in map \"{name}\"; there is {}",
+            known.join(", ")
+        ))
+    })
+}
+
+/// Texels that triangles own.
+fn owned(atlas: &Atlas) -> impl Iterator<Item = (u32, u32)> {
+    let owners = (0u32..).zip(atlas.owner.iter().copied());
+    owners.filter(|&(_, owner)| owner != NONE)
+}
+
+fn value(Rgba([red, green, blue, alpha]): Rgba<u16>, strength: f32) -> f32 {
+    let seen = f32::from(alpha) / FULL;
+    let [red, green, blue] = [red, green, blue].map(|part| seen * f32::from(part) / FULL);
+    if red > 0.5 && red > green && red > blue {
+        return NO_GO;
+    }
+    strength * (green - blue)
+}
+
+/// A picture of areas, and the strength of a full colour in it; none where there is nothing to be seen.
+#[must_use]
+pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(ImageBuffer<Rgb<u16>, Vec<u16>>, f32)> {
+    let values = || owned(atlas).filter_map(|(texel, _)| bias.get(texel as usize).copied());
+    if values().all(|value| value == 0.0) {
+        return None;
+    }
+    let painted = values().filter(|value| *value >= NO_GO_BELOW);
+    let strength = painted.map(f32::abs).fold(0.0, f32::max).min(GREATEST);
+    let mut pixels = ImageBuffer::new(atlas.size, atlas.size);
+    for (texel, _) in owned(atlas) {
+        let value = bias[texel as usize];
+        let part = |value: f32| (FULL * (value / strength).clamp(0.0, 1.0)).round() as u16;
+        let color = if value < NO_GO_BELOW {
+            [u16::MAX, 0, 0]
+        } else {
+            [0, part(value), part(-value)]
+        };
+        pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Rgb(color));
+    }
+    // Where nothing but no-go areas are, any strength does.
+    Some((pixels, if strength > 0.0 { strength } else { 1.0 }))
+}
+
+/// Writes areas as a PNG that [`AreaMap`] reads, and gives the strength that it is meant for. Nothing is written, and none is
+/// given, where there is nothing to be seen.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write(path: &Path, bias: &[f32], atlas: &Atlas) -> Result<Option<f32>> {
+    let Some((pixels, strength)) = picture_of(bias, atlas) else {
+        return Ok(None);
+    };
+    write_png(path, |file| pixels.write_to(file, ImageFormat::Png))?;
+    Ok(Some(strength))
+}
+
+/// The map of areas that belongs to a scene file: `NAME_areas.png` beside it.
+#[must_use]
+pub fn map_beside(scene_file: &Path) -> PathBuf {
+    let mut name = scene_file.file_stem().unwrap_or_default().to_owned();
+    name.push("_areas.png");
+    scene_file.with_file_name(name)
+}
+
+/// What a scene file of this path says of areas as they are now, which are written [beside it](map_beside), so that both stay
+/// together. Gives that file, too, if there is one.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn keep_beside(
+    scene_file: &Path,
+    bias: &[f32],
+    atlas: &Atlas,
+) -> Result<(AreaSettings, Option<PathBuf>)> {
+    let path = map_beside(scene_file);
+    let Some(strength) = write(&path, bias, atlas)? else {
+        return Ok((AreaSettings::default(), None));
+    };
+    let map = path.file_name().unwrap_or_default();
+    let map = map.to_string_lossy().into_owned();
+    Ok((AreaSettings { map, strength }, Some(path)))
+}
+
+/// Writes what attracts as a mask for [starts](super::start::Mask), and gives which texels it is taken from: white where it
+/// attracts at least as much as it does in the middle of all of them by strength, the darker the less below that. None where
+/// nothing attracts.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_mask(path: &Path, bias: &[f32], atlas: &Atlas) -> Result<Option<Vec<u32>>> {
+    let value = |texel: u32| bias.get(texel as usize).copied().unwrap_or(0.0);
+    let texels = owned(atlas).map(|(texel, _)| texel);
+    let texels: Vec<u32> = texels.filter(|texel| value(*texel) > 0.0).collect();
+    if texels.is_empty() {
+        return Ok(None);
+    }
+    let mut values: Vec<f32> = texels.iter().map(|texel| value(*texel)).collect();
+    let middle = values.len() / 2;
+    let (_, white, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
+    let white = *white;
+    let mut pixels = GrayImage::new(atlas.size, atlas.size);
+    for &texel in &texels {
+        // What attracts at all is not left out.
+        let light = (255.0 * value(texel) / white).round().clamp(1.0, 255.0) as u8;
+        pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Luma([light]));
+    }
+    write_png(path, |file| pixels.write_to(file, ImageFormat::Png))?;
+    Ok(Some(texels))
+}
+
+fn write_png(
+    path: &Path,
+    write: impl FnOnce(&mut std::io::Cursor<Vec<u8>>) -> image::ImageResult<()>,
+) -> Result<()> {
+    let io = |source| Error::Io {
+        action: "write",
+        path: path.to_owned(),
+        source,
+    };
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    write(&mut bytes).map_err(|error| io(std::io::Error::other(error)))?;
+    let written = WholeFile::create(path).and_then(|mut file| {
+        std::io::Write::write_all(&mut file, bytes.get_ref())?;
+        file.finish()
+    });
+    written.map(|_| ()).map_err(io)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::scene::settings::Settings;
+    use crate::sim::Setup;
+
+    fn atlas() -> Atlas {
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.size = 61;
+        "builtin:cube".clone_into(&mut settings.objects[0].mesh);
+        let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
+        Setup::new(&scene).unwrap().atlas
+    }
+
+    fn painted(atlas: &Atlas) -> Vec<f32> {
+        let mut bias = vec![0.0; atlas.owner.len()];
+        for (k, (texel, _)) in owned(atlas).enumerate() {
+            bias[texel as usize] = [0.0, 3.0, -40.0, NO_GO, 80.0][k % 5];
+        }
+        exchange_seams(&atlas.seams, &mut bias);
+        bias
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let path = folder.path().join("areas.png");
+        let bias = painted(&atlas);
+        let strength = write(&path, &bias, &atlas).unwrap().unwrap();
+        assert_eq!(strength, 80.0);
+        let again = AreaMap::open(&path).unwrap().bias(&atlas, strength);
+        for (texel, (was, is)) in bias.iter().zip(again.unwrap()).enumerate() {
+            // Gutters may mix what is no-go with what is not.
+            let near = 2e-5 * was.abs().max(strength);
+            assert!((was - is).abs() <= near, "{was} became {is} at {texel}");
+        }
+        // Twice as strong as it says.
+        let twice = AreaMap::open(&path).unwrap().bias(&atlas, 160.0).unwrap();
+        let (texel, _) = owned(&atlas).nth(4).unwrap();
+        assert_eq!(twice[texel as usize], 160.0);
+    }
+
+    #[test]
+    fn only_what_may_not_be_entered_has_a_strength_as_well() {
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let path = folder.path().join("walls.png");
+        let mut bias = vec![0.0; atlas.owner.len()];
+        assert_eq!(write(&path, &bias, &atlas).unwrap(), None);
+        assert!(!path.exists(), "there is nothing to be written");
+        let (wall, _) = owned(&atlas).nth(7).unwrap();
+        bias[wall as usize] = NO_GO;
+        assert_eq!(write(&path, &bias, &atlas).unwrap(), Some(1.0));
+        let again = AreaMap::open(&path).unwrap().bias(&atlas, 1.0).unwrap();
+        assert!(owned(&atlas).all(|(texel, _)| again[texel as usize] == bias[texel as usize]));
+    }
+
+    #[test]
+    fn colours_say_what_they_are() {
+        let full = u16::MAX;
+        for ([red, green, blue, alpha], wanted) in [
+            ([0, 0, 0, full], 0.0),
+            ([full, full, full, 0], 0.0),
+            ([0, full, 0, full], 10.0),
+            ([0, 0, full, full], -10.0),
+            // Violet, as repulsion is drawn.
+            ([full, 0, full, full], -10.0),
+            ([full, 0, 0, full], NO_GO),
+            ([full / 3, 0, 0, full], 0.0),
+            ([full, 0, 0, full / 3], 0.0),
+            ([full, full, full, full], 0.0),
+        ] {
+            assert_eq!(value(Rgba([red, green, blue, alpha]), 10.0), wanted);
+        }
+    }
+
+    #[test]
+    fn maps_of_another_size_are_read_at_the_centres_of_texels() {
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let path = folder.path().join("half.png");
+        let left = ImageBuffer::from_fn(2, 1, |x, _| Rgb([0u8, 255 * (1 - x as u8), 0]));
+        left.save(&path).unwrap();
+        let bias = AreaMap::open(&path).unwrap().bias(&atlas, 5.0).unwrap();
+        for (texel, _) in owned(&atlas) {
+            let is_left = 2 * (texel % atlas.pitch) + 1 < atlas.size;
+            assert_eq!(bias[texel as usize], if is_left { 5.0 } else { 0.0 });
+        }
+    }
+
+    #[test]
+    fn masks_are_white_where_it_attracts_as_usual() {
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let path = folder.path().join("mask.png");
+        let mut bias = vec![0.0; atlas.owner.len()];
+        assert_eq!(write_mask(&path, &bias, &atlas).unwrap(), None);
+        let some: Vec<u32> = owned(&atlas).map(|(texel, _)| texel).take(6).collect();
+        for (&texel, value) in some.iter().zip([2.0, -5.0, 4.0, NO_GO, 4.0, 900.0]) {
+            bias[texel as usize] = value;
+        }
+        let taken = write_mask(&path, &bias, &atlas).unwrap().unwrap();
+        assert_eq!(taken, [some[0], some[2], some[4], some[5]]);
+        let mask = image::open(&path).unwrap().into_luma8();
+        let light = |texel: u32| mask.get_pixel(texel % atlas.pitch, texel / atlas.pitch).0[0];
+        let lights: Vec<u8> = some.iter().map(|texel| light(*texel)).collect();
+        assert_eq!(lights, [128, 0, 255, 0, 255, 255]);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_map_is_said() {
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let said = |name: &str| {
+            let map = AreaMap::open(&folder.path().join(name));
+            let said = map.and_then(|map| map.bias(&atlas, 1.0)).unwrap_err();
+            said.to_string()
+        };
+        assert!(said("none.png").contains("none.png"));
+        let builtin = AreaMap::open(Path::new("builtin:maize")).unwrap_err();
+        assert!(builtin.to_string().contains("there is maze"), "{builtin}");
+        std::fs::write(folder.path().join("text.png"), "green").unwrap();
+        assert!(said("text.png").contains("text.png: the area map must be a PNG"));
+        GrayImage::new(4, 4)
+            .save(folder.path().join("black.png"))
+            .unwrap();
+        let text = said("black.png");
+        assert!(text.contains("black.png: the area map says nothing"), "{text}");
+    }
+}

@@ -1,0 +1,96 @@
+//! The tour's steps with painted areas: they stay when the scene begins anew, are saved beside it, and particles begin on them.
+
+use myxo::scene::settings::Start;
+
+use super::*;
+
+impl Lab {
+    /// Waits for what the probe tells of areas under the pointer.
+    #[track_caller]
+    fn probes(&self, what: &str, is_so: impl Fn(Option<&str>) -> bool) {
+        self.wait(what, |seen| {
+            let is_told = seen["values"]["probe.trail"].is_string();
+            is_told && is_so(seen["values"]["probe.painted"].as_str())
+        });
+    }
+}
+
+fn attracts(painted: Option<&str>) -> bool {
+    let value = painted.and_then(|value| value.parse::<f64>().ok());
+    value.is_some_and(|value| value > 0.0)
+}
+
+#[test]
+fn painted_areas_stay_are_saved_and_are_begun_on() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.point("picture", 0.5);
+    lab.key("i");
+    lab.probed("trail");
+    lab.click("tool=attract");
+    // Nothing is painted yet: it says so, and nothing happens.
+    lab.click("start.painted");
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.starts_with("Nothing attracts yet"))
+    });
+    lab.paint_with("attract");
+    lab.probes("it attracts", attracts);
+
+    // Anew, and it is still there, also as something to be undone.
+    lab.key("period");
+    lab.wait("a step", |seen| seen["state"]["step"].as_u64() > Some(0));
+    lab.key_until("r", "it begins anew", "step", 0);
+    lab.probes("it attracts still", attracts);
+    lab.key("ctrl+z");
+    lab.probes("nothing attracts", |painted| !attracts(painted));
+    lab.key("ctrl+shift+z");
+    lab.probes("it attracts again", attracts);
+
+    // The saved scene has it.
+    let saved = lab.save("pair", 1);
+    assert_eq!(saved.areas.map, "pair_000001_areas.png");
+    assert!(saved.areas.strength > 0.0);
+    let scene = lab.folder.file("pair_000001.toml");
+    let scene = Scene::load(&scene, &Overrides::default()).expect("it is a scene");
+    let setup = myxo::sim::Setup::new(&scene).expect("its map is there");
+    let painted = setup.bias.iter().filter(|value| **value > 0.0).count();
+    assert!(painted > 20, "{painted}");
+
+    // All begin on it, and it is taken away.
+    lab.click("tool=attract");
+    lab.click("start.painted");
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.starts_with("All begin where it attracted"))
+    });
+    lab.wait("it begins", |seen| seen["state"]["step"] == 0);
+    lab.point("picture", 0.5);
+    lab.probes("it does not attract", |painted| !attracts(painted));
+    let saved = lab.save("pair", 2);
+    assert_eq!(saved.particles.start, Start::Mask);
+    assert!(saved.areas.map.is_empty());
+    let scene = lab.folder.file("pair_000002.toml");
+    let scene = Scene::load(&scene, &Overrides::default()).expect("it is a scene");
+    let begins = myxo::sim::Setup::new(&scene).expect("its mask is there");
+    let places = begins.particles.iter();
+    let texels = places.map(|p| begins.atlas.texel_of(p.triangle, p.u, p.v) as usize);
+    let outside = texels.filter(|texel| setup.bias[*texel] <= 0.0).count();
+    // Pixels of the mask and texels meet at edges.
+    assert!(outside < 300, "{outside} of 3000 begin elsewhere");
+
+    // Undone: the start first, then what was taken away.
+    lab.key("ctrl+z");
+    lab.wait("it waits for a restart", |seen| {
+        seen["places"].get("discard").is_some()
+    });
+    lab.key("ctrl+z");
+    lab.point("picture", 0.5);
+    lab.probes("it attracts once more", attracts);
+    lab.quit();
+}
