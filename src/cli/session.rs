@@ -107,7 +107,9 @@ impl Session {
         memory::check(ctx.info(), &scene)?;
         let painted = checkpoint.as_ref().map(|c| &c.snapshot.bias);
         let painted = match painted {
-            Some(bias) if !bias.is_empty() && scene.settings.areas.map.is_empty() => memory::needed_for_painted(&scene),
+            Some(bias) if !bias.is_empty() && scene.settings.areas.map.is_empty() => {
+                memory::needed_for_painted(&scene)
+            }
             _ => 0,
         };
         tell_memory(ctx, &scene.name, memory::needed(&scene) + painted);

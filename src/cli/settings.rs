@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use myxo::scene::Scene;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Every key of a scene, as its scene file has them: `physarum.speed` is `["physarum"]["speed"]`.
 pub fn of(scene: &Scene) -> Value {
@@ -39,6 +39,10 @@ fn compare(key: &str, first: &Value, second: &Value, lines: &mut Vec<String>) {
             }
         }
         (a, b) if a == b => {}
+        // A section that a version does not have, key by key; not so an object or a food.
+        (Value::Null, Value::Object(_)) if !ends_with_number(key) => {
+            compare(key, &json!({}), second, lines);
+        }
         (Value::Null, Value::Object(_) | Value::Array(_)) => {
             lines.push(format!("{key} is in the second only"));
         }
@@ -47,6 +51,10 @@ fn compare(key: &str, first: &Value, second: &Value, lines: &mut Vec<String>) {
         }
         (a, b) => lines.push(format!("{key} = {}, which was {}", shown(b), shown(a))),
     }
+}
+
+fn ends_with_number(key: &str) -> bool {
+    key.ends_with(|last: char| last.is_ascii_digit())
 }
 
 /// A value as the scene file writes it; words without quotes.

@@ -143,12 +143,11 @@ impl<'a> Export<'a> {
     /// areas that were painted are not in it; checkpoints keep those, and [`ExportFile::write`] puts areas beside it.
     #[must_use]
     pub fn scene_file(&self) -> String {
-        self.scene_file_with(&self.scene.settings.areas)
+        self.scene_file_with(None)
     }
 
-    fn scene_file_with(&self, areas: &AreaSettings) -> String {
+    fn scene_file_with(&self, areas: Option<&AreaSettings>) -> String {
         let mut scene = self.scene.clone();
-        scene.settings.areas.clone_from(areas);
         let mut objects = scene.settings.objects.iter();
         if objects.any(|object| !object.motion.is_still()) {
             scene.settings.time.start = self.time as f32;
@@ -168,7 +167,7 @@ impl<'a> Export<'a> {
             "# {}, as it was at step {}. Particles and trail begin anew from this file; a checkpoint keeps them.\n\n{}",
             self.scene.name.replace('\n', " "),
             self.snapshot.step,
-            scene.to_toml()
+            areas.map_or_else(|| scene.to_toml(), |areas| scene.to_toml_beside(areas))
         )
     }
 
@@ -325,7 +324,7 @@ impl ExportFile {
             Format::Toml => {
                 let (areas, map) = keep_beside(&path, &export.snapshot.bias, &export.setup.atlas)?;
                 files.extend(map);
-                Some(export.scene_file_with(&areas))
+                Some(export.scene_file_with(Some(&areas)))
             }
             _ => None,
         };

@@ -26,7 +26,8 @@ use super::under_way::Left;
 use super::window::{Lab, title};
 
 /// Why nobody can begin on painted areas.
-const NOTHING_ATTRACTS: &str = "Nothing attracts yet: paint where particles are to begin, then press it again";
+const NOTHING_ATTRACTS: &str =
+    "Nothing attracts yet: paint where particles are to begin, then press it again";
 
 impl Lab {
     /// Does what the interface asks for.
@@ -133,13 +134,12 @@ impl Lab {
 
     /// The scene as it is edited and looked at, as a scene file; none before there is one.
     pub(super) fn scene_text(&self) -> Option<String> {
-        self.scene_text_with(&self.interface.edited.areas)
+        self.scene_text_with(None)
     }
 
-    fn scene_text_with(&self, areas: &AreaSettings) -> Option<String> {
+    fn scene_text_with(&self, areas: Option<&AreaSettings>) -> Option<String> {
         let mut scene = self.scene()?.clone();
         scene.settings = self.interface.edited.clone();
-        scene.settings.areas.clone_from(areas);
         for object in &mut scene.settings.objects {
             // The text may be read anywhere.
             if !object.mesh.starts_with("builtin:") {
@@ -148,22 +148,28 @@ impl Lab {
             }
         }
         put_look(&self.interface.view, scene.center, &mut scene.settings);
-        Some(scene.to_toml())
+        Some(match areas {
+            Some(areas) => scene.to_toml_beside(areas),
+            None => scene.to_toml(),
+        })
     }
 
-    /// The same for a file of this path, with painted areas in a map beside it. Gives that file's path, too.
+    /// The same for a file of this path, with painted areas in a map beside it. Gives that map's path, too.
     fn scene_text_at(&self, file: &Path) -> Result<(String, Option<PathBuf>)> {
-        let areas = &self.interface.edited.areas;
-        let (areas, map) = match &self.stage {
-            // Another map that waits for a restart is what is wanted.
-            Some(stage) if *areas == stage.simulation.settings().areas => {
-                let bias = stage.simulation.areas()?;
-                keep_beside(file, &bias, &stage.simulation.setup().atlas)?
+        // Another map that waits for a restart is what is wanted.
+        let edited = &self.interface.edited.areas;
+        let stage = self.stage.as_ref();
+        let stage = stage.filter(|stage| *edited == stage.simulation.settings().areas);
+        let (areas, map) = match stage.map(|stage| &stage.simulation) {
+            Some(simulation) => {
+                let bias = simulation.areas()?;
+                let (areas, map) = keep_beside(file, &bias, &simulation.setup().atlas)?;
+                (Some(areas), map)
             }
-            _ => (areas.clone(), None),
+            None => (None, None),
         };
-        let text = self.scene_text_with(&areas).unwrap_or_default();
-        Ok((text, map))
+        let text = self.scene_text_with(areas.as_ref());
+        Ok((text.unwrap_or_default(), map))
     }
 
     /// Was something painted that stays?

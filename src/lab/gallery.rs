@@ -27,8 +27,8 @@ macro_rules! pictures {
 /// The small pictures, as `make gallery` draws them.
 static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
-    "oats", "crowd", "maze", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores",
-    "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
+    "oats", "crowd", "maze", "network", "cells", "ribbons", "spots", "felt", "sparse", "rings",
+    "pores", "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
 /// Whether it is open, and its pictures once they have been shown.

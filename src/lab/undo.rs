@@ -362,8 +362,12 @@ mod tests {
         assert!(undo.is_unsaved(&settings, &view));
         undo.saved(Some(undo.to_save(&settings, &view)));
         assert!(!undo.is_unsaved(&settings, &view));
-        assert!(undo.undo(&mut settings.clone(), &mut view));
-        assert!(undo.is_unsaved(&settings, &view), "the file has it");
+        // The parameter, and then the stroke.
+        let mut now = settings.clone();
+        for is_unsaved in [false, true] {
+            assert!(undo.undo(&mut now, &mut view));
+            assert_eq!(undo.is_unsaved(&settings, &view), is_unsaved);
+        }
     }
 
     #[test]

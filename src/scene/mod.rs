@@ -28,7 +28,7 @@ pub use error::SceneError;
 pub use settings::Settings;
 
 use file::{Problem, Reader};
-use settings::ObjectSettings;
+use settings::{AreaSettings, ObjectSettings};
 
 /// The look of a bare model.
 const MODELS_PRESET: &str = "network";
@@ -254,6 +254,16 @@ impl Scene {
     /// paths absolute.
     #[must_use]
     pub fn to_toml(&self) -> String {
+        self.to_toml_with(None)
+    }
+
+    /// The same, with areas whose map lies beside the file, wherever that is.
+    #[must_use]
+    pub fn to_toml_beside(&self, areas: &AreaSettings) -> String {
+        self.to_toml_with(Some(areas))
+    }
+
+    fn to_toml_with(&self, areas: Option<&AreaSettings>) -> String {
         let mut settings = self.settings.clone();
         for object in &mut settings.objects {
             if !object.mesh.starts_with(BUILTIN) {
@@ -265,6 +275,9 @@ impl Scene {
             }
         }
         starts::from_everywhere(&mut settings, &self.folder);
+        if let Some(areas) = areas {
+            settings.areas.clone_from(areas);
+        }
         settings.to_toml()
     }
 }

@@ -135,8 +135,9 @@ pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(ImageBuffer<Rgb<u16>, 
         };
         pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Rgb(color));
     }
-    // Where nothing but no-go areas are, any strength does.
-    Some((pixels, if strength > 0.0 { strength } else { 1.0 }))
+    // Where there are only no-go areas, any strength does.
+    let usual = AreaSettings::default().strength;
+    Some((pixels, if strength > 0.0 { strength } else { usual }))
 }
 
 /// Writes areas as a PNG that [`AreaMap`] reads, and gives the strength that it is meant for. Nothing is written, and none is
@@ -277,8 +278,9 @@ mod tests {
         assert!(!path.exists(), "there is nothing to be written");
         let (wall, _) = owned(&atlas).nth(7).unwrap();
         bias[wall as usize] = NO_GO;
-        assert_eq!(write(&path, &bias, &atlas).unwrap(), Some(1.0));
-        let again = AreaMap::open(&path).unwrap().bias(&atlas, 1.0).unwrap();
+        let usual = AreaSettings::default().strength;
+        assert_eq!(write(&path, &bias, &atlas).unwrap(), Some(usual));
+        let again = AreaMap::open(&path).unwrap().bias(&atlas, usual).unwrap();
         assert!(owned(&atlas).all(|(texel, _)| again[texel as usize] == bias[texel as usize]));
     }
 
@@ -349,6 +351,9 @@ mod tests {
             .save(folder.path().join("black.png"))
             .unwrap();
         let text = said("black.png");
-        assert!(text.contains("black.png: the area map says nothing"), "{text}");
+        assert!(
+            text.contains("black.png: the area map says nothing"),
+            "{text}"
+        );
     }
 }

@@ -87,7 +87,9 @@ impl Setup {
         let clearance = atlas.clearances(&scene.surface);
         let outlooks = atlas.outlooks(&scene.surface, &clearance);
         let surroundings = surroundings(&atlas, &outlooks);
-        let bias = map.map(|map| map.bias(&atlas, areas.strength)).transpose()?;
+        let bias = map
+            .map(|map| map.bias(&atlas, areas.strength))
+            .transpose()?;
         let distance = DistanceSetup::new(&scene.surface, &atlas, others(settings));
         Ok(Self {
             clearance,

@@ -59,10 +59,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
                 .all(|object| object.motion.is_still()),
             "No object moves.",
         ),
-        "areas.strength" => because(
-            settings.areas.map.is_empty(),
-            "There is no area map.",
-        ),
+        "areas.strength" => because(settings.areas.map.is_empty(), "There is no area map."),
         "physarum.distance_weight" => because(is_alone, ALONE),
         "distance.depth" if !is_alone => because(
             settings.distance.method != DistanceMethod::Raster,
@@ -196,6 +193,8 @@ mod tests {
         assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
         settings.transfer.strategy = Strategy::Direct;
         assert!(idle(&settings).contains(&"transfer.buffer_size"));
+        assert!(idle(&settings).contains(&"areas.strength"));
+        "walls.png".clone_into(&mut settings.areas.map);
         settings.transfer.strategy = Strategy::Parallel;
         settings.distance.method = DistanceMethod::Raster;
         settings.atlas.method = AtlasMethod::Grid;
