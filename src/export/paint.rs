@@ -7,7 +7,7 @@ use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::NONE;
 use crate::render::View;
 use crate::render::colormap::srgb_from_linear;
-use crate::render::exposure::{self, BIN_COUNT, Exposure};
+use crate::render::exposure::{self, BIN_COUNT, Exposure, tone};
 
 /// The material under the trail, as in `shaders/include/shading.glsl`.
 const BARE: Vec3 = Vec3::new(0.021, 0.022, 0.025);
@@ -34,14 +34,7 @@ impl Paint {
         }
     }
 
-    /// Twin of `tone` in `shaders/include/colormap.glsl`.
-    fn tone(&self, trail: f32) -> f32 {
-        let shoulder = 0.45;
-        let x = trail.max(0.0) / self.brightest;
-        ((1.0 + shoulder) * x / (x + shoulder)).min(1.0)
-    }
-
-    /// Twin of `color_of` there.
+    /// Twin of `color_of` in `shaders/include/colormap.glsl`.
     fn color_of(&self, brightness: f32) -> Vec3 {
         let last = self.table.len() - 1;
         let place = brightness.clamp(0.0, 1.0) * last as f32;
@@ -52,14 +45,14 @@ impl Paint {
     /// The colour of the surface under white light, in linear light: bare material where there is no trail.
     #[must_use]
     pub fn color(&self, trail: f32) -> Vec3 {
-        let brightness = self.tone(trail);
+        let brightness = tone(trail, self.brightest);
         BARE * (1.0 - brightness) + self.color_of(brightness)
     }
 
     /// What of it is the trail's alone, which glows.
     #[must_use]
     pub fn glow(&self, trail: f32) -> Vec3 {
-        self.color_of(self.tone(trail))
+        self.color_of(tone(trail, self.brightest))
     }
 
     /// The surface's colour as three bytes of a file.

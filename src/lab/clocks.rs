@@ -99,6 +99,7 @@ impl Clocks {
         self.facts.step = stage.simulation.step();
         self.facts.seconds = stage.seconds();
         self.facts.particles_drawn = stage.particles_drawn;
+        self.facts.brightest = stage.brightest;
         self.facts.flow = stage.flow;
         if let Some(spans) = frames.timings().frames().last() {
             self.facts.history.push(spans);

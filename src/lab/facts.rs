@@ -62,6 +62,8 @@ pub struct Facts {
     pub memory: u64,
     /// Particles that the picture shows, in the view of particles.
     pub particles_drawn: u32,
+    /// The trail that has the brightest colour, once there is a picture.
+    pub brightest: Option<f32>,
     /// Transfers between objects.
     pub flow: Flow,
     /// What the last check of the invariants has found, where they are checked.

@@ -334,7 +334,7 @@ impl Interface {
     }
 
     fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {
-        self.views_list(ui);
+        self.views_list(ui, facts);
         ui.add_space(2.0);
         self.view_rows(ui, COLOR_ROWS);
         let has_points = matches!(self.view.show, Show::Particles | Show::Headings);

@@ -54,6 +54,9 @@ pub struct Stage {
     /// What the canvas shows, if it is still worth showing.
     drawn: Option<Drawn>,
     drawn_at: Instant,
+    exposure: Readback<f32>,
+    /// The trail that has the brightest colour, as of some frames ago; none before the first picture.
+    pub brightest: Option<f32>,
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
@@ -93,6 +96,8 @@ impl Stage {
             pictures: 0,
             drawn: None,
             drawn_at: Instant::now(),
+            exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
+            brightest: None,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
             flow: Flow::default(),
         })
@@ -150,6 +155,7 @@ impl Stage {
             let pictures: Vec<_> = pictures.chain(beside_canvas.map(|c| (atlas, c))).collect();
             self.renderer
                 .draw_beside(rec, self.simulation.state(), &pictures);
+            (self.renderer).record_brightest(rec, &mut self.exposure, step);
             self.drawn = now;
             self.pictures += 1;
             self.drawn_at = Instant::now();
@@ -158,6 +164,9 @@ impl Stage {
                 let transfers = &self.simulation.state().transfers;
                 transfers.record_readback(rec, &mut self.counters, step);
             }
+        }
+        while let Some((_, brightest)) = self.exposure.poll() {
+            self.brightest = brightest.first().copied();
         }
         while let Some((_, counters)) = self.counters.poll() {
             self.flow = counters[0];

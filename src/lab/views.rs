@@ -4,11 +4,12 @@ use egui::{Align, Color32, Layout, Pos2, RichText, Sense, Shape, Stroke, Ui, pos
 use glam::{Vec2, Vec3};
 use myxo::render::camera::Side;
 use myxo::render::colormap::srgb_from_linear;
+use myxo::render::exposure::tone;
 use myxo::render::hues::{hue_light, object_light};
 use myxo::render::view::Light;
 use myxo::scene::settings::Show;
 
-use super::interface::Interface;
+use super::interface::{Facts, Interface};
 use super::keys::{KEYS, KeyAction};
 use super::places::{Marked as _, note_value};
 use super::theme;
@@ -32,7 +33,7 @@ impl Interface {
     }
 
     /// What the picture can show, the atlas beside it, and what the colours mean.
-    pub(super) fn views_list(&mut self, ui: &mut Ui) {
+    pub(super) fn views_list(&mut self, ui: &mut Ui, facts: &Facts) {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
             for &show in Show::ALL {
@@ -74,11 +75,11 @@ impl Interface {
                 }
             });
         });
-        self.legend(ui);
+        self.legend(ui, facts);
     }
 
-    /// What colours mean where they are not the trail's.
-    fn legend(&self, ui: &mut Ui) {
+    /// What colours mean.
+    fn legend(&self, ui: &mut Ui, facts: &Facts) {
         let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
@@ -101,7 +102,15 @@ impl Interface {
                 .response
                 .on_hover_text("Where particles head, for who stands before the surface");
             }
-            Show::Density => line(ui, &[], "bright: 63 times as crowded as on the mean"),
+            Show::Density => {
+                let map = self.view.color_map;
+                let colors = [0, 1, 2, 4, 6].map(|doublings| map.color(doublings as f32 / 6.0));
+                line(
+                    ui,
+                    &colors,
+                    "0, 1, 3, 15, 63 times as crowded as on the mean",
+                );
+            }
             Show::Distance => {
                 let reach = self.running.distance.reach;
                 line(ui, &[Vec3::new(0.72, 0.72, 0.70)], "beside another object");
@@ -119,6 +128,17 @@ impl Interface {
                     line(ui, &[], &format!("and {more} more"));
                 }
                 line(ui, &[], "bright: the nearest; dark: its own, none in reach");
+            }
+            Show::Surface | Show::Relief | Show::Glow | Show::Atlas => {
+                let Some(brightest) = facts.brightest else {
+                    return;
+                };
+                let map = self.view.color_map;
+                let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
+                let colors = trails.map(|trail| map.color(tone(trail, brightest)));
+                let told = trails.map(three_digits);
+                note_value(ui.ctx(), "brightest", || told[3].clone());
+                line(ui, &colors, &format!("trail {} and more", told.join(", ")));
             }
             _ => {}
         }
@@ -210,6 +230,15 @@ impl Interface {
             ui.vertical(|ui| self.view_rows(ui, LIGHT_ROWS));
         });
     }
+}
+
+/// A trail value in so many digits that two runs can be compared.
+fn three_digits(value: f32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = 2 - value.abs().log10().floor() as i32;
+    format!("{value:.*}", decimals.clamp(0, 6) as usize)
 }
 
 /// What a view shows, and its key.

@@ -44,6 +44,15 @@ impl Exposure {
     }
 }
 
+/// A trail value as a brightness in 0 to 1, where `brightest` gets the brightest colour. Twin of `tone` in
+/// `shaders/include/colormap.glsl`.
+#[must_use]
+pub fn tone(trail: f32, brightest: f32) -> f32 {
+    let shoulder = 0.45;
+    let x = trail.max(0.0) / brightest;
+    ((1.0 + shoulder) * x / (x + shoulder)).min(1.0)
+}
+
 /// Distance between sampled texels. Odd, so that it does not fall in step with the rows of the atlas.
 #[must_use]
 pub fn stride(texel_count: u32) -> u32 {

@@ -25,7 +25,8 @@ use super::shared_vertices::SharedVertices;
 use super::view::View;
 use crate::gpu::{
     Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
-    Pipeline, RasterOptions, RasterPipeline, Recorder, Targets, Texels, Threads, Topology,
+    Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Targets, Texels, Threads,
+    Topology,
 };
 use crate::scene::settings::{ColorMap, Show};
 use crate::sim::draws::{
@@ -380,6 +381,13 @@ impl Renderer {
                 self.draw_particles(pass, &shot);
             }
         });
+    }
+
+    /// Records a copy of the trail value that gets the brightest colour in the pictures recorded so far.
+    pub fn record_brightest(&self, rec: &mut Recorder, readback: &mut Readback<f32>, tag: u64) {
+        rec.barrier(Access::Kernel, Access::Copy, &[&self.brightest]);
+        readback.record(rec, &self.brightest, tag);
+        rec.barrier(Access::Copy, Access::Kernel, &[&self.brightest]);
     }
 
     /// Colours and exposure.

@@ -116,6 +116,17 @@ fn every_view_can_be_chosen_and_told() {
     ];
     for word in words.into_iter().rev() {
         lab.click_until(&format!("show={word}"), "show", word);
+        // What colours mean, where they are the trail's.
+        let is_of_trail = ["surface", "relief", "glow", "atlas"].contains(&word);
+        lab.wait("the legend", |seen| {
+            let brightest = seen["values"]["brightest"].as_str();
+            let value = brightest.and_then(|value| value.parse::<f32>().ok());
+            if is_of_trail {
+                value > Some(0.0)
+            } else {
+                value.is_none()
+            }
+        });
     }
     for (key, word) in [
         ("4", "relief"),
