@@ -67,7 +67,7 @@ impl Simulation {
     /// nothing.
     ///
     /// The trail that a dab adds spreads and decays like any other. What attracts, repels or forbids stays, and is part of
-    /// snapshots, checkpoints and hashes from then on; scene files have nothing of what was painted.
+    /// snapshots, checkpoints and hashes from then on; scene files have it in a [map](super::super::areas) beside them.
     ///
     /// ```no_run
     /// # use myxo::sim::paint::{Brush, Dab};
