@@ -83,8 +83,8 @@
 //!   the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
 //! - **dab**: one touch of a brush, between steps: a ball in world space, and what of the surface lies in it
-//!   ([`sim::Simulation::paint`]). **Bias**: what was painted for sensors to read more or less than the trail, or that nobody
-//!   may go there.
+//!   ([`sim::Simulation::paint`]). **Bias**: what sensors read more or less than the trail, or that nobody may go there, as it
+//!   was painted or as a map of **areas** says ([`sim::areas`]).
 //! - **food**, **marker**: a place on an object that sensors read more or less of the nearer they are along the surface: its
 //!   **scent** ([`sim::food`]). Food is eaten where its **plate** is, a **meal** at a time; nobody eats a marker. Who has eaten
 //!   is **fed** for some steps, else **hungry**.

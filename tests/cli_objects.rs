@@ -2,7 +2,7 @@
 
 mod program;
 
-use program::{Folder, done, failed, no_device, path, report};
+use program::{Folder, done, failed, myxo, no_device, path, report, text};
 
 /// A ball and what is said of a second object.
 fn two(second: &str) -> String {
@@ -92,12 +92,15 @@ fn odd_scenes_run_and_lose_nobody() {
     let folder = Folder::new();
     // What is said of the second object, other settings, and whether anybody can change objects.
     let inside = "scale = 0.2";
+    let close_inside = "scale = 0.9";
     let same = "mesh_of_the_ball";
     let beside = "position = [1.5, 0.3, 0.0]";
     for (second, set, changes) in [
         // Farther inside than reach, or in one place, where neither covers the other: no surface is crossed.
         (inside, "distance.reach=0.1", Some(false)),
         (same, "seed=1", Some(false)),
+        // Inside within reach: out to the nearest place.
+        (close_inside, "distance.reach=0.2", Some(true)),
         (beside, "particles.count=1", None),
         // All that is within reach goes where it can, or nobody.
         (beside, "transfer.threshold=100", Some(true)),
@@ -162,4 +165,59 @@ fn a_single_object_takes_any_strategy() {
         report(&told)["state_hash"].as_str().unwrap().to_owned()
     });
     assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
+
+/// Interrupted while particles are under way, by the program and its files.
+#[test]
+fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let run = |name: &str, strategy: &str, more: &[&str]| {
+        let told = folder.file(format!("{name}.json"));
+        let strategy = format!("transfer.strategy={strategy}");
+        let scene: &[&str] = match more.contains(&"--resume") {
+            true => &[],
+            false => &["trio"],
+        };
+        let small = [
+            "particles.count=20000",
+            "atlas.size=256",
+            "transfer.threshold=0.002",
+        ];
+        let small = small.map(|key_value| ["--set", key_value]);
+        let set = match scene {
+            [] => Vec::new(),
+            _ => [small.as_flattened(), &["--set", &strategy]].concat(),
+        };
+        let out = folder.file(format!("{name}.png"));
+        let out = ["--size", "64x48", "--out", path(&out)];
+        let into = ["--report", path(&told), "--validate"];
+        done(&[&["render"], scene, &out, &into, &set[..], more].concat());
+        (report(&told), told)
+    };
+    let state = folder.file("half.state");
+    let keep = ["--steps", "7", "--checkpoint", path(&state)];
+    let (half, _) = run("half", "parallel", &keep);
+    let under_way = half["counters"]["in_flight"].as_u64();
+    assert!(
+        under_way > Some(0),
+        "some are under way: {}",
+        half["counters"]
+    );
+    let (_, resumed) = run(
+        "resumed",
+        "parallel",
+        &["--resume", path(&state), "--steps", "6"],
+    );
+    let (_, whole) = run("whole", "parallel", &["--steps", "13"]);
+    let (_, scattered) = run("scattered", "scattered", &["--steps", "13"]);
+    let (_, direct) = run("direct", "direct", &["--steps", "13"]);
+    for same in [&resumed, &scattered] {
+        done(&["compare", path(&whole), path(same)]);
+    }
+    let other = myxo(&["compare", path(&whole), path(&direct)]);
+    assert_eq!(other.status.code(), Some(1));
+    assert!(text(&other.stdout).contains("DIFFERS"));
 }

@@ -19,7 +19,7 @@ use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::Flow;
 use myxo::sim::{Setup, Simulation, Snapshot};
-use program::{done, no_device};
+use program::{Folder, done, no_device, path, report};
 
 /// How much is run.
 #[derive(Clone, Copy)]
@@ -59,6 +59,9 @@ const FULL: Length = Length {
     particles: 80_000,
     ..LONGEST
 };
+
+/// Of 64 objects, all of which move.
+const CROWD: Length = Length { steps: 100, ..LONG };
 
 const IN_TURNS: [Strategy; 3] = [
     Strategy::Scattered,
@@ -195,6 +198,10 @@ fn section(name: &str, length: Length, rows: &[Row]) -> String {
     }
     let shown = [Strategy::Parallel, Strategy::Direct];
     for row in rows.iter().filter(|row| shown.contains(&row.strategy)) {
+        if objects.len() > MOST_COLUMNS {
+            writeln!(text, "\n{}", in_words(row, objects.len())).unwrap();
+            continue;
+        }
         let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
         writeln!(
             text,
@@ -212,11 +219,31 @@ fn section(name: &str, length: Length, rows: &[Row]) -> String {
     text
 }
 
-/// So many change that a buffer of 16 is full time and again. As the scene is, few wheels' teeth touch at once, and
-/// fewer than that change in a turn.
+/// Objects that a table of who went where has room for.
+const MOST_COLUMNS: usize = 12;
+
+/// Who went where, where pairs are too many for a table.
+fn in_words(row: &Row, objects: usize) -> String {
+    let pairs = row.flux.iter().enumerate();
+    let pairs = || pairs.clone().filter(|(_, count)| **count > 0);
+    let most = pairs().map(|(_, count)| *count).max().unwrap_or(0);
+    let both = pairs().filter(|(pair, _)| row.flux[pair % objects * objects + pair / objects] > 0);
+    format!(
+        "By `{}` {} particles left, over {} of {} ordered pairs of objects, {most} over one at the most; {} of these pairs \
+         were used both ways.",
+        row.strategy.word(),
+        row.flux.iter().sum::<u32>(),
+        pairs().count(),
+        objects * (objects - 1),
+        both.count()
+    )
+}
+
+/// So many change that a buffer of 16 is full time and again. As the scene is, few wheels' teeth touch at once, and that
+/// many seldom want to change in one turn.
 const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16"];
 
-/// As the scene is, but for the buffer: in some turns more want to change than it holds.
+/// As the scene is, but for the buffer: sometimes more want to change than it holds.
 const FULL_AT_TIMES: [&str; 1] = [CROWDED[1]];
 
 /// Nobody is lost or doubled, also where the buffer is full: `gears` by strategies, with what else is set.
@@ -266,10 +293,17 @@ fn populations(ctx: &Arc<Context>, length: Length, cases: &[(Strategy, &[&str])]
 const POPULATIONS: [(Strategy, &[&str]); 2] =
     [(Strategy::Parallel, &[]), (Strategy::Parallel, &CROWDED)];
 
+/// In ten thousand steps it is full as the scene is, too, with as few particles.
+const LONGEST_POPULATIONS: [(Strategy, &[&str]); 3] = [
+    POPULATIONS[0],
+    (Strategy::Parallel, &FULL_AT_TIMES),
+    POPULATIONS[1],
+];
+
 #[test]
 fn strategies_agree_on_the_built_in_scenes() {
     let Some(gpu) = gpu() else { return };
-    for name in ["trio", "gears"] {
+    for name in ["trio", "gears", "crowd"] {
         rows(&gpu.ctx, name, SHORT);
     }
     gpu.finish();
@@ -298,6 +332,7 @@ fn a_full_buffer_says_which_size_would_have_done() {
     if no_device() {
         return;
     }
+    let folder = Folder::new();
     let strategy = |word: &str| format!("transfer.strategy={word}");
     for (scene, strategy, steps) in [
         ("gears", strategy("parallel"), "10"),
@@ -312,36 +347,50 @@ fn a_full_buffer_says_which_size_would_have_done() {
                 "profile", scene, "--steps", steps, "--warmup", "0", "--json",
             ];
             let small = ["--set", "particles.count=20000", "--set", "atlas.size=256"];
-            done(&[&scene[..], &small, &crowded].concat())
+            let told = folder.file("report.json");
+            let into = ["--report", path(&told)];
+            let messages = done(&[&scene[..], &small, &crowded, &into].concat());
+            (messages, report(&told)["counters"].clone())
         };
-        let messages = run("16");
+        let (messages, counters) = run("16");
         let (_, advice) = messages
             .split_once("raise transfer.buffer_size from 16 to ")
             .expect(&messages);
         assert!(messages.contains("warning: transfers overflowed: "));
         let size = advice.split_whitespace().next().unwrap().replace(',', "");
         assert!(size.parse::<u32>().expect(advice) > 16);
-        let messages = run(&size);
+        // The report says the same, and who went where.
+        assert_eq!(counters["transfer_buffer_wanted"].to_string(), size);
+        assert!(counters["transfer_overflow"].as_u64() > Some(0));
+        let flux = counters["flux"].as_array().expect("it is a list");
+        assert!(flux.iter().all(|pair| pair["from"] != pair["to"]));
+        let (messages, counters) = run(&size);
         assert!(
             !messages.contains("overflowed"),
             "{scene}, {size}: {messages}"
         );
+        assert_eq!(counters["transfer_overflow"], 0);
+        let flux = counters["flux"].as_array().expect("it is a list");
+        let left = flux.iter().filter_map(|pair| pair["particles"].as_u64());
+        assert!(left.sum::<u64>() >= counters["transferred"].as_u64().expect("it is counted"));
     }
 }
 
-/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. `MYXO_PARTS=trio,gears,population,full`
-/// takes some of them.
+/// Each part of the long run, in the order of the table: `MYXO_PARTS=crowd,full` takes some of them.
+const PARTS: [&str; 5] = ["trio", "gears", "crowd", "population", "full"];
+
+/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. Parts that are not run stay as that file has
+/// them.
 #[test]
 #[ignore = "takes an hour: make long"]
 fn long_runs() {
-    let started = Instant::now();
     let ctx = Context::new(&ContextOptions {
         cache_folder: default_cache_folder(),
         ..ContextOptions::default()
     })
     .unwrap();
     let info = ctx.info();
-    let mut text = format!(
+    let head = format!(
         "# Strategies\n\n\
          `make long` makes this file anew. {} ({} {}), {} particles; atlas {} for the hashes, {} for the population.\n\
          After every step all invariants are checked. `scattered`, `sequential` and `parallel` must end in the same hash,\n\
@@ -349,24 +398,52 @@ fn long_runs() {
         info.name, info.driver, info.driver_version, LONG.particles, LONG.atlas, LONGEST.atlas
     );
     let file = std::env::var_os("MYXO_TABLE");
-    let mut add = |part: String| {
-        text += &part;
-        print!("{part}");
-        if let Some(file) = &file {
-            std::fs::write(file, &text).unwrap();
-        }
-    };
-    let parts = std::env::var("MYXO_PARTS");
-    let parts = parts.unwrap_or_else(|_| "trio,gears,population,full".to_owned());
-    for part in parts.split(',') {
-        add(match part {
-            "population" => populations(&ctx, LONGEST, &POPULATIONS),
+    let before = file.as_ref().map(std::fs::read_to_string);
+    let before = before.and_then(Result::ok).unwrap_or_default();
+    let mut texts = PARTS.map(|part| part_in(&before, part).to_owned());
+    let wanted = std::env::var("MYXO_PARTS").unwrap_or_else(|_| PARTS.join(","));
+    for wanted in wanted.split(',') {
+        let place = PARTS.iter().position(|part| *part == wanted);
+        let place = place.unwrap_or_else(|| panic!("{wanted} is none of {PARTS:?}"));
+        let started = Instant::now();
+        let part = match wanted {
+            "population" => populations(&ctx, LONGEST, &LONGEST_POPULATIONS),
             "full" => populations(&ctx, FULL, &IN_TURNS.map(|s| (s, &FULL_AT_TIMES[..]))),
+            "crowd" => section("crowd", CROWD, &rows(&ctx, "crowd", CROWD)),
             name => section(name, LONG, &rows(&ctx, name, LONG)),
-        });
+        };
+        let minutes = started.elapsed().as_secs_f64() / 60.0;
+        print!("{part}");
+        texts[place] = format!(
+            "\n{}{part}\nThis took {minutes:.0} minutes.\n",
+            mark(wanted)
+        );
+        if let Some(file) = &file {
+            std::fs::write(file, head.clone() + &texts.concat()).unwrap();
+        }
     }
-    add(format!(
-        "\nAll of this took {:.0} minutes.\n",
-        started.elapsed().as_secs_f64() / 60.0
-    ));
+}
+
+/// Where a part begins in the table.
+fn mark(part: &str) -> String {
+    format!("<!-- {part} -->")
+}
+
+/// A part of a table, with its mark; nothing where the table has none.
+fn part_in<'a>(table: &'a str, part: &str) -> &'a str {
+    let begin = format!("\n{}", mark(part));
+    let Some(start) = table.find(&begin) else {
+        return "";
+    };
+    let rest = &table[start + 1..];
+    let end = rest.find("\n<!-- ").map_or(rest.len(), |end| end);
+    &table[start..start + 1 + end]
+}
+
+#[test]
+fn parts_of_the_table_that_are_not_run_stay() {
+    let table = "# Head\n\n<!-- trio -->\n## a\n\nb\n\n<!-- crowd -->\n## c\n";
+    assert_eq!(part_in(table, "trio"), "\n<!-- trio -->\n## a\n\nb\n");
+    assert_eq!(part_in(table, "gears"), "");
+    assert_eq!(part_in(table, "crowd"), "\n<!-- crowd -->\n## c\n");
 }

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::presets::is_preset;
-use myxo::scene::settings::{AreaSettings, ObjectStart, Settings, Start};
+use myxo::scene::settings::{AreaSettings, Settings};
 use myxo::scene::{Overrides, Scene};
-use myxo::sim::areas::{keep_beside, write_mask};
+use myxo::sim::areas::keep_beside;
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::paint::Repainted;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
@@ -19,15 +18,38 @@ use super::interface::Interface;
 use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};
 use super::lost::is_loss;
-use super::out::{Reserved, put_look};
+use super::out::put_look;
 use super::saving::save_scene;
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
 
-/// Why nobody can begin on painted areas.
-const NOTHING_ATTRACTS: &str =
-    "Nothing attracts yet: paint where particles are to begin, then press it again";
+/// A scene file on its way.
+#[derive(Debug, Default)]
+pub(super) struct SceneText {
+    /// What it says.
+    pub text: String,
+    /// The map of areas that was written beside it.
+    map: Option<PathBuf>,
+    /// Why areas are missing that were painted.
+    lacks: Option<Error>,
+}
+
+impl SceneText {
+    /// What is to be said of areas.
+    fn told(&self) -> String {
+        let map = self.map.as_ref().and_then(|map| map.file_name());
+        let with = map.map(|map| format!(", with painted areas in {}", map.display()));
+        with.unwrap_or_default() + &self.lacking()
+    }
+
+    /// The same of those that are missing.
+    fn lacking(&self) -> String {
+        let lacks = self.lacks.as_ref();
+        let lacks = lacks.map(|error| format!(", without the areas that were painted: {error}"));
+        lacks.unwrap_or_default()
+    }
+}
 
 impl Lab {
     /// Does what the interface asks for.
@@ -154,27 +176,39 @@ impl Lab {
         })
     }
 
-    /// The same for a file of this path, with painted areas in a map beside it. Gives that map's path, too.
-    fn scene_text_at(&self, file: &Path) -> Result<(String, Option<PathBuf>)> {
-        // Another map that waits for a restart is what is wanted.
-        let edited = &self.interface.edited.areas;
-        let stage = self.stage.as_ref();
-        let stage = stage.filter(|stage| *edited == stage.simulation.settings().areas);
-        let (areas, map) = match stage.map(|stage| &stage.simulation) {
-            Some(simulation) => {
-                let bias = simulation.areas()?;
-                let (areas, map) = keep_beside(file, &bias, &simulation.setup().atlas)?;
-                (Some(areas), map)
-            }
-            None => (None, None),
+    /// The same for a file of this path, with areas as they are in a map beside it.
+    pub(super) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
+        let only = || SceneText {
+            text: self.scene_text().unwrap_or_default(),
+            ..SceneText::default()
         };
-        let text = self.scene_text_with(areas.as_ref());
-        Ok((text.unwrap_or_default(), map))
+        let Some(stage) = &self.stage else {
+            return Ok(only());
+        };
+        let (simulation, setup) = (&stage.simulation, stage.simulation.setup());
+        let (bias, lacks) = match simulation.areas() {
+            Ok(bias) => (bias, None),
+            Err(error) => (setup.bias.clone(), Some(error)),
+        };
+        // Another map that waits for a restart is wanted, unless it costs what was painted.
+        let waits = self.interface.edited.areas != simulation.settings().areas;
+        if waits && bias == setup.bias {
+            return Ok(SceneText { lacks, ..only() });
+        }
+        let (areas, map) = keep_beside(file, &bias, &setup.atlas)?;
+        Ok(SceneText {
+            text: self.scene_text_with(Some(&areas)).unwrap_or_default(),
+            map,
+            lacks,
+        })
     }
 
-    /// Was something painted that stays?
+    /// Was something painted that stays, besides what the scene's map says?
     pub(super) fn has_painted(&self) -> bool {
-        (self.stage.as_ref()).is_some_and(|s| s.simulation.state().bias.is_some())
+        let has_areas = |stage: &Stage| stage.simulation.state().bias.is_some();
+        let has_map = |stage: &Stage| !stage.simulation.setup().bias.is_empty();
+        let has_strokes = self.interface.undo.strokes() > 0;
+        (self.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
     }
 
     fn copy(&mut self, context: &egui::Context) {
@@ -198,68 +232,20 @@ impl Lab {
             return;
         }
         let folder = PathBuf::from(self.interface.out.folder.trim());
-        let mut map = None;
+        let mut told = String::new();
         let saved = save_scene(&folder, &self.name, |file| {
-            let (text, beside) = self.scene_text_at(file)?;
-            map = beside;
-            Ok(text)
+            let scene = self.scene_text_at(file)?;
+            told = scene.told();
+            Ok(scene.text)
         });
         match saved {
             Ok(path) => {
                 self.interface.saved(Some(self.interface.state_to_save()));
-                let map = map.as_ref().and_then(|map| map.file_name());
-                let with = map.map(|map| format!(", with painted areas in {}", map.display()));
-                let text = format!("Saved {}{}", path.display(), with.unwrap_or_default());
+                let text = format!("Saved {}{told}", path.display());
                 self.interface.notice(context, text, false);
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
-    }
-
-    /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.
-    pub(super) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
-        let begun = self.begin_on_painted(context);
-        match begun {
-            Err(error) if is_loss(&error) => Err(error),
-            Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
-                Ok(())
-            }
-            Ok(()) => Ok(()),
-        }
-    }
-
-    fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
-        self.paint_now(context)?;
-        let Some(stage) = &mut self.stage else {
-            return Ok(());
-        };
-        let bias = stage.simulation.areas()?;
-        let folder = PathBuf::from(self.interface.out.folder.trim());
-        let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
-        let atlas = &stage.simulation.setup().atlas;
-        let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
-            return Err(Error::Invalid(NOTHING_ATTRACTS.to_owned()));
-        };
-        let taken = texels.into_iter().map(|texel| Repainted {
-            texel,
-            before: bias[texel as usize],
-            after: 0.0,
-        });
-        self.take_away(taken.collect())?;
-        let particles = &mut self.interface.edited.particles;
-        particles.start = Start::Mask;
-        particles.start_object.clear();
-        let mask = std::path::absolute(name.path());
-        let mask = mask.unwrap_or_else(|_| name.path().to_owned());
-        particles.start_mask = mask.to_string_lossy().into_owned();
-        for object in &mut self.interface.edited.objects {
-            object.start.place = ObjectStart::Scene;
-        }
-        let text = format!("All begin where it attracted: {}", name.path().display());
-        self.interface.notice(context, text, false);
-        self.restart();
-        Ok(())
     }
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
@@ -282,23 +268,33 @@ impl Lab {
         });
     }
 
-    /// Keeps the scene that is about to be left, if something of it has no file.
-    fn keep_left(&mut self) -> Option<Result<PathBuf>> {
+    /// Keeps the scene that is about to be left, if something of it has no file. Gives its file, and what it lacks.
+    fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
         if !self.interface.is_unsaved() || self.scene().is_none() {
             return None;
         }
+        Some(self.keep_as_left())
+    }
+
+    /// The same, whatever has a file.
+    pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
+        let mut lacks = String::new();
         let mut left = std::mem::take(&mut self.interface.left);
-        let kept = left.keep(&self.name, |file| Ok(self.scene_text_at(file)?.0));
+        let kept = left.keep(&self.name, |file| {
+            let scene = self.scene_text_at(file)?;
+            lacks = scene.lacking();
+            Ok(scene.text)
+        });
         self.interface.left = left;
-        Some(kept)
+        Ok((kept?, lacks))
     }
 
     /// At the end, on the terminal.
     pub(super) fn tell_left(&mut self) {
         let text = match self.keep_left() {
             None => return,
-            Some(Ok(file)) => format!(
-                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery",
+            Some(Ok((file, lacks))) => format!(
+                "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery{lacks}",
                 self.name,
                 file.display(),
             ),
@@ -388,12 +384,22 @@ impl Lab {
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         let is_new_scene = origin != Origin::Shown;
+        let left = if is_new_scene {
+            self.keep_left()
+        } else {
+            (self.loses_areas_to(&stage)).then(|| self.keep_as_left())
+        };
         let has_same_texels = !is_new_scene && self.carry_over(&mut stage)?;
-        let left = is_new_scene.then(|| self.keep_left()).flatten();
         let mut is_error = false;
         let mut texts: Vec<String> = left
             .map(|left| match left {
-                Ok(_) => format!("{} as you left it is in the gallery", self.name),
+                Ok((_, lacks)) if is_new_scene => {
+                    format!("{} as you left it is in the gallery{lacks}", self.name)
+                }
+                Ok((_, lacks)) => format!(
+                    "Another map of areas has taken the place of those that were painted: {} with these is in the gallery{lacks}",
+                    self.name
+                ),
                 Err(error) => {
                     is_error = true;
                     error.to_string()

@@ -92,10 +92,10 @@ impl Lab {
             return Some(Ok(path));
         }
         let folder = PathBuf::from(self.interface.out.folder.trim());
-        let saved = save_scene(&folder, &self.name, |_| Ok(text.clone())).or_else(|error| {
-            let left = &mut self.interface.left;
-            left.keep(&self.name, |_| Ok(text.clone())).or(Err(error))
+        let saved = save_scene(&folder, &self.name, |file| {
+            Ok(self.scene_text_at(file)?.text)
         });
+        let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
         Some(saved.map(|path| {
             self.interface.saved(Some(self.interface.state_to_save()));
             let path = std::path::absolute(&path).unwrap_or(path);

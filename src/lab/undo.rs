@@ -141,11 +141,20 @@ impl Undo {
 
     /// Some strokes cannot be undone any more: `known` gives for each the last one up to it that can.
     pub fn keep_strokes(&mut self, known: impl Fn(u64) -> u64) {
+        // What the file has not is there still, though nobody knows how to take it back.
+        let is_saved = |undo: &Self| {
+            let saved = undo.saved.as_ref();
+            saved.is_some_and(|saved| saved.strokes == undo.now.strokes)
+        };
+        let was_saved = is_saved(self);
         for entry in self.all() {
             entry.strokes = known(entry.strokes);
         }
         if let Some(saved) = &mut self.saved {
             saved.strokes = known(saved.strokes);
+        }
+        if !was_saved && is_saved(self) {
+            self.saved = None;
         }
         self.join();
     }
@@ -362,6 +371,14 @@ mod tests {
         assert!(undo.is_unsaved(&settings, &view));
         undo.saved(Some(undo.to_save(&settings, &view)));
         assert!(!undo.is_unsaved(&settings, &view));
+        // Forgotten, and yet not in the file.
+        let mut other = undo.clone();
+        other.stroke();
+        other.keep_strokes(|_| 0);
+        assert!(other.is_unsaved(&settings, &view));
+        let mut other = undo.clone();
+        other.keep_strokes(|_| 0);
+        assert!(!other.is_unsaved(&settings, &view), "the file has it");
         // The parameter, and then the stroke.
         let mut now = settings.clone();
         for is_unsaved in [false, true] {

@@ -5,8 +5,8 @@
 //! | --- | --- |
 //! | green, 0 to full | sensors read 0 to `strength` trail units more |
 //! | blue, 0 to full | as much less |
-//! | red, more than half, and more than green and blue | nobody enters ([`NO_GO`]) |
-//! | black, transparent | nothing |
+//! | red, by more than half beyond green and blue | nobody enters ([`NO_GO`]) |
+//! | black, white, grey, transparent | nothing |
 
 use std::path::{Path, PathBuf};
 
@@ -71,15 +71,17 @@ impl AreaMap {
             (pixel as u32).min(side - 1)
         };
         let mut bias = vec![0.0; atlas.owner.len()];
+        let mut says_something = false;
         for (texel, _) in owned(atlas) {
             let (column, row) = (texel % atlas.pitch, texel / atlas.pitch);
             let pixel = self.pixels.get_pixel(at(column, width), at(row, height));
+            says_something |= value(*pixel, 1.0) != 0.0;
             bias[texel as usize] = value(*pixel, strength);
         }
-        if bias.iter().all(|value| *value == 0.0) {
+        if !says_something {
             return Err(Error::Invalid(format!(
-                "{}: the area map says nothing wherever the texture holds a triangle: paint green, blue or red over a picture \
-                 that `myxo atlas SCENE --out FILE.png` draws",
+                "{}: the area map says nothing wherever the texture holds a triangle: paint green, blue or red on black, where \
+                 `myxo atlas SCENE --out FILE.png` draws what you mean",
                 self.path.display()
             )));
         }
@@ -109,7 +111,7 @@ fn owned(atlas: &Atlas) -> impl Iterator<Item = (u32, u32)> {
 fn value(Rgba([red, green, blue, alpha]): Rgba<u16>, strength: f32) -> f32 {
     let seen = f32::from(alpha) / FULL;
     let [red, green, blue] = [red, green, blue].map(|part| seen * f32::from(part) / FULL);
-    if red > 0.5 && red > green && red > blue {
+    if red - green.max(blue) > 0.5 {
         return NO_GO;
     }
     strength * (green - blue)
@@ -122,7 +124,7 @@ pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(ImageBuffer<Rgb<u16>, 
     if values().all(|value| value == 0.0) {
         return None;
     }
-    let painted = values().filter(|value| *value >= NO_GO_BELOW);
+    let painted = values().filter(|value| *value >= -GREATEST);
     let strength = painted.map(f32::abs).fold(0.0, f32::max).min(GREATEST);
     let mut pixels = ImageBuffer::new(atlas.size, atlas.size);
     for (texel, _) in owned(atlas) {
@@ -298,9 +300,38 @@ mod tests {
             ([full / 3, 0, 0, full], 0.0),
             ([full, 0, 0, full / 3], 0.0),
             ([full, full, full, full], 0.0),
+            ([full, full - 99, full - 99, full], 0.0),
         ] {
             assert_eq!(value(Rgba([red, green, blue, alpha]), 10.0), wanted);
         }
+    }
+
+    /// Whoever leaves the layout below has no walls of it.
+    #[test]
+    fn the_colours_of_a_layout_are_no_walls() {
+        for [red, green, blue] in [
+            [176, 119, 87],
+            [219, 149, 149],
+            [199, 165, 108],
+            [173, 113, 141],
+            [244, 242, 235],
+            [255, 196, 84],
+        ] {
+            let color = [red, green, blue].map(|part: u16| part * 257);
+            let [red, green, blue] = color;
+            assert!(value(Rgba([red, green, blue, u16::MAX]), 1.0) > NO_GO_BELOW);
+        }
+    }
+
+    #[test]
+    fn without_strength_walls_are_left() {
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let path = folder.path().join("areas.png");
+        write(&path, &painted(&atlas), &atlas).unwrap();
+        let bias = AreaMap::open(&path).unwrap().bias(&atlas, 0.0).unwrap();
+        let owned = || owned(&atlas).map(|(texel, _)| bias[texel as usize]);
+        assert!(owned().all(|value| value == 0.0 || value == NO_GO));
+        assert!(owned().any(|value| value == NO_GO));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::food::FoodPlace;
+use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
@@ -115,7 +116,12 @@ pub fn carried_bias(
     }
     let pitch = old.atlas.pitch;
     Some(field(old, new, from, &|position| {
-        bias[texel_at(position, pitch) as usize]
+        // Gutters may mix what is no-go with what is not: here it is one or the other.
+        match bias[texel_at(position, pitch) as usize] {
+            value if value < NO_GO_BELOW => NO_GO,
+            value if value < -GREATEST => 0.0,
+            value => value,
+        }
     }))
 }
 

@@ -208,9 +208,18 @@ struct OnFloor {
     has_turned: bool,
 }
 
-/// Those of a floor with a wall through it, in a first step that they hardly move in. So many have just been on each
-/// texel of the wall.
-fn on_floor(gpu: &Gpu, crowd: u32, change: impl FnOnce(&mut Settings)) -> Vec<OnFloor> {
+/// What is on each texel of the wall.
+#[derive(Clone, Copy)]
+enum OnWall {
+    Nothing,
+    /// So many have just been there.
+    Crowd(u32),
+    /// So much trail.
+    Trail(f32),
+}
+
+/// Those of a floor with a wall through it, in a first step that they hardly move in.
+fn on_floor(gpu: &Gpu, wall: OnWall, change: impl FnOnce(&mut Settings)) -> Vec<OnFloor> {
     const SENSOR_OFFSET: f32 = 0.1;
     let meshes = [
         ("plane?columns=4&rows=4", [0.0; 3]),
@@ -228,8 +237,13 @@ fn on_floor(gpu: &Gpu, crowd: u32, change: impl FnOnce(&mut Settings)) -> Vec<On
     let first = simulation.setup().surface.objects[1].triangles.0;
     let mut before = simulation.snapshot().unwrap();
     let owners = &simulation.setup().atlas.owner;
-    for (deposits, &owner) in before.deposits.iter_mut().zip(owners) {
-        *deposits = u32::from(owner != NONE && owner >= first) * crowd;
+    let is_wall = |texel: usize| owners[texel] != NONE && owners[texel] >= first;
+    for texel in (0..owners.len()).filter(|texel| is_wall(*texel)) {
+        match wall {
+            OnWall::Nothing => {}
+            OnWall::Crowd(count) => before.deposits[texel] = count,
+            OnWall::Trail(amount) => before.trail[texel] = amount,
+        }
     }
     simulation.restore(&before).unwrap();
     gpu.run(|rec| simulation.record_step(rec));
@@ -271,7 +285,7 @@ fn turned_to_wall(all: &[OnFloor]) -> (usize, usize) {
 fn gravity_pulls_up_a_wall_that_is_near() {
     let Some(gpu) = gpu() else { return };
     for strategy in [Strategy::None, Strategy::Direct] {
-        let all = on_floor(&gpu, 0, |s| {
+        let all = on_floor(&gpu, OnWall::Nothing, |s| {
             s.physarum.gravity_weight = 1000.0;
             s.transfer.strategy = strategy;
         });
@@ -289,6 +303,35 @@ fn gravity_pulls_up_a_wall_that_is_near() {
     gpu.finish();
 }
 
+/// Trail on the wall draws those on the floor to it, if they can change to it; else they do not know of it.
+#[test]
+fn trail_on_a_wall_draws_others_from_the_floor() {
+    let Some(gpu) = gpu() else { return };
+    for (strategy, wall) in [
+        (Strategy::None, OnWall::Trail(50.0)),
+        (Strategy::Direct, OnWall::Nothing),
+        (Strategy::Direct, OnWall::Trail(50.0)),
+        (Strategy::Parallel, OnWall::Trail(50.0)),
+    ] {
+        let all = on_floor(&gpu, wall, |s| {
+            s.particles.count = 30_000;
+            s.atlas.size = 256;
+            s.transfer.strategy = strategy;
+        });
+        let (turned, to_wall) = turned_to_wall(&all);
+        if strategy == Strategy::None || matches!(wall, OnWall::Nothing) {
+            assert_eq!(turned, 0, "there is no trail on the floor");
+        } else {
+            assert!(
+                // Some texels beside seams don't tell.
+                turned > 100 && to_wall * 10 > turned * 9,
+                "{strategy:?}: {to_wall} of {turned} to the wall"
+            );
+        }
+    }
+    gpu.finish();
+}
+
 /// A crowd on the wall keeps those on the floor away from it, if they can change to it; else it is none of their business.
 #[test]
 fn a_crowd_on_a_wall_keeps_others_on_the_floor() {
@@ -299,7 +342,7 @@ fn a_crowd_on_a_wall_keeps_others_on_the_floor() {
         (Strategy::Direct, 50),
         (Strategy::Parallel, 50),
     ] {
-        let all = on_floor(&gpu, crowd, |s| {
+        let all = on_floor(&gpu, OnWall::Crowd(crowd), |s| {
             s.particles.count = 30_000;
             s.atlas.size = 256;
             s.physarum.decrowding_weight = 10.0;
@@ -325,7 +368,7 @@ fn a_crowd_on_a_wall_keeps_others_on_the_floor() {
 fn far_up_a_wall_is_far_from_the_floor() {
     let Some(gpu) = gpu() else { return };
     for strategy in [Strategy::None, Strategy::Direct] {
-        let all = on_floor(&gpu, 0, |s| {
+        let all = on_floor(&gpu, OnWall::Nothing, |s| {
             s.particles.count = 30_000;
             s.atlas.size = 256;
             s.physarum.distance_weight = 1000.0;

@@ -3,6 +3,7 @@
 //! The interface knows the tool, the pointer and what the window told it lies under it; what needs the simulation it asks
 //! for by [`Work`], which `work.rs` does.
 
+mod areas;
 mod bar;
 mod depths;
 mod food;

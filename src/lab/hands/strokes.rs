@@ -178,9 +178,9 @@ impl Lab {
             return Ok(());
         };
         let mut rec = self.frames.begin()?;
-        let put = stage.simulation.put_areas(&mut rec, &texels, true);
-        put?;
+        stage.simulation.put_areas(&mut rec, &texels, true)?;
         self.frames.submit(rec)?;
+        stage.forget_picture();
         self.interface.note_changes();
         let undo = &mut self.interface.undo;
         self.hand.strokes.keep(undo, texels, false);

@@ -7,7 +7,6 @@ use myxo::render::Camera;
 use myxo::render::camera::Ray;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
-use myxo::sim::carry::{carried, carried_bias};
 use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
@@ -446,44 +445,6 @@ impl Lab {
         let what = format!("the removal of {}", object.name);
         self.hand.coming = Some((what, Some(Left::Removal(object))));
     }
-
-    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning.
-    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<bool> {
-        let carry = self.hand.carry.take();
-        let Some(left) = &self.stage else {
-            return Ok(false);
-        };
-        let Some(from) = carry else {
-            return keep_areas(left, next);
-        };
-        let state = left.simulation.snapshot()?;
-        let carried = carried(
-            &state,
-            left.simulation.setup(),
-            next.simulation.setup(),
-            &from,
-        );
-        carried.map_or(Ok(()), |state| next.simulation.restore(&state))?;
-        Ok(false)
-    }
-}
-
-/// A scene that begins anew has the areas that were painted, unless it takes them from another map. Are its texels the same
-/// as before?
-fn keep_areas(left: &Stage, next: &mut Stage) -> Result<bool> {
-    let map = |stage: &Stage| stage.simulation.settings().areas.clone();
-    if map(left) != map(next) {
-        return Ok(false);
-    }
-    let objects = left.simulation.settings().objects.len();
-    let from: Vec<_> = (0..objects).map(Some).collect();
-    let bias = left.simulation.areas()?;
-    let (old, new) = (left.simulation.setup(), next.simulation.setup());
-    let is_same = (&old.atlas.owner, old.atlas.pitch) == (&new.atlas.owner, new.atlas.pitch);
-    if let Some(bias) = carried_bias(&bias, old, new, &from) {
-        next.simulation.set_areas(&bias)?;
-    }
-    Ok(is_same)
 }
 
 /// The middle of a ball of this radius that stands at the right side of these places, as the camera sees them.

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use myxo::sim::areas::map_beside;
 use myxo::{Error, Result};
 
 /// A name that nobody else takes as long as this lives.
@@ -33,7 +34,9 @@ impl Reserved {
         for number in 1.. {
             let name = format!("{stem}_{number:06}{dot}{ending}");
             let path = folder.join(&name);
-            if path.exists() {
+            // A scene that is gone may have left its map.
+            let map = map_beside(&path);
+            if path.exists() || ending == "toml" && map.exists() {
                 continue;
             }
             let mark = folder.join(format!(".{name}.taken"));
@@ -86,6 +89,9 @@ mod tests {
         assert!(next().path().ends_with("film_000001.mp4"));
         fs::write(below.join("film_000001.mp4"), "it").unwrap();
         assert!(next().path().ends_with("film_000003.mp4"));
+        fs::write(below.join("a_000001_areas.png"), "of a scene that is gone").unwrap();
+        let scene = Reserved::next(&below, "a", "toml").unwrap();
+        assert!(scene.path().ends_with("a_000002.toml"));
         let frames = Reserved::next(&below, "film", "").unwrap();
         assert!(
             frames

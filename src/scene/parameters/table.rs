@@ -108,7 +108,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "areas.map",
         name: "Area map",
         unit: "",
-        help: "A PNG laid over the whole texture, as `myxo atlas --out` draws it: green attracts, blue repels, red may not be entered. Black is nothing.",
+        help: "A PNG laid over the whole texture, as `myxo atlas --out` draws it: on black, green attracts, blue repels, and red may not be entered.",
         effect: Effect::Restart,
         kind: text!(areas.map, "a path relative to the scene file", true),
     },

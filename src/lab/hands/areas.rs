@@ -1,0 +1,217 @@
+//! Painted areas when a scene begins anew: they stay where nothing else takes their place, and particles begin on them.
+
+use std::path::PathBuf;
+
+use myxo::scene::settings::{AreaSettings, ObjectStart, Start};
+use myxo::sim::Setup;
+use myxo::sim::areas::write_mask;
+use myxo::sim::carry::{carried, carried_bias};
+use myxo::sim::paint::Repainted;
+use myxo::{Error, Result};
+
+use super::super::lost::is_loss;
+use super::super::out::Reserved;
+use super::super::stage::Stage;
+use super::super::window::Lab;
+
+/// Why nobody can begin on painted areas.
+const NOTHING_ATTRACTS: &str =
+    "Nothing attracts yet: paint where particles are to begin, then press it again";
+/// Why not now: the mask would be one of another layout.
+const WAITS: &str = "Changes wait for a restart: Reset or discard them first, then press it again";
+
+/// A scene that is set up, and what it says of areas.
+#[derive(Clone, Copy)]
+struct Areas<'a> {
+    setup: &'a Setup,
+    settings: &'a AreaSettings,
+}
+
+impl<'a> Areas<'a> {
+    fn of(stage: &'a Stage) -> Self {
+        Self {
+            setup: stage.simulation.setup(),
+            settings: &stage.simulation.settings().areas,
+        }
+    }
+
+    /// Are its texels those of another scene, one by one?
+    fn has_texels_of(self, other: Areas<'_>) -> bool {
+        let (here, there) = (&self.setup.atlas, &other.setup.atlas);
+        (here.pitch, &here.owner) == (there.pitch, &there.owner)
+    }
+}
+
+/// What a scene that begins anew has of the areas that are there: none where it has what its own map says, because nobody has
+/// painted, or because that is another map.
+fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
+    if bias == left.setup.bias || left.settings != next.settings {
+        return None;
+    }
+    if next.has_texels_of(left) {
+        return Some(bias.to_vec());
+    }
+    let objects = left.setup.poses.len();
+    let from: Vec<_> = (0..objects).map(Some).collect();
+    carried_bias(bias, left.setup, next.setup, &from)
+}
+
+impl Lab {
+    /// Would what was painted be gone with this stage, because it brings another map?
+    pub(in super::super) fn loses_areas_to(&self, next: &Stage) -> bool {
+        self.stage.as_ref().is_some_and(|left| {
+            let (here, there) = (Areas::of(left), Areas::of(next));
+            // What cannot be read is lost in any case.
+            let bias = left.simulation.areas().unwrap_or_default();
+            here.settings != there.settings && !bias.is_empty() && bias != here.setup.bias
+        })
+    }
+
+    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. Do strokes
+    /// go on being known, because texels are the same?
+    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<bool> {
+        let carry = self.hand.carry.take();
+        let Some(left) = &self.stage else {
+            return Ok(false);
+        };
+        let (here, there) = (Areas::of(left), Areas::of(next));
+        let has_other_map = here.settings != there.settings;
+        let Some(from) = carry else {
+            let bias = left.simulation.areas()?;
+            let kept = kept(&bias, here, there);
+            let are_same = kept.is_some() || bias == there.setup.bias;
+            let goes_on = are_same && there.has_texels_of(here);
+            if let Some(bias) = kept {
+                next.simulation.set_areas(&bias)?;
+            }
+            return Ok(goes_on);
+        };
+        let state = left.simulation.snapshot()?;
+        let (old, new) = (here.setup, there.setup);
+        match carried(&state, old, new, &from) {
+            Some(mut state) => {
+                if has_other_map {
+                    state.bias.clone_from(&new.bias);
+                }
+                next.simulation.restore(&state)?;
+            }
+            None if has_other_map => {}
+            None => {
+                if let Some(bias) = carried_bias(&state.bias, old, new, &from) {
+                    next.simulation.set_areas(&bias)?;
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.
+    pub(in super::super) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+        let begun = self.begin_on_painted(context);
+        match begun {
+            Err(error) if is_loss(&error) => Err(error),
+            Err(error) => {
+                self.interface.notice(context, error.to_string(), true);
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+        if self.interface.is_pending() {
+            return Err(Error::Invalid(WAITS.to_owned()));
+        }
+        self.paint_now(context)?;
+        let Some(stage) = &mut self.stage else {
+            return Ok(());
+        };
+        let bias = stage.simulation.areas()?;
+        let folder = PathBuf::from(self.interface.out.folder.trim());
+        let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
+        let atlas = &stage.simulation.setup().atlas;
+        let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
+            return Err(Error::Invalid(NOTHING_ATTRACTS.to_owned()));
+        };
+        let taken = texels.into_iter().map(|texel| Repainted {
+            texel,
+            before: bias[texel as usize],
+            after: 0.0,
+        });
+        self.take_away(taken.collect())?;
+        let particles = &mut self.interface.edited.particles;
+        particles.start = Start::Mask;
+        particles.start_object.clear();
+        let mask = std::path::absolute(name.path());
+        let mask = mask.unwrap_or_else(|_| name.path().to_owned());
+        particles.start_mask = mask.to_string_lossy().into_owned();
+        for object in &mut self.interface.edited.objects {
+            object.start.place = ObjectStart::Scene;
+        }
+        let text = format!("All begin where it attracted: {}", name.path().display());
+        self.interface.notice(context, text, false);
+        self.restart();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::scene::Scene;
+    use myxo::scene::settings::Settings;
+    use myxo::sim::paint::NO_GO;
+
+    fn setup(size: u32, areas: &AreaSettings) -> Setup {
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.size = size;
+        "builtin:plane".clone_into(&mut settings.objects[0].mesh);
+        settings.areas = areas.clone();
+        let scene = Scene::from_settings("plane".to_owned(), settings, "".into());
+        Setup::new(&scene.unwrap()).unwrap()
+    }
+
+    #[test]
+    fn what_was_painted_stays_and_what_was_drawn_is_read_again() {
+        let none = AreaSettings::default();
+        let maze = AreaSettings {
+            map: "builtin:maze".to_owned(),
+            ..none.clone()
+        };
+        let stronger = AreaSettings {
+            strength: 99.0,
+            ..maze.clone()
+        };
+        let (bare, walls, larger) = (setup(64, &none), setup(64, &maze), setup(97, &maze));
+        let of = |setup, settings| Areas { setup, settings };
+        // Nobody has painted: the map's file may have become another.
+        for (setup, settings) in [(&bare, &none), (&walls, &maze)] {
+            let areas = of(setup, settings);
+            assert_eq!(kept(&setup.bias, areas, areas), None);
+        }
+        let owned = |setup: &Setup| -> Vec<usize> {
+            let owners = setup.atlas.owner.iter().enumerate();
+            let owned = owners.filter(|(_, owner)| **owner != u32::MAX);
+            owned.map(|(texel, _)| texel).collect()
+        };
+        let mut painted = walls.bias.clone();
+        for texel in owned(&walls).into_iter().take(300) {
+            painted[texel] = 7.5;
+        }
+        let here = of(&walls, &maze);
+        assert_eq!(kept(&painted, here, here), Some(painted.clone()));
+        // All erased is painted, too.
+        assert_eq!(kept(&[], here, here), Some(Vec::new()));
+        // Another map takes their place; another layout does not.
+        assert_eq!(kept(&painted, here, of(&walls, &stronger)), None);
+        assert_eq!(kept(&painted, here, of(&bare, &none)), None);
+        let carried = kept(&painted, here, of(&larger, &maze)).unwrap();
+        assert_eq!(carried.len(), larger.atlas.texel_count());
+        let values = owned(&larger).into_iter().map(|texel| carried[texel]);
+        let values: Vec<f32> = values.collect();
+        assert!(values.contains(&7.5) && values.contains(&NO_GO));
+        let known = [0.0, 7.5, NO_GO];
+        assert!(values.iter().all(|value| known.contains(value)));
+    }
+}
