@@ -364,9 +364,10 @@ mod tests {
         assert!(undo.redo(&mut settings, &mut view) && undo.redo(&mut settings, &mut view));
         undo.keep_strokes(|_| 0);
         assert_eq!(undo.past.len(), 1, "the parameter's");
-        // A stroke is something that a file has or has not.
+        // A stroke is something that a file has or has not, also once it is forgotten.
         let settings = Settings::default();
-        assert!(!undo.is_unsaved(&settings, &view));
+        assert!(undo.is_unsaved(&settings, &view));
+        undo.saved(Some(undo.to_save(&settings, &view)));
         undo.stroke();
         assert!(undo.is_unsaved(&settings, &view));
         undo.saved(Some(undo.to_save(&settings, &view)));

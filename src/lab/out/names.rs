@@ -92,6 +92,7 @@ mod tests {
         fs::write(below.join("a_000001_areas.png"), "of a scene that is gone").unwrap();
         let scene = Reserved::next(&below, "a", "toml").unwrap();
         assert!(scene.path().ends_with("a_000002.toml"));
+        drop(scene);
         let frames = Reserved::next(&below, "film", "").unwrap();
         assert!(
             frames
@@ -101,7 +102,7 @@ mod tests {
         );
         drop(frames);
         let left = fs::read_dir(&below).unwrap().count();
-        assert_eq!(left, 2, "marks are gone");
+        assert_eq!(left, 3, "marks are gone");
         let file = below.join("film_000001.mp4");
         let error = Reserved::next(&file, "film", "mp4").unwrap_err();
         assert!(error.to_string().contains("film_000001.mp4"), "{error}");
