@@ -4,13 +4,15 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Gpu, TRIO, by_id, gpu, scene_of_several};
+use common::{Gpu, TRIO, awkward_sizes, by_id, gpu, scene_of_several};
 use glam::Vec3;
-use myxo::gpu::Frames;
+use myxo::gpu::{Buffer, Frames, Pipeline, Texels, Threads};
 use myxo::scene::Scene;
 use myxo::scene::settings::{Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::types::{Particle, Transfer};
+use myxo::sim::kernels::{Respawn, RespawnArgs, RespawnParams};
+use myxo::sim::transfers::{area_shares, object_triangles};
+use myxo::sim::types::{Flow, Motion, Particle, Transfer};
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
 /// Objects that stand in one another.
@@ -473,5 +475,93 @@ fn respawned_particles_stay_on_their_object() {
     let after = objects(&state);
     assert!(after == before, "somebody is on another object");
     assert!(state.transfers.flow.arrived > 1000);
+    gpu.finish();
+}
+
+/// The kernel and its twin on the same lists, of which not all are taken up, and entries of which stand in no order.
+#[test]
+fn respawn_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let ctx = &gpu.ctx;
+    let scene = trio(|_| {});
+    let surface = Setup::new(&scene).unwrap().surface;
+    let count = surface.triangles.len() as u32;
+    let (shares, ranges) = (area_shares(&surface), object_triangles(&surface));
+    let pipeline = Pipeline::<Respawn>::new(ctx, &()).unwrap();
+    for leaving in awkward_sizes(64) {
+        let all = 2 * leaving + 3;
+        let mut particles: Vec<Particle> = (0..all)
+            .map(|i| Particle {
+                triangle: (i * 37) % count,
+                u: 0.25,
+                v: 0.5,
+                id: all - 1 - i,
+            })
+            .collect();
+        let mut motions = vec![
+            Motion {
+                heading_p: 1.0,
+                heading_h: 0.0,
+                pending: 0.5,
+                flags: Motion::IN_FLIGHT | 1 << 20,
+            };
+            all as usize
+        ];
+        // Each once, from the end; then what nobody may read.
+        let slots: Vec<u32> = (0..leaving + 1)
+            .map(|i| all - 1 - 2 * i.min(leaving))
+            .collect();
+        for capacity in [leaving, leaving / 2] {
+            let params = RespawnParams {
+                capacity,
+                seed: 5,
+                time_step: 70_001,
+            };
+            let mut flow = Flow {
+                leaving,
+                arrived: 9,
+                ..Flow::default()
+            };
+            let flow_buffer = Buffer::from_slice(ctx, "flow", &[flow]).unwrap();
+            let particle_buffer = Buffer::from_slice(ctx, "particles", &particles).unwrap();
+            let motion_buffer = Buffer::from_slice(ctx, "motions", &motions).unwrap();
+            let triangles = Buffer::from_slice(ctx, "triangles", &surface.triangles).unwrap();
+            gpu.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads(leaving + 1),
+                    RespawnArgs {
+                        flow: &flow_buffer,
+                        particle_indices: &Buffer::from_slice(ctx, "slots", &slots).unwrap(),
+                        particles: &Texels::new(&particle_buffer, 4).unwrap(),
+                        motions: &Texels::new(&motion_buffer, 4).unwrap(),
+                        triangles: &Texels::new(&triangles, 4).unwrap(),
+                        area_shares: &Buffer::from_slice(ctx, "shares", &shares).unwrap(),
+                        object_triangles: &Buffer::from_slice(ctx, "ranges", &ranges).unwrap(),
+                    },
+                    params,
+                );
+            });
+            twin::respawn(
+                &params,
+                &mut flow,
+                &slots,
+                &mut particles,
+                &mut motions,
+                &surface.triangles,
+                &shares,
+                &ranges,
+            );
+            assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow]);
+            assert_eq!(flow.arrived, 9 + capacity);
+            assert_eq!(ctx.download(&particle_buffer).unwrap(), particles);
+            let on_device: Vec<Motion> = ctx.download(&motion_buffer).unwrap();
+            for (a, b) in on_device.iter().zip(&motions) {
+                assert_eq!((a.pending, a.flags), (b.pending, b.flags));
+                let off = (a.heading_p - b.heading_p).hypot(a.heading_h - b.heading_h);
+                assert!(off < 1e-5, "{a:?}, and {b:?}");
+            }
+        }
+    }
     gpu.finish();
 }
