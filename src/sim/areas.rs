@@ -117,9 +117,12 @@ fn value(Rgba([red, green, blue, alpha]): Rgba<u16>, strength: f32) -> f32 {
     strength * (green - blue)
 }
 
+/// 16 bits a colour.
+pub type AreaPicture = ImageBuffer<Rgb<u16>, Vec<u16>>;
+
 /// A picture of areas, and the strength of a full colour in it; none where there is nothing to be seen.
 #[must_use]
-pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(ImageBuffer<Rgb<u16>, Vec<u16>>, f32)> {
+pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(AreaPicture, f32)> {
     let values = || owned(atlas).filter_map(|(texel, _)| bias.get(texel as usize).copied());
     if values().all(|value| value == 0.0) {
         return None;
