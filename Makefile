@@ -58,7 +58,10 @@ bench: ## time every kernel on the reference scenes, and how times grow; the fig
 	$(MEASURE) torus --set particles.count=1000000 --set physarum.sensing=walk --report benches/results/torus-walk-1m.json
 	$(MYXO) profile crowd --steps 10 --warmup 4 --report benches/results/crowd.json
 	$(MYXO) profile benches/scenes/tori.toml --steps 40 --warmup 34 --report benches/results/objects/tori.json
+	$(MYXO) profile benches/scenes/tori.toml --steps 1 --warmup 0 --repeat 5 --report benches/results/objects/tori-cold.json
 	$(AGAINST) trio --set transfer.strategy=none --against transfer.strategy=parallel --report benches/results/objects/trio-parallel.json
+	$(MYXO) profile trio --steps 40 --warmup 240 --repeat 2 --set transfer.strategy=none --against transfer.strategy=parallel \
+		--report benches/results/objects/trio-parallel-later.json
 	@for balls in apart touching pushed; do \
 		$(AGAINST) $(BALLS)/one_ball.toml --against $(BALLS)/balls_$$balls.toml --report benches/results/objects/balls-$$balls.json || exit 1; \
 	done
