@@ -161,7 +161,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     }
 
     // Sections close and open.
-    let row = |seen: &Value| seen["places"]["physarum.sensor_angle"].is_array();
+    let row = |seen: &Value| seen["places"]["physarum.speed"].is_array();
     lab.wait("it is open", row);
     lab.click("section=Picture");
     lab.wait("it is closed", |seen| {
