@@ -72,7 +72,7 @@ impl AreaMap {
         };
         let mut bias = vec![0.0; atlas.owner.len()];
         let mut says_something = false;
-        for (texel, _) in owned(atlas) {
+        for texel in owned(atlas) {
             let (column, row) = (texel % atlas.pitch, texel / atlas.pitch);
             let pixel = self.pixels.get_pixel(at(column, width), at(row, height));
             says_something |= value(*pixel, 1.0) != 0.0;
@@ -103,9 +103,10 @@ fn builtin(name: &str) -> Result<&'static [u8]> {
 }
 
 /// Texels that triangles own.
-fn owned(atlas: &Atlas) -> impl Iterator<Item = (u32, u32)> {
-    let owners = (0u32..).zip(atlas.owner.iter().copied());
-    owners.filter(|&(_, owner)| owner != NONE)
+fn owned(atlas: &Atlas) -> impl Iterator<Item = u32> {
+    let owners = (0u32..).zip(&atlas.owner);
+    let owned = owners.filter(|(_, owner)| **owner != NONE);
+    owned.map(|(texel, _)| texel)
 }
 
 fn value(Rgba([red, green, blue, alpha]): Rgba<u16>, strength: f32) -> f32 {
@@ -123,14 +124,14 @@ pub type AreaPicture = ImageBuffer<Rgb<u16>, Vec<u16>>;
 /// A picture of areas, and the strength of a full colour in it; none where there is nothing to be seen.
 #[must_use]
 pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(AreaPicture, f32)> {
-    let values = || owned(atlas).filter_map(|(texel, _)| bias.get(texel as usize).copied());
+    let values = || owned(atlas).filter_map(|texel| bias.get(texel as usize).copied());
     if values().all(|value| value == 0.0) {
         return None;
     }
     let painted = values().filter(|value| *value >= -GREATEST);
     let strength = painted.map(f32::abs).fold(0.0, f32::max).min(GREATEST);
     let mut pixels = ImageBuffer::new(atlas.size, atlas.size);
-    for (texel, _) in owned(atlas) {
+    for texel in owned(atlas) {
         let value = bias[texel as usize];
         let part = |value: f32| (FULL * (value / strength).clamp(0.0, 1.0)).round() as u16;
         let color = if value < NO_GO_BELOW {
@@ -193,8 +194,7 @@ pub fn keep_beside(
 /// When the file cannot be written.
 pub fn write_mask(path: &Path, bias: &[f32], atlas: &Atlas) -> Result<Option<Vec<u32>>> {
     let value = |texel: u32| bias.get(texel as usize).copied().unwrap_or(0.0);
-    let texels = owned(atlas).map(|(texel, _)| texel);
-    let texels: Vec<u32> = texels.filter(|texel| value(*texel) > 0.0).collect();
+    let texels: Vec<u32> = owned(atlas).filter(|texel| value(*texel) > 0.0).collect();
     if texels.is_empty() {
         return Ok(None);
     }
@@ -248,7 +248,7 @@ mod tests {
 
     fn painted(atlas: &Atlas) -> Vec<f32> {
         let mut bias = vec![0.0; atlas.owner.len()];
-        for (k, (texel, _)) in owned(atlas).enumerate() {
+        for (k, texel) in owned(atlas).enumerate() {
             bias[texel as usize] = [0.0, 3.0, -40.0, NO_GO, 80.0][k % 5];
         }
         exchange_seams(&atlas.seams, &mut bias);
@@ -270,7 +270,7 @@ mod tests {
         }
         // Twice as strong as it says.
         let twice = AreaMap::open(&path).unwrap().bias(&atlas, 160.0).unwrap();
-        let (texel, _) = owned(&atlas).nth(4).unwrap();
+        let texel = owned(&atlas).nth(4).unwrap();
         assert_eq!(twice[texel as usize], 160.0);
     }
 
@@ -281,12 +281,12 @@ mod tests {
         let mut bias = vec![0.0; atlas.owner.len()];
         assert_eq!(write(&path, &bias, &atlas).unwrap(), None);
         assert!(!path.exists(), "there is nothing to be written");
-        let (wall, _) = owned(&atlas).nth(7).unwrap();
+        let wall = owned(&atlas).nth(7).unwrap();
         bias[wall as usize] = NO_GO;
         let usual = AreaSettings::default().strength;
         assert_eq!(write(&path, &bias, &atlas).unwrap(), Some(usual));
         let again = AreaMap::open(&path).unwrap().bias(&atlas, usual).unwrap();
-        assert!(owned(&atlas).all(|(texel, _)| again[texel as usize] == bias[texel as usize]));
+        assert!(owned(&atlas).all(|texel| again[texel as usize] == bias[texel as usize]));
     }
 
     #[test]
@@ -332,7 +332,7 @@ mod tests {
         let path = folder.path().join("areas.png");
         write(&path, &painted(&atlas), &atlas).unwrap();
         let bias = AreaMap::open(&path).unwrap().bias(&atlas, 0.0).unwrap();
-        let owned = || owned(&atlas).map(|(texel, _)| bias[texel as usize]);
+        let owned = || owned(&atlas).map(|texel| bias[texel as usize]);
         assert!(owned().all(|value| value == 0.0 || value == NO_GO));
         assert!(owned().any(|value| value == NO_GO));
     }
@@ -344,7 +344,7 @@ mod tests {
         let left = ImageBuffer::from_fn(2, 1, |x, _| Rgb([0u8, 255 * (1 - x as u8), 0]));
         left.save(&path).unwrap();
         let bias = AreaMap::open(&path).unwrap().bias(&atlas, 5.0).unwrap();
-        for (texel, _) in owned(&atlas) {
+        for texel in owned(&atlas) {
             let is_left = 2 * (texel % atlas.pitch) + 1 < atlas.size;
             assert_eq!(bias[texel as usize], if is_left { 5.0 } else { 0.0 });
         }
@@ -356,7 +356,7 @@ mod tests {
         let path = folder.path().join("mask.png");
         let mut bias = vec![0.0; atlas.owner.len()];
         assert_eq!(write_mask(&path, &bias, &atlas).unwrap(), None);
-        let some: Vec<u32> = owned(&atlas).map(|(texel, _)| texel).take(6).collect();
+        let some: Vec<u32> = owned(&atlas).take(6).collect();
         for (&texel, value) in some.iter().zip([2.0, -5.0, 4.0, NO_GO, 4.0, 900.0]) {
             bias[texel as usize] = value;
         }
