@@ -469,6 +469,35 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
     Scene::load(&path, &Overrides::default()).map_err(|error| error.to_string())
 }
 
+/// Where surfaces move into each other, most of those who are selected have met the line in which they do.
+#[test]
+fn most_go_over_the_line_in_which_surfaces_meet() {
+    let Some(gpu) = gpu() else { return };
+    let overrides = Overrides {
+        set: ["particles.count=20000", "atlas.size=512"]
+            .map(str::to_owned)
+            .to_vec(),
+        ..Overrides::default()
+    };
+    let scene = Scene::load("trio".as_ref(), &overrides).unwrap();
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let flow = |simulation: &Simulation| simulation.snapshot().unwrap().transfers.flow;
+    // Who begins where it is covered has met nothing.
+    advance(&gpu, &mut simulation, 20);
+    let before = flow(&simulation);
+    // The beam tilts on the ball, and its end goes into the ring.
+    advance(&gpu, &mut simulation, 130);
+    let after = flow(&simulation);
+    let selected = after.selected - before.selected;
+    let crossed = after.crossed - before.crossed;
+    assert!(selected > 1500, "{selected}");
+    assert!(
+        f64::from(crossed) > 0.85 * f64::from(selected),
+        "{crossed} of {selected}"
+    );
+    gpu.finish();
+}
+
 #[test]
 fn objects_follow_their_models_animation() {
     let folder = tempfile::tempdir().unwrap();

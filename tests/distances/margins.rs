@@ -31,6 +31,17 @@ fn tiles_remember_how_far_they_are_and_nothing_changes() {
             gpu.run(|rec| remembers.record_step(rec));
             twin.step();
             let margins = gpu.ctx.download(&remembers.state().margins).unwrap();
+            // What is on the edge of reach may come out either way where a device rounds otherwise.
+            let states = gpu.ctx.download(&remembers.state().tile_states).unwrap();
+            let (states_by_twin, margins_by_twin) = twin.tiles();
+            let other = states.iter().zip(states_by_twin).filter(|(a, b)| a != b);
+            assert!(other.count() <= states.len() / 500, "{sign:?}, step {step}");
+            let apart = margins.iter().zip(margins_by_twin);
+            let apart = apart.filter(|(a, b)| (**a - **b).abs() > 1e-4);
+            assert!(
+                apart.count() <= margins.len() / 500,
+                "{sign:?}, step {step}"
+            );
             kept += margins.iter().filter(|margin| **margin != 0.0).count();
             near += margins.iter().filter(|margin| **margin == 0.0).count();
             if step % 5 != 4 {

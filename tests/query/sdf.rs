@@ -4,6 +4,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
+use myxo::mesh::Mesh;
+use myxo::rng::{Purpose, random, unit};
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_myxo"))
@@ -116,6 +118,103 @@ fn distances_to_a_box_are_those_of_the_box() {
     }
 }
 
+fn to_triangle(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let to_segment = |a: DVec3, b: DVec3| {
+        let t = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        place.distance(a + t * (b - a))
+    };
+    let normal = (b - a).cross(c - a).normalize();
+    let is_over = [(a, b), (b, c), (c, a)]
+        .iter()
+        .all(|&(from, to)| normal.cross(to - from).dot(place - from) >= 0.0);
+    if is_over {
+        return (place - a).dot(normal).abs();
+    }
+    to_segment(a, b).min(to_segment(b, c)).min(to_segment(c, a))
+}
+
+/// Every place gets its row, in the same order, however far away it is; and as many digits as double precision has.
+#[test]
+fn places_are_answered_from_however_far() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // Within the facets, or outside of what they stand for.
+    let is_within = |radius: f64, inner: f64, outer: f64| match radius {
+        radius if radius < inner => Some(true),
+        radius if radius > outer => Some(false),
+        _ => None,
+    };
+    for name in [
+        "builtin:torus?major=24&minor=16",
+        "builtin:icosphere?subdivisions=2",
+        "builtin:plane?columns=5&rows=3",
+    ] {
+        let mesh = Mesh::builtin(name).unwrap();
+        let position = |corner: u32| mesh.positions[corner as usize].as_dvec3();
+        let triangles: Vec<_> = mesh.corners.iter().map(|c| c.map(position)).collect();
+        let (low, high) = mesh.bounds();
+        let diagonal = low.as_dvec3().distance(high.as_dvec3());
+        let rotation = DQuat::from_axis_angle(DVec3::new(-1.0, 0.4, 0.7).normalize(), 2.3);
+        let world_from_b =
+            DAffine3::from_rotation_translation(rotation, DVec3::new(5.0, 3.0, -1.0));
+        write_scene(folder, name, world_from_b);
+
+        let mut places = Vec::new();
+        for i in 0..40 {
+            let [a, b, c, _] = random(8, i, 0, Purpose::Start).map(|w| f64::from(unit(w)) - 0.5);
+            let direction = DVec3::new(a, b, c).normalize();
+            for far in [
+                0.05, 0.2, 0.25, 0.7, 3.9, 4.1, 30.0, 1e3, 1e5, 1.1e5, 1e6, 1e7, 1e12,
+            ] {
+                places.push((far, diagonal * far * direction));
+            }
+        }
+        let mut text = "id,px,py,pz\n".to_owned();
+        for (id, (_, place)) in places.iter().enumerate() {
+            let p = world_from_b.transform_point3(*place);
+            text += &format!("{id},{},{},{}\n", p.x, p.y, p.z);
+        }
+        std::fs::write(folder.join("in.csv"), text).unwrap();
+        for rule in ["pseudonormal", "winding"] {
+            let Some(answers) = answers(folder, &["--in", "in.csv", "--sign", rule]) else {
+                return;
+            };
+            assert_eq!(answers.len(), places.len());
+            for (id, (answer, &(far, place))) in answers.iter().zip(&places).enumerate() {
+                assert_eq!(answer[0], id as f64);
+                let distances = triangles
+                    .iter()
+                    .map(|&triangle| to_triangle(place, triangle));
+                let distance = distances.fold(f64::INFINITY, f64::min);
+                // Digits of the answer itself, of the faces' single precision, and of numbers as large as these.
+                let rounding = diagonal * (1e-6 + 1e-15 * far);
+                assert!(
+                    (answer[1].abs() - distance).abs() < rounding,
+                    "{name}, {far} diagonals, {rule}: {answer:?}, {distance}"
+                );
+                let is_inside = match name.split(['?', ':']).nth(1) {
+                    Some("icosphere") => is_within(place.length(), 0.9, 1.0),
+                    Some("torus") => {
+                        let to_ring = place.x.hypot(place.z) - 1.0;
+                        is_within(to_ring.hypot(place.y), 0.36, 0.4)
+                    }
+                    // A sheet has a lower side; pseudonormals know it from afar, the sky it covers does not.
+                    _ => Some(rule == "pseudonormal" && place.y < 0.0),
+                };
+                assert!(
+                    is_inside.is_none_or(|is_inside| is_inside == (answer[1] < 0.0)),
+                    "{name}, {far} diagonals, {rule}: {answer:?}"
+                );
+                // The point lies on the face that is named, as near as any.
+                let q = DVec3::new(answer[3], answer[4], answer[5]);
+                let q = world_from_b.inverse().transform_point3(q);
+                assert!(to_triangle(q, triangles[answer[2] as usize]) < rounding);
+                assert!((q.distance(place) - distance).abs() < rounding);
+            }
+        }
+    }
+}
+
 #[test]
 fn what_is_wrong_with_a_scene_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -131,6 +230,13 @@ fn what_is_wrong_with_a_scene_is_named() {
     assert!(refusal().contains("mesh_b"));
     write_scene(folder, "nowhere.obj", DAffine3::IDENTITY);
     assert!(refusal().contains("nowhere.obj"));
+    write_scene(folder, "builtin:cube", DAffine3::IDENTITY);
+    std::fs::write(
+        folder.join("in.csv"),
+        "id,px,py,pz\n0,0,0,0\n1,0,-1e160,0\n",
+    )
+    .unwrap();
+    assert!(refusal().contains("in.csv: line 3: the place is farther than 1e150"));
     write_scene(
         folder,
         "builtin:cube",

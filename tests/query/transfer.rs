@@ -190,6 +190,29 @@ fn walks_end_where_they_are_not_covered() {
     }
 }
 
+/// What is too far away to be met changes nothing, however far that is.
+#[test]
+fn walks_stay_where_the_other_mesh_is_far_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let ball = "builtin:icosphere?subdivisions=3";
+    let text: String = (0..200)
+        .map(|k| format!("{k},{},0.4,0.3,0.3,0.1,0.2,-1,1.6\n", 6 * k))
+        .collect();
+    let mut all = Vec::new();
+    for distance in [10.0, 1e6, 1e15, 1e25] {
+        let away = DAffine3::from_translation(distance * DVec3::new(0.6, 0.0, 0.8));
+        write_scene(folder, [ball, ball], [DAffine3::IDENTITY, away]);
+        let Some(answers) = answers(folder, &text) else {
+            return;
+        };
+        assert_eq!(answers.len(), 200);
+        assert!(answers.iter().all(|row| row[1] == 0.0 && row[13] == 0.0));
+        all.push(answers);
+    }
+    assert!(all.iter().all(|answers| *answers == all[0]));
+}
+
 /// A bar along Y with a slot in it, as a letter U in X and Z: the arm that stands on X = 0 is so thick, the slot and the
 /// other arm are as wide as they always are. Side `k` of its outline has the faces `2 k` and `2 k + 1`.
 struct Slotted {

@@ -54,43 +54,62 @@ impl Sdf {
         let trees = Trees::build(&surface);
         let b_from_world = b.world_from_mesh.inverse();
         let tree = &trees.objects[0];
-        let (low, high) = (tree.low.as_dvec3(), tree.high.as_dvec3());
-        let farthest = FARTHEST * low.distance(high);
-        let mut queries = Vec::new();
+        let diagonal = tree.low.as_dvec3().distance(tree.high.as_dvec3());
+        let mut places = Vec::new();
         for row in table.rows() {
-            let place = DVec3::new(row.number(1)?, row.number(2)?, row.number(3)?);
-            let place = b_from_world.transform_point3(place) - centre;
-            if place.length() > farthest {
+            let [x, y, z] = [1, 2, 3].map(|column| row.number(column));
+            let place = b_from_world.transform_point3(DVec3::new(x?, y?, z?)) - centre;
+            if !(place.abs().cmple(DVec3::splat(FARTHEST)).all()) {
                 return Err(Error::Invalid(format!(
-                    "{}: the place is farther than {farthest:.1e} away from the mesh, too far to tell what is nearest",
+                    "{}: the place is farther than {FARTHEST:e} from the mesh, which is more than numbers tell apart",
                     row.place()
                 )));
             }
-            queries.push(TreeQuery::nearest(place.as_vec3()));
+            let afar = (place.length() > AFAR * diagonal).then(|| {
+                // Nearer to all that is farther, this finds the same point up to rounding.
+                let nearer = place.clamp_length_max(EQUALLY_FAR * diagonal);
+                trees.nearest_in_double(0, nearer)
+            });
+            places.push((place, afar));
         }
+        let mut queries: Vec<TreeQuery> = places
+            .iter()
+            .map(|&(place, afar)| {
+                // Of a ball about the place that touches the mesh, a smaller one within touches it in the same point, and
+                // its middle lies on the same side.
+                let near = afar.map_or(place, |nearest| {
+                    nearest.position + diagonal * (place - nearest.position).normalize()
+                });
+                TreeQuery::nearest(near.as_vec3())
+            })
+            .collect();
         with_device(&self.pair.device, |ctx| {
             let question = Question::Nearest(self.pair.sign.into());
             tree_queries(ctx, &surface, &trees, question, &mut queries)
         })?;
 
         let mut text = "id,sd,face,qx,qy,qz\n".to_owned();
-        for (row, answer) in table.rows().zip(&queries) {
-            let point = SurfacePoint {
-                triangle: trees.faces[answer.slot as usize].triangle,
-                u: answer.u.into(),
-                v: answer.v.into(),
+        for ((row, &(place, afar)), answer) in table.rows().zip(&places).zip(&queries) {
+            let nearest =
+                afar.unwrap_or_else(|| trees.point(answer.slot, answer.u.into(), answer.v.into()));
+            let distance = match afar {
+                Some(nearest) => place.distance(nearest.position),
+                None => answer.result.abs().into(),
             };
-            let (face, _) = b.mesh.point_to_file(point);
-            let corners = surface.corners[point.triangle as usize];
-            let [first, second, third] =
-                corners.map(|corner| surface.positions[corner as usize].as_dvec3());
-            let nearest = first + point.u * (second - first) + point.v * (third - first) + centre;
-            let q = b.world_from_mesh.transform_point3(nearest);
-            // From afar, rounding makes all faces equally near; but beyond the box is outside.
-            let beyond = answer.place.cmplt(tree.low).any() || answer.place.cmpgt(tree.high).any();
-            let sd = match f64::from(answer.result) {
-                sd if beyond && tree.is_closed => sd.abs(),
-                sd => sd,
+            let (face, _) = b.mesh.point_to_file(SurfacePoint {
+                triangle: trees.faces[nearest.slot as usize].triangle,
+                u: nearest.u,
+                v: nearest.v,
+            });
+            let q = nearest.position + centre;
+            let q = b.world_from_mesh.transform_point3(q);
+            // Where all faces are nearly as near, rounding chooses; but beyond the box is outside.
+            let is_beyond =
+                answer.place.cmplt(tree.low).any() || answer.place.cmpgt(tree.high).any();
+            let sd = if is_beyond && tree.is_closed {
+                distance
+            } else {
+                distance.copysign(answer.result.into())
             };
             let _ = writeln!(text, "{},{sd},{face},{},{},{}", row.text(0), q.x, q.y, q.z);
         }
@@ -99,5 +118,11 @@ impl Sdf {
     }
 }
 
-/// In diagonals of the mesh. Squares of what is farther are all alike in float32.
-const FARTHEST: f64 = 1e5;
+/// In diagonals of the mesh: beyond, single precision would be short of digits to tell which face is nearest.
+const AFAR: f64 = 4.0;
+
+/// In diagonals of the mesh: beyond, the nearest point changes by rounding alone.
+const EQUALLY_FAR: f64 = 1e6;
+
+/// Squares of more do not fit a number.
+const FARTHEST: f64 = 1e150;

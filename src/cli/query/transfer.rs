@@ -4,11 +4,11 @@
 
 use clap::Args;
 use glam::{Affine3A, DAffine3};
+use myxo::Result;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::WalkQuery;
 use myxo::sim::transfer_queries::transfer_queries;
 use myxo::sim::types::Pose;
-use myxo::{Error, Result};
 
 use super::pair::{PairOptions, PlacedMesh};
 use super::walks::{COLUMNS, Ground, Question};
@@ -59,13 +59,9 @@ impl Transfer {
             let pose: DAffine3 = placed[k].world_from_mesh;
             pose * DAffine3::from_translation(centre)
         });
-        let b_from_a = world_from_b.inverse() * world_from_a;
-        if b_from_a.translation.abs().max_element() > FARTHEST {
-            return Err(Error::Invalid(format!(
-                "{}: the meshes are farther than {FARTHEST:e} apart",
-                self.pair.scene.display()
-            )));
-        }
+        let mut b_from_a = world_from_b.inverse() * world_from_a;
+        // So far away they do not meet, wherever they are.
+        b_from_a.translation = b_from_a.translation.clamp_length_max(FARTHEST);
         let poses = [b_from_a, DAffine3::IDENTITY].map(|pose| {
             let (x, y, z) = (
                 pose.matrix3.x_axis,

@@ -2,6 +2,7 @@
 //! their corners, and the pseudonormals of their edges and vertices. All in object space, so that rigid motion costs
 //! nothing.
 
+mod afar;
 mod build;
 mod dipoles;
 mod pseudonormals;
@@ -12,6 +13,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
 use super::surface::Surface;
+pub use afar::FacePoint;
 pub use build::{GREATEST_DEPTH, Node};
 pub use dipoles::Dipole;
 

@@ -360,6 +360,13 @@ impl Simulation {
         (&self.distances, &self.nearest)
     }
 
+    /// What tiles of samples remember: what all texels of each are, and how far it is from being within reach of each other
+    /// object.
+    #[must_use]
+    pub fn tiles(&self) -> (&[u32], &[f32]) {
+        (&self.tile_states, &self.margins)
+    }
+
     /// One a texel: where on another object walks go on, [`NONE`] where none covers it.
     #[must_use]
     pub fn across(&self) -> Vec<u32> {
