@@ -92,7 +92,7 @@ pictures: ## draw the README's other pictures (ten minutes)
 	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --out $(PICTURES)/trio.gif
 	$(DRAW) gears --steps 636 --from 420 --every 4 --fps 15 --size 600x375 --set camera.target=[0.45,0,0] --set camera.distance=1.5 \
 		--set camera.elevation=30 --set camera.azimuth=40 --out $(PICTURES)/gears.gif
-	$(DRAW) crowd --steps 460 --from 300 --every 4 --fps 15 --size 600x375 --out $(PICTURES)/crowd.gif
+	$(DRAW) crowd --steps 654 --from 300 --every 6 --fps 12 --size 600x375 --out $(PICTURES)/crowd.gif
 	$(DRAW) torus --size 1200x640 --out $(PICTURES)/torus.png
 	$(DRAW) suzanne --steps 200 --size 600x450 --out $(PICTURES)/suzanne.png
 	$(DRAW) gyroid --steps 200 --size 600x450 --out $(PICTURES)/gyroid.png
