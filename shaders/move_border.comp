@@ -38,8 +38,12 @@ void main() {
     now.carried = now.passing;
     now.selected = counted(now.selected, now.wanted - now.passing);
     now.refused = counted(now.refused, now.wanted - leaving);
-    now.asking = now.wanted - now.passing + (params.object == 0u ? 0u : now.asking);
-    now.most_wanted = max(now.most_wanted, max(now.wanted, now.refused > 0u ? now.asking : 0u));
+    if (params.object == 0u) {
+        now.asked_before = now.asking;
+        now.asking = 0u;
+    }
+    now.asking += now.wanted - now.passing;
+    now.most_wanted = max(now.most_wanted, max(now.wanted, now.refused > 0u ? now.asking + now.asked_before : 0u));
     // Those of the turn before, which no kernel needs any more.
     now.mismatches += uint(now.stayers != now.outside);
     now.wanted = 0u;

@@ -136,7 +136,7 @@ Walker walker_on_target(Meeting meeting, uint source, float rest) {
     Walker inner = walker_from(meeting, -1.0, rest);
     walk(outer, params.attempts, BORDER_REFLECTS);
     walk(inner, params.attempts, BORDER_REFLECTS);
-    if (inner_is_better(source, outer, inner, rest, params.first_vertex_normal)) return inner;
+    if (inner_is_better(source, outer, inner, params.first_vertex_normal)) return inner;
     return outer;
 }
 

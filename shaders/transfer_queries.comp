@@ -87,7 +87,7 @@ void walk_on_target(uint i) {
     if (outer.status == WALK_OUT_OF_ATTEMPTS) walk(outer, params.attempts, false);
     if (inner.status == WALK_OUT_OF_ATTEMPTS) walk(inner, params.attempts, false);
     if (outer.status != WALK_OUT_OF_ATTEMPTS && inner.status != WALK_OUT_OF_ATTEMPTS) {
-        bool inner_is_taken = inner_is_better(SOURCE, outer, inner, UNLIMITED, params.first_vertex_normal);
+        bool inner_is_taken = inner_is_better(SOURCE, outer, inner, params.first_vertex_normal);
         if (inner_is_taken && !left_early) outer = inner;
         if (!left_early) phases[i] = PHASE_DONE;
     }

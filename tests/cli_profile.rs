@@ -51,6 +51,8 @@ fn kernels_account_for_the_step() {
     assert_eq!(report["gpu_step"]["mean_ms"].as_f64(), Some(step));
     let shares: f64 = kernels.iter().filter_map(|row| row["share"].as_f64()).sum();
     assert!((shares - sum / step).abs() < 1e-6);
+    let between = report["gpu_ms_between_kernels"].as_f64();
+    assert!(between.is_some_and(|between| (sum + between - step).abs() < 1e-9 * step));
     let wall = report["wall_ms_per_step"].as_f64().expect("it is a number");
     assert!(wall > 0.9 * step, "wall {wall}, GPU {step}");
 
@@ -77,8 +79,9 @@ fn kernels_account_for_the_step() {
         "{table}"
     );
     // With the list of those whose sensors walk, which begins anew in each step, two lines about copies, and the host's.
-    assert_eq!(lines.len(), 14, "{table}");
-    assert!(lines[13].starts_with("The host takes "), "{table}");
+    assert!(of("between kernels ").ends_with(" %"), "{table}");
+    assert_eq!(lines.len(), 15, "{table}");
+    assert!(lines[14].starts_with("The host takes "), "{table}");
     assert!(
         lines.iter().all(|line| line.chars().count() <= 128),
         "{table}"
@@ -505,6 +508,8 @@ fn every_kernel_of_a_step_runs_alone() {
             assert!(names.eq(&kernels[..6]), "in their order: {kernels:?}");
         }
         // Each alone; those that all strategies share, once.
+        let is_form = |kernel: &String| FORMS_OF_ADVANCE[1..].contains(&kernel.as_str());
+        let has_forms = kernels.iter().any(is_form);
         let shared = |kernel: &str| spreading.contains(&kernel) || by_trees.contains(&kernel);
         for kernel in kernels
             .iter()
@@ -523,9 +528,10 @@ fn every_kernel_of_a_step_runs_alone() {
                 assert_eq!(rows[0]["name"].as_str(), Some(kernel.as_str()));
                 assert_eq!(rows[0]["dispatches_per_step"], 1.0);
                 if kernel == "advance" {
-                    // One object's particles are not all of them.
+                    // One object's particles are not all of them, nor are those of one form.
                     let has_turns = ["parallel", "sequential"].contains(&strategy);
-                    assert_eq!(rows[0]["throughput"].is_null(), has_turns, "{rows:?}");
+                    let is_part = has_turns || has_forms;
+                    assert_eq!(rows[0]["throughput"].is_null(), is_part, "{rows:?}");
                 }
             }
         }
@@ -549,6 +555,14 @@ fn throughput_counts_every_particle_once() {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
         let rows = report["kernels"].as_array().expect("they are listed");
+        // However many turns there are, kernels and what lies between them make the step, and none overlap.
+        if let Some(step) = report["gpu_ms_per_step"].as_f64() {
+            let means = rows.iter().filter_map(|row| row["mean_ms"].as_f64());
+            let between = report["gpu_ms_between_kernels"].as_f64();
+            let between = between.expect("the step was measured");
+            assert!(between >= 0.0, "{strategy}: {between}");
+            assert!((means.sum::<f64>() + between - step).abs() < 1e-9 * step);
+        }
         let of = |name: &str| rows.iter().find(|row| row["name"] == name);
         let advance = of("advance").expect("it is there");
         // Those that `advance` lists advance in the other three.

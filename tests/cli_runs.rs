@@ -499,7 +499,7 @@ fn states_that_cannot_be_resumed_are_refused() {
     damaged(|bytes| bytes.clear(), "it is not a checkpoint of myxo");
     damaged(
         |bytes| bytes[8] = 77,
-        "it has version 77, this program reads version 5",
+        "it has version 77, this program reads version 6",
     );
     let message = failed(&profile("cube", &["--resume", path(&folder.file(""))]));
     assert!(message.contains("cannot read "), "{message}");

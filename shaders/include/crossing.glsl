@@ -70,23 +70,21 @@ Walker walker_from(Meeting meeting, float side, float rest) {
     return walker_at(triangle, meeting.u, meeting.v, flat_heading, rest);
 }
 
-// The signed distance of a walker to an object that it has come from; `way` is how far it has walked since, at most.
-float distance_to_object(uint object, Walker w, float way, uint first_vertex_normal) {
+// The signed distance of a walker to an object that it has come from.
+float distance_to_object(uint object, Walker w, uint first_vertex_normal) {
     uint root = roots[object];
     vec3 place = place_of(pose_of(object), flight_of_walker(w));
-    float slack = slack_of_tree(root);
-    // The way began on the object; little more is for rounding.
-    uint slot = nearest_on(root, place, 1.001 * way + 4.0 * slack);
-    if (slot == NONE) return way;
+    // The way began on the object, but that may have moved since: it may be any depth away.
+    uint slot = nearest_on(root, place, UNLIMITED);
     vec4 point = nearest_on_face(slot, place);
     float distance = sqrt(point.z);
     return is_outside(root, slot, place, point, first_vertex_normal) ? distance : -distance;
 }
 
 // Is the inner one of two ends less covered by the object that the walk comes from? If both are as good, it is not.
-bool inner_is_better(uint source, Walker outer, Walker inner, float way, uint first_vertex_normal) {
-    float outer_distance = distance_to_object(source, outer, way, first_vertex_normal);
-    float inner_distance = distance_to_object(source, inner, way, first_vertex_normal);
+bool inner_is_better(uint source, Walker outer, Walker inner, uint first_vertex_normal) {
+    float outer_distance = distance_to_object(source, outer, first_vertex_normal);
+    float inner_distance = distance_to_object(source, inner, first_vertex_normal);
     return inner_distance > outer_distance + 4.0 * slack_of_tree(roots[source]);
 }
 

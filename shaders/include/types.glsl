@@ -25,7 +25,7 @@ struct Transfer {
 struct Flow {
     uint wanted; uint passing; uint leaving; uint carried;
     uint stayers; uint outside; uint mismatches;
-    uint asking; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
+    uint asking; uint asked_before; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
 };
 struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; float pad0; };
 struct SurfaceSample { vec3 position; uint texel; };

@@ -6,6 +6,7 @@ mod atlas;
 mod bench;
 mod compare;
 mod console;
+mod counters;
 mod export;
 mod files;
 mod host;

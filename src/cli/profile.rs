@@ -197,6 +197,7 @@ impl Profile {
             report.alone.clone_from(&self.kernel);
             report.gpu_ms_per_step = None;
             report.gpu_step = Times::default();
+            report.gpu_ms_between_kernels = None;
             report.host_step = None;
         }
         if let Some(warning) = load.warning() {

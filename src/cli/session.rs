@@ -11,16 +11,17 @@ use myxo::gpu::{
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
-use myxo::sim::{Simulation, Snapshot, memory};
+use myxo::sim::{FORMS_OF_ADVANCE, Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
+use super::counters::Counters;
 use super::host::Watch;
 use super::measures::Measure;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
-    Bandwidth, Counters, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
+    Bandwidth, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
 use super::{settings, times};
 
@@ -304,6 +305,9 @@ impl Session {
         if let Some(warning) = counters.overflow(settings.transfer.buffer_size) {
             self.progress.say(&format!("warning: {warning}"));
         }
+        if let Some(mismatch) = snapshot.transfers.flow.mismatch() {
+            self.progress.say(&format!("warning: {mismatch}"));
+        }
         let mut lacks_checkpoint = false;
         if let Some(path) = &self.options.state.checkpoint {
             let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
@@ -384,6 +388,7 @@ impl Session {
             } else {
                 Times::from(&times.step)
             },
+            gpu_ms_between_kernels: (!times.is_empty()).then(|| times::between_kernels(&times)),
             copy_bandwidth: self.bandwidth,
             host_step: self.host_ms.as_deref().and_then(HostTimes::of),
             wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
@@ -424,11 +429,14 @@ impl Session {
         }
     }
 
-    /// How many particles advance in what is measured. In one object's turn only the device knows.
+    /// How many particles advance in what is measured. In one object's turn only the device knows, and so it does where those
+    /// that come in other forms of the kernel are only listed.
     fn advancing(&self) -> Option<u64> {
         let has_turns = self.simulation.settings().strategy().has_turns();
+        let is_form = |(name, _): &(String, u32)| FORMS_OF_ADVANCE[1..].contains(&name.as_str());
+        let is_part = has_turns || self.kernels.iter().any(is_form);
         let all = self.simulation.setup().particles.len() as u64;
-        (!self.is_alone || !has_turns).then_some(all)
+        (!self.is_alone || !is_part).then_some(all)
     }
 
     /// The table of kernel times, or why there is none.

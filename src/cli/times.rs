@@ -80,8 +80,14 @@ pub enum Run {
     Kernel,
 }
 
+/// Of a mean step, what no kernel takes.
+pub fn between_kernels(report: &gpu::Report) -> f64 {
+    let kernels: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
+    report.step.mean_ms - kernels
+}
+
 /// The table: kernel, dispatches a step, mean, median, 95th percentile, standard deviation, least and most, share, bytes,
-/// throughput; the whole step; how much of it the kernels account for; and what bytes are compared with.
+/// throughput; what lies between kernels; the whole step; and what bytes are compared with.
 pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     // A kernel alone is no part of anything.
     let share = if run == Run::Kernel { "" } else { "share" };
@@ -153,6 +159,13 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         );
         return text + &copies;
     }
+    let between = between_kernels(report);
+    cells.push(std::array::from_fn(|column| match column {
+        0 => "between kernels".to_owned(),
+        2 => milliseconds(between),
+        8 => format!("{:.1} %", 100.0 * between / step.mean_ms),
+        _ => String::new(),
+    }));
     cells.push([
         "whole step".to_owned(),
         String::new(),
@@ -167,14 +180,8 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         String::new(),
         format!("{}steps/s", short(1e3 / step.median_ms)),
     ]);
-    let sum: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
     let mut text = aligned(&cells, Some(cells.len() - 1));
-    let _ = writeln!(
-        text,
-        "GPU time of {}; the kernels account for {:.1} % of it, the rest lies between them.",
-        counted(report.steps, "step"),
-        100.0 * sum / step.mean_ms
-    );
+    let _ = writeln!(text, "GPU time of {}.", counted(report.steps, "step"));
     text + rare + &copies
 }
 

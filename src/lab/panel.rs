@@ -474,6 +474,9 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
                 told(crossed.into())
             ));
     }
+    if let Some(mismatch) = facts.flow.mismatch() {
+        ui.label(RichText::new(mismatch).color(theme::pending(ui)));
+    }
     if refused > 0 {
         let refused = told(refused.into());
         let advice = if buffer_size < most_wanted {

@@ -42,14 +42,14 @@ impl TransferState {
         setup: &Setup,
     ) -> Result<(), String> {
         let Flow {
-            mismatches,
-            stayers,
-            outside,
-            ..
+            stayers, outside, ..
         } = self.flow;
-        if mismatches > 0 || stayers != outside {
+        if let Some(mismatch) = self.flow.mismatch() {
+            return Err(mismatch);
+        }
+        if stayers != outside {
             return Err(format!(
-                "{stayers} particles to be exchanged with {outside}, and {mismatches} such mismatches before"
+                "{stayers} particles to be exchanged with {outside}"
             ));
         }
         let objects = setup.poses.len() as u32;

@@ -185,9 +185,11 @@ pub struct Flow {
     pub mismatches: u32,
     /// Particles that were selected in the present step so far, the refused ones among them.
     pub asking: u32,
+    /// The same in the whole step before.
+    pub asked_before: u32,
     /// The capacity that would have done: the most entries that a turn wanted. Full lists carry on fewer transfers than would
-    /// be under way, so once some were refused it is all that were selected in a step, if that is more: every transfer
-    /// arrives before its object has its next turn.
+    /// be under way, so once some were refused it is all that were selected in this step and the one before, if that is
+    /// more: every transfer arrives before its object has its next turn.
     pub most_wanted: u32,
     /// Particles that stayed because the lists were full, in all turns so far. Who they are is not the same in every run,
     /// so above 0 neither are the bits. Like all that follow, it is not counted beyond the largest number.
@@ -198,6 +200,19 @@ pub struct Flow {
     pub arrived: u32,
     /// Particles that went on from where their walk met the other object, so far; the others went to its nearest point.
     pub crossed: u32,
+}
+
+impl Flow {
+    /// What is wrong if the lists of particles that are exchanged were ever not equally long, which is never so.
+    #[must_use]
+    pub fn mismatch(&self) -> Option<String> {
+        (self.mismatches > 0).then(|| {
+            format!(
+                "in {} turns the particles to be exchanged were not equally many on both sides: some may be lost",
+                self.mismatches
+            )
+        })
+    }
 }
 
 /// A walk under way: a place, a heading and what remains to be walked. `u` is `weight_b`, `v` is `weight_c`.

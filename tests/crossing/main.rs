@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod landing;
 mod queries;
 mod swept;
 mod unfold;

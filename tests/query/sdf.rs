@@ -164,7 +164,7 @@ fn places_are_answered_from_however_far() {
             let [a, b, c, _] = random(8, i, 0, Purpose::Start).map(|w| f64::from(unit(w)) - 0.5);
             let direction = DVec3::new(a, b, c).normalize();
             for far in [
-                0.05, 0.2, 0.25, 0.7, 3.9, 4.1, 30.0, 1e3, 1e5, 1.1e5, 1e6, 1e7, 1e12,
+                0.05, 0.2, 0.25, 0.7, 3.9, 4.1, 30.0, 1e3, 1e5, 1.1e5, 1e6, 1e7, 1e12, 1e16, 1e100,
             ] {
                 places.push((far, diagonal * far * direction));
             }
@@ -230,13 +230,17 @@ fn what_is_wrong_with_a_scene_is_named() {
     assert!(refusal().contains("mesh_b"));
     write_scene(folder, "nowhere.obj", DAffine3::IDENTITY);
     assert!(refusal().contains("nowhere.obj"));
-    write_scene(folder, "builtin:cube", DAffine3::IDENTITY);
+    write_scene(
+        folder,
+        "builtin:cube",
+        DAffine3::from_rotation_x(0.25 * std::f64::consts::PI),
+    );
     std::fs::write(
         folder.join("in.csv"),
-        "id,px,py,pz\n0,0,0,0\n1,0,-1e160,0\n",
+        "id,px,py,pz\n0,0,0,0\n1,0,-1.7e308,1.7e308\n",
     )
     .unwrap();
-    assert!(refusal().contains("in.csv: line 3: the place is farther than 1e150"));
+    assert!(refusal().contains("in.csv: line 3: the place is farther away than numbers tell"));
     write_scene(
         folder,
         "builtin:cube",

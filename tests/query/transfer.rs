@@ -200,7 +200,7 @@ fn walks_stay_where_the_other_mesh_is_far_away() {
         .map(|k| format!("{k},{},0.4,0.3,0.3,0.1,0.2,-1,1.6\n", 6 * k))
         .collect();
     let mut all = Vec::new();
-    for distance in [10.0, 1e6, 1e15, 1e25] {
+    for distance in [10.0, 1e6, 1e15, 1e25, 1e160] {
         let away = DAffine3::from_translation(distance * DVec3::new(0.6, 0.0, 0.8));
         write_scene(folder, [ball, ball], [DAffine3::IDENTITY, away]);
         let Some(answers) = answers(folder, &text) else {

@@ -7,6 +7,9 @@ mod kernels;
 mod model;
 
 use model::{Case, Order, Ring};
+use myxo::sim::kernels::{MoveBorderConstants, MoveBorderParams};
+use myxo::sim::twin::ring::{dispatch_groups, move_border};
+use myxo::sim::types::Flow;
 
 /// Awkward ones: nothing to spare, nobody leaves, everybody leaves, empty windows, more objects than particles.
 pub fn cases() -> Vec<Case> {
@@ -86,4 +89,44 @@ fn full_lists_refuse_and_lose_nobody() {
         }
     }
     assert!(refusals > 100, "{refusals}");
+}
+
+/// Of three objects the last one sends many to the second one, and in the next step the first one does, too: with room for
+/// all of them, both would have been under way at once.
+#[test]
+fn the_size_that_would_have_done_counts_those_of_two_steps() {
+    let constants = MoveBorderConstants { windows: false };
+    let mut groups = vec![dispatch_groups(0, 64); 2];
+    let mut end_turn = |flow: &mut Flow, object: u32, capacity: u32, passing: u32, asking: u32| {
+        (flow.passing, flow.wanted) = (passing, passing + asking);
+        let params = MoveBorderParams {
+            object,
+            object_count: 3,
+            particle_count: 100,
+            capacity,
+            transfer_group: 64,
+            particle_group: 64,
+        };
+        move_border(&constants, &params, flow, &mut [], &mut groups);
+        flow.leaving
+    };
+    // Who has found no room asks no more.
+    let mut needed = |capacity: u32| {
+        let mut flow = Flow::default();
+        let from_last = end_turn(&mut flow, 2, capacity, 0, 10);
+        end_turn(&mut flow, 0, capacity, from_last, 10);
+        end_turn(&mut flow, 1, capacity, 0, 0);
+        flow
+    };
+    assert_eq!(needed(100).most_wanted, 20);
+    for capacity in [1, 3, 9, 19] {
+        let flow = needed(capacity);
+        assert_eq!(
+            (flow.refused > 0, flow.most_wanted),
+            (true, 20),
+            "{capacity}"
+        );
+    }
+    // Two steps later that is over, and what was needed stays.
+    assert_eq!(needed(20).refused, 0);
 }

@@ -86,6 +86,26 @@ fn about_its_middle(mesh: &Mesh) -> (DVec3, Mesh) {
     (centre, mesh)
 }
 
+/// The length of a vector whose squares may be more than numbers hold.
+fn length(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest > 1e150 {
+        largest * (v / largest).length()
+    } else {
+        v.length()
+    }
+}
+
+/// A vector in the same direction that is not longer than that.
+fn shortened(v: DVec3, longest: f64) -> DVec3 {
+    let length = length(v);
+    if length > longest {
+        longest * (v / length)
+    } else {
+        v
+    }
+}
+
 /// How it is told whether a place is inside.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Sign {

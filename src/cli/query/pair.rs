@@ -15,6 +15,9 @@ use crate::cli::options::DeviceOptions;
 /// How far a transform may be off from a rigid one, in the entries of its matrix.
 const RIGID: f64 = 1e-4;
 
+/// How far a transform may take an object: differences of places must still be numbers.
+const FARTHEST: f64 = 1e300;
+
 /// What questions about two objects take.
 #[derive(Clone, Debug, Args)]
 pub struct PairOptions {
@@ -123,7 +126,7 @@ fn rigid(rows: &[f64; 16]) -> Option<DAffine3> {
     let is_rigid = (rotation.transpose() * rotation).abs_diff_eq(glam::DMat3::IDENTITY, RIGID)
         && rotation.determinant() > 0.0
         && last.abs_diff_eq(glam::DVec4::W, RIGID)
-        && transform.translation.is_finite();
+        && transform.translation.abs().max_element() < FARTHEST;
     is_rigid.then_some(transform)
 }
 

@@ -1,7 +1,8 @@
 //! `myxo query sdf`: signed distances of places to a mesh.
 //!
 //! Places come in world space in double precision; the kernel answers in the mesh's own space, about its middle, so
-//! that far from the origin no digits are lost.
+//! that far from the origin no digits are lost. What is nearest to places far from the mesh is told in double precision, and
+//! the kernel tells on which side they are.
 
 use std::fmt::Write as _;
 
@@ -15,7 +16,7 @@ use myxo::sim::types::TreeQuery;
 use myxo::{Error, Result};
 
 use super::pair::{PairOptions, PlacedMesh};
-use super::{about_its_middle, with_device};
+use super::{about_its_middle, length, shortened, with_device};
 use crate::cli::Outcome;
 use crate::cli::files::Sink;
 
@@ -59,16 +60,18 @@ impl Sdf {
         for row in table.rows() {
             let [x, y, z] = [1, 2, 3].map(|column| row.number(column));
             let place = b_from_world.transform_point3(DVec3::new(x?, y?, z?)) - centre;
-            if !(place.abs().cmple(DVec3::splat(FARTHEST)).all()) {
+            if !place.is_finite() {
                 return Err(Error::Invalid(format!(
-                    "{}: the place is farther than {FARTHEST:e} from the mesh, which is more than numbers tell apart",
+                    "{}: the place is farther away than numbers tell",
                     row.place()
                 )));
             }
-            let afar = (place.length() > AFAR * diagonal).then(|| {
-                // Nearer to all that is farther, this finds the same point up to rounding.
-                let nearer = place.clamp_length_max(EQUALLY_FAR * diagonal);
-                trees.nearest_in_double(0, nearer)
+            let is_afar = length(place) > AFAR * diagonal;
+            let afar = is_afar.then(|| {
+                let nearer = shortened(place, EQUALLY_FAR * diagonal);
+                let nearest = trees.nearest_in_double(0, nearer);
+                let direction = (nearer - nearest.position).normalize();
+                (nearest, nearest.position + diagonal * direction)
             });
             places.push((place, afar));
         }
@@ -77,9 +80,7 @@ impl Sdf {
             .map(|&(place, afar)| {
                 // Of a ball about the place that touches the mesh, a smaller one within touches it in the same point, and
                 // its middle lies on the same side.
-                let near = afar.map_or(place, |nearest| {
-                    nearest.position + diagonal * (place - nearest.position).normalize()
-                });
+                let near = afar.map_or(place, |(_, near)| near);
                 TreeQuery::nearest(near.as_vec3())
             })
             .collect();
@@ -90,11 +91,12 @@ impl Sdf {
 
         let mut text = "id,sd,face,qx,qy,qz\n".to_owned();
         for ((row, &(place, afar)), answer) in table.rows().zip(&places).zip(&queries) {
-            let nearest =
-                afar.unwrap_or_else(|| trees.point(answer.slot, answer.u.into(), answer.v.into()));
-            let distance = match afar {
-                Some(nearest) => place.distance(nearest.position),
-                None => answer.result.abs().into(),
+            let (nearest, distance) = match afar {
+                Some((nearest, _)) => (nearest, length(place - nearest.position)),
+                None => (
+                    trees.point(answer.slot, answer.u.into(), answer.v.into()),
+                    answer.result.abs().into(),
+                ),
             };
             let (face, _) = b.mesh.point_to_file(SurfacePoint {
                 triangle: trees.faces[nearest.slot as usize].triangle,
@@ -122,7 +124,4 @@ impl Sdf {
 const AFAR: f64 = 4.0;
 
 /// In diagonals of the mesh: beyond, the nearest point changes by rounding alone.
-const EQUALLY_FAR: f64 = 1e6;
-
-/// Squares of more do not fit a number.
-const FARTHEST: f64 = 1e150;
+const EQUALLY_FAR: f64 = 1e12;

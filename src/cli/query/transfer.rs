@@ -12,7 +12,7 @@ use myxo::sim::types::Pose;
 
 use super::pair::{PairOptions, PlacedMesh};
 use super::walks::{COLUMNS, Ground, Question};
-use super::{about_its_middle, with_device};
+use super::{about_its_middle, shortened, with_device};
 use crate::cli::Outcome;
 use crate::cli::files::Sink;
 
@@ -61,7 +61,7 @@ impl Transfer {
         });
         let mut b_from_a = world_from_b.inverse() * world_from_a;
         // So far away they do not meet, wherever they are.
-        b_from_a.translation = b_from_a.translation.clamp_length_max(FARTHEST);
+        b_from_a.translation = shortened(b_from_a.translation, FARTHEST);
         let poses = [b_from_a, DAffine3::IDENTITY].map(|pose| {
             let (x, y, z) = (
                 pose.matrix3.x_axis,

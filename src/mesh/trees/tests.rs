@@ -103,6 +103,66 @@ fn pseudonormals_of_a_cube_look_outwards() {
     }
 }
 
+#[test]
+fn nearest_points_are_told_apart_from_afar() {
+    let mesh = Mesh::builtin("cube").unwrap();
+    let trees = Trees::build(&Surface::build(&[(&mesh, 1.0)]));
+    let v = DVec3::new;
+    for (place, expected) in [
+        // Over a face, by an edge, off a corner.
+        (v(0.3, 5.0e6, -0.2), v(0.3, 1.0, -0.2)),
+        (v(5.0, 3.5e7, 0.25), v(1.0, 1.0, 0.25)),
+        (v(-5.0, 3.0, 8.0e11), v(-1.0, 1.0, 1.0)),
+        (v(1.0e12, -1.0e12, 1.0e12), v(1.0, -1.0, 1.0)),
+        (v(0.25, 0.1, 0.0), v(1.0, 0.1, 0.0)),
+    ] {
+        let point = trees.nearest_in_double(0, place);
+        let off = point.position.distance(expected);
+        assert!(off < 1e-7, "{place}: {point:?}");
+        let face = &trees.faces[point.slot as usize];
+        let [a, ab, ac] = [face.a, face.ab, face.ac].map(Vec3::as_dvec3);
+        assert_eq!(point.position, a + point.u * ab + point.v * ac);
+    }
+}
+
+/// Corners that have become one, sides without length.
+#[test]
+fn faces_without_area_have_nearest_points() {
+    let shapes = [
+        [Vec3::ZERO; 2],
+        [Vec3::X; 2],
+        [Vec3::ZERO, Vec3::Y],
+        [Vec3::X, 2.0 * Vec3::X],
+    ];
+    for [ab, ac] in shapes {
+        let mut faces = [Face {
+            a: Vec3::ZERO,
+            triangle: 0,
+            ab,
+            pad0: 0,
+            ac,
+            pad1: 0,
+        }];
+        let mut nodes = Vec::new();
+        build::append_tree(&mut nodes, &mut faces, 0);
+        let trees = Trees {
+            faces: faces.to_vec(),
+            nodes,
+            objects: vec![Tree {
+                first_face: 0,
+                face_count: 1,
+                first_node: 0,
+                low: Vec3::ZERO,
+                high: ab.max(ac),
+                is_closed: false,
+            }],
+            ..Trees::default()
+        };
+        let point = trees.nearest_in_double(0, DVec3::new(100.0, 100.0, 0.0));
+        assert_eq!(point.position, ab.max(ac).as_dvec3());
+    }
+}
+
 trait SelectOne {
     fn select_one(self) -> Vec3;
 }

@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::bvh::{first_crossing, nearest_on, slack_of};
+use super::bvh::{UNLIMITED, first_crossing, nearest_on, slack_of};
 use super::nearest::nearest_on_face;
 use super::sign::{Sides, is_outside};
 use super::transfer::{Flight, Ground, folded, place_in};
@@ -150,18 +150,14 @@ impl Terrain<'_> {
         Walker::at(triangle, meeting.u, meeting.v, heading.to_array(), rest)
     }
 
-    /// The signed distance of a walker to an object that it has come from; `way` is how far it has walked since.
-    fn distance_to_object(&self, object: u32, w: &Walker, way: f32) -> f32 {
+    /// The signed distance of a walker to an object that it has come from.
+    fn distance_to_object(&self, object: u32, w: &Walker) -> f32 {
         let root = self.roots[object as usize];
         let Sides { nodes, faces, .. } = self.sides;
         let place = self
             .ground
             .place_in(object, self.flight_of_walker(w).position);
-        let slack = slack_of(&nodes[root as usize]);
-        let slot = nearest_on(nodes, faces, root, place, 1.001 * way + 4.0 * slack);
-        if slot == NONE {
-            return way;
-        }
+        let slot = nearest_on(nodes, faces, root, place, UNLIMITED);
         let point = nearest_on_face(&faces[slot as usize], place);
         let distance = point.square.sqrt();
         if is_outside(&self.sides, self.sign_rule, root, slot, place, &point) {
@@ -173,8 +169,8 @@ impl Terrain<'_> {
 
     /// Is the inner one of two ends less covered by the object that the walk comes from?
     #[must_use]
-    pub fn inner_is_better(&self, source: u32, outer: &Walker, inner: &Walker, way: f32) -> bool {
-        let [outer, inner] = [outer, inner].map(|w| self.distance_to_object(source, w, way));
+    pub fn inner_is_better(&self, source: u32, outer: &Walker, inner: &Walker) -> bool {
+        let [outer, inner] = [outer, inner].map(|w| self.distance_to_object(source, w));
         inner > outer + 4.0 * slack_of(&self.sides.nodes[self.roots[source as usize] as usize])
     }
 
@@ -244,7 +240,7 @@ impl Terrain<'_> {
             self.walk::<false>(&mut w, attempts);
             w
         });
-        if self.inner_is_better(source, &outer, &inner, rest) {
+        if self.inner_is_better(source, &outer, &inner) {
             inner
         } else {
             outer

@@ -27,10 +27,14 @@ pub fn move_border(
     now.carried = now.passing;
     now.selected = now.selected.saturating_add(now.wanted - now.passing);
     now.refused = now.refused.saturating_add(now.wanted - leaving);
-    let asked_before = if params.object == 0 { 0 } else { now.asking };
-    now.asking = now.wanted - now.passing + asked_before;
-    let all = if now.refused > 0 { now.asking } else { 0 };
-    now.most_wanted = now.most_wanted.max(now.wanted).max(all);
+    if params.object == 0 {
+        now.asked_before = now.asking;
+        now.asking = 0;
+    }
+    now.asking += now.wanted - now.passing;
+    let all = now.asking + now.asked_before;
+    let enough = if now.refused > 0 { all } else { 0 };
+    now.most_wanted = now.most_wanted.max(now.wanted).max(enough);
     now.mismatches += u32::from(now.stayers != now.outside);
     now.wanted = 0;
     now.passing = 0;

@@ -1,6 +1,5 @@
 //! Twin of `shaders/transfer_queries.comp`.
 
-use super::bvh::UNLIMITED;
 use super::crossing::Terrain;
 use super::walk::WALK_OUT_OF_ATTEMPTS;
 use crate::mesh::surface::NONE;
@@ -83,7 +82,7 @@ fn walk_on_target(
         }
     }
     if walkers.iter().all(|w| w.status != WALK_OUT_OF_ATTEMPTS) {
-        if terrain.inner_is_better(SOURCE, &walkers[0], &walkers[1], UNLIMITED) {
+        if terrain.inner_is_better(SOURCE, &walkers[0], &walkers[1]) {
             walkers[0] = walkers[1];
         }
         *phase = PHASE_DONE;

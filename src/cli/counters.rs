@@ -1,0 +1,118 @@
+//! What is counted at the end of a run, for its report: particles, trail, transfers.
+
+use myxo::scene::parameters::grouped;
+use myxo::scene::settings::ObjectSettings;
+use myxo::sim::transfers::told;
+use myxo::sim::{Setup, Snapshot};
+use serde::{Deserialize, Serialize};
+
+/// What was counted at the end of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Particle ids that no particle has; always 0.
+    pub lost: u64,
+    /// Particles whose id another one has too; always 0.
+    pub doubled: u64,
+    /// Sum over all texels of trail times area, in world units.
+    pub trail_mass: f64,
+    /// Particles that went into another object and were selected to change, the refused ones among them.
+    #[serde(default)]
+    pub selected: u64,
+    /// Particles that have arrived, on another object or, where texels knew no triangle of it, on their own; with the
+    /// strategy `respawn`, that began anew.
+    #[serde(default)]
+    pub transferred: u64,
+    /// Particles that went on from where their walk met the other object; the others went to its nearest point.
+    #[serde(default)]
+    pub crossed: u64,
+    /// Particles under way from one object to another.
+    #[serde(default)]
+    pub in_flight: u64,
+    /// Particles that found the transfer buffer full and stayed on their object. Above 0 the state is not the same in
+    /// every run: the order of atomic additions decides who finds it full.
+    #[serde(default)]
+    pub transfer_overflow: u64,
+    /// The transfer buffer size that would have done so far.
+    #[serde(default)]
+    pub transfer_buffer_wanted: u64,
+    /// How many particles have left each object for each other one, or have found none and come back to their own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flux: Vec<Flux>,
+}
+
+/// Particles from one object to another.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Flux {
+    /// The object that they left.
+    pub from: String,
+    /// The object that they went to.
+    pub to: String,
+    /// How many.
+    pub particles: u64,
+}
+
+impl Counters {
+    /// What a state tells.
+    #[must_use]
+    pub fn of(snapshot: &Snapshot, setup: &Setup, objects: &[ObjectSettings]) -> Self {
+        let census = snapshot.census();
+        let transfers = &snapshot.transfers;
+        let flow = &transfers.flow;
+        let pairs = transfers.flux.iter().enumerate();
+        let flux = |(pair, &particles): (usize, &u32)| Flux {
+            from: objects[pair / objects.len()].name.clone(),
+            to: objects[pair % objects.len()].name.clone(),
+            particles: particles.into(),
+        };
+        Self {
+            lost: census.lost,
+            doubled: census.doubled,
+            trail_mass: snapshot.trail_mass(setup),
+            selected: flow.selected.into(),
+            transferred: flow.arrived.into(),
+            crossed: flow.crossed.into(),
+            in_flight: transfers.in_flight.len() as u64,
+            transfer_overflow: flow.refused.into(),
+            transfer_buffer_wanted: flow.most_wanted.into(),
+            flux: pairs.filter(|(_, count)| **count > 0).map(flux).collect(),
+        }
+    }
+
+    /// What to do about particles that were refused, if any were.
+    #[must_use]
+    pub fn overflow(&self, buffer_size: u32) -> Option<String> {
+        let Self {
+            transfer_overflow,
+            transfer_buffer_wanted,
+            ..
+        } = *self;
+        (transfer_overflow > 0).then(|| {
+            format!(
+                "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object, \
+                 not the same ones in every run; \
+                 raise transfer.buffer_size from {} to {}",
+                told(transfer_overflow),
+                grouped(buffer_size.into()),
+                grouped(transfer_buffer_wanted as f64)
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_overflow_says_which_size_would_have_done() {
+        let mut counters = Counters::default();
+        assert_eq!(counters.overflow(16), None);
+        counters.transfer_overflow = 12_345;
+        counters.transfer_buffer_wanted = 812;
+        let text = counters.overflow(16).unwrap_or_default();
+        assert!(
+            text.contains("12,345 times") && text.ends_with("from 16 to 812"),
+            "{text}"
+        );
+    }
+}
