@@ -19,7 +19,7 @@ layout(push_constant) uniform Params {
     uint seam_count;
 } params;
 
-// Seven words a seam: its texel, four that it is filled from, and their weights.
+// Two texels a seam: four that it is filled from; its own, and their weights.
 layout(set = 0, binding = 0) uniform usamplerBuffer seams;
 layout(set = 0, binding = 1) uniform samplerBuffer trail;
 layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_trail;
@@ -27,21 +27,16 @@ layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_trail;
 
 #include "texels.glsl"
 
-uint word(uint seam, uint k) {
-    return texelFetch(seams, int(7u * seam + k)).x;
-}
-
 void main() {
     uint i = invocation_index();
     if (i >= params.seam_count) return;
     // Four weights of 16 bits, in units of 1 / 32768.
-    uint weights_0 = word(i, 5u);
-    uint weights_1 = word(i, 6u);
-    precise float value = float(weights_0 & 0xffffu) * texel_of(trail, word(i, 1u));
-    value += float(weights_0 >> 16u) * texel_of(trail, word(i, 2u));
-    value += float(weights_1 & 0xffffu) * texel_of(trail, word(i, 3u));
-    value += float(weights_1 >> 16u) * texel_of(trail, word(i, 4u));
+    uvec4 source = texelFetch(seams, int(2u * i));
+    uvec4 more = texelFetch(seams, int(2u * i + 1u));
+    precise float value = float(more.y & 0xffffu) * texel_of(trail, source.x);
+    value += float(more.y >> 16u) * texel_of(trail, source.y);
+    value += float(more.z & 0xffffu) * texel_of(trail, source.z);
+    value += float(more.z >> 16u) * texel_of(trail, source.w);
     precise float filled = value * (1.0 / 32768.0);
-    uint texel = word(i, 0u);
-    store_texel(low_trail, high_trail, texel, vec4(filled))
+    store_texel(low_trail, high_trail, more.x, vec4(filled))
 }

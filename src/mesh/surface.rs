@@ -95,12 +95,14 @@ pub struct AtlasMap {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Seam {
-    /// The gutter texel, `y * pitch + x`.
-    pub texel: u32,
     /// Owned texels; unused places repeat a used one with weight 0.
     pub source: [u32; 4],
+    /// The gutter texel, `y * pitch + x`.
+    pub texel: u32,
     /// Four weights of 16 bits, from the lowest, in units of 1 / [`Seam::UNITS`], which they sum to exactly.
     pub weight: [u32; 2],
+    /// Nothing.
+    pub pad0: u32,
 }
 
 impl Seam {
@@ -112,9 +114,10 @@ impl Seam {
     pub fn new(texel: u32, source: [u32; 4], units: [u32; 4]) -> Self {
         debug_assert_eq!(units.iter().sum::<u32>(), Self::UNITS);
         Self {
-            texel,
             source,
+            texel,
             weight: [units[0] | units[1] << 16, units[2] | units[3] << 16],
+            pad0: 0,
         }
     }
 

@@ -380,11 +380,10 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
 /// # Errors
 /// Names the table that is too large, the device's limit, and what makes it smaller.
 pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
-    // Seams are read word by word, rows and entries as texels of four words.
-    let texels = u64::from(device.max_texel_buffer_elements);
-    let (words, quads) = (4 * texels, 16 * texels);
+    // All are read as texels of four words.
+    let quads = 16 * u64::from(device.max_texel_buffer_elements);
     let tables = [
-        (atlas.seams.len() as u64, SEAM, words, "gutter texels"),
+        (atlas.seams.len() as u64, SEAM, quads, "gutter texels"),
         (
             atlas.exchange.rows.len() as u64,
             ROW,

@@ -190,7 +190,7 @@ pub struct State {
     pub exchange_rows: Texels<u32>,
     /// What it exchanges with; two entries of two words each.
     pub exchange_entries: Texels<u32>,
-    /// Seven words a gutter texel that is read.
+    /// Two texels for each gutter texel that is read.
     pub seams: Texels<u32>,
     /// One a triangle: its shape.
     pub triangles: Texels<u32>,
@@ -381,7 +381,7 @@ impl State {
             )?,
             seams: Texels::new(
                 &Buffer::from_slice_in(ctx, "seams", &setup.atlas.seams, large)?,
-                1,
+                4,
             )?,
             triangles: Texels::new(
                 &Buffer::from_slice_in(ctx, "triangles", &setup.surface.triangles, large)?,

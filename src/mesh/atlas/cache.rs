@@ -19,7 +19,7 @@ use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOAT01";
 /// Raised whenever the same surface and options come to lie differently than before.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// Beyond so many bytes, or files, those that were used least recently go.
 const MOST_BYTES: u64 = 256 << 20;
 const MOST_FILES: usize = 64;
