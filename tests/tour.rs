@@ -33,6 +33,8 @@ use std::time::{Duration, Instant};
 
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
+use myxo::sim::areas::AreaMap;
+use myxo::sim::start::Masks;
 use program::{Folder, path, program};
 use serde_json::Value;
 
@@ -322,8 +324,15 @@ impl Lab {
                 .take_while(|_| !file.exists())
                 .for_each(|_| sleep(Duration::from_millis(20)));
         }
+        let scene = Scene::load(&file, &Overrides::default());
+        let scene = scene.expect("what was saved can be opened");
+        Masks::open(&scene).expect("so can the pictures that it begins on");
+        let map = &scene.settings.areas.map;
+        if !map.is_empty() {
+            AreaMap::open(map.as_ref()).expect("and its areas");
+        }
         let read = Scene::read(&file, &Overrides::default());
-        read.expect("what was saved can be read").1
+        read.expect("it has just been read").1
     }
 
     /// Ends it by a key; nothing may have gone wrong.

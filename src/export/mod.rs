@@ -18,7 +18,7 @@ mod watch;
 
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Seek, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -32,7 +32,7 @@ use crate::render::output::Written;
 use crate::scene::Scene;
 use crate::scene::motion::MotionSettings;
 use crate::scene::settings::AreaSettings;
-use crate::sim::areas::keep_beside;
+use crate::sim::areas::{map_beside, picture_of, write as write_areas};
 use crate::sim::checkpoint::Checkpoint;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
@@ -320,27 +320,48 @@ impl ExportFile {
     ) -> Result<Written> {
         let path = self.path().to_owned();
         let mut files = vec![path.clone()];
-        let scene_file = match self.format {
-            Format::Toml => {
-                let (areas, map) = keep_beside(&path, &export.snapshot.bias, &export.setup.atlas)?;
-                files.extend(map);
-                Some(export.scene_file_with(Some(&areas)))
-            }
-            _ => None,
-        };
-        let whole = || -> io::Result<()> {
+        let (bias, atlas) = (&export.snapshot.bias, &export.setup.atlas);
+        let is_scene = self.format == Format::Toml;
+        let areas = picture_of(bias, atlas).filter(|_| is_scene);
+        let map = map_for(&path);
+        let hidden = || -> io::Result<WholeFile> {
             let file = Watched::new(self.file, watch);
             let mut out = BufWriter::with_capacity(1 << 20, file);
-            match scene_file {
-                Some(text) => out.write_all(text.as_bytes())?,
-                None => export.write(self.format, colors, &mut out)?,
+            if is_scene {
+                let says = areas.map(|(_, strength)| {
+                    let map = map.file_name().unwrap_or_default();
+                    let map = map.to_string_lossy().into_owned();
+                    AreaSettings { map, strength }
+                });
+                let text = export.scene_file_with(Some(&says.unwrap_or_default()));
+                out.write_all(text.as_bytes())?;
+            } else {
+                export.write(self.format, colors, &mut out)?;
             }
-            out.into_inner()?.into_inner().finish()?;
-            Ok(())
+            Ok(out.into_inner()?.into_inner())
         };
-        whole().map_err(failure(&path))?;
+        let file = hidden().map_err(failure(&path))?;
+        // The scene has its name only when all that it names is there.
+        if is_scene && write_areas(&map, bias, atlas)?.is_some() {
+            files.push(map);
+        }
+        file.finish().map_err(failure(&path))?;
         Ok(Written { files, frames: 1 })
     }
+}
+
+/// The map of areas for a scene file: `NAME_areas.png` beside it or, where that is somebody else's, the next number that is free.
+fn map_for(scene_file: &Path) -> PathBuf {
+    let first = map_beside(scene_file);
+    let before = std::fs::read_to_string(scene_file).unwrap_or_default();
+    let is_ours = |map: &PathBuf| {
+        let name = map.file_name().unwrap_or_default().to_string_lossy();
+        !map.exists() || before.contains(&format!("\"{name}\""))
+    };
+    let stem = first.file_stem().unwrap_or_default().to_string_lossy();
+    let others = (2..).map(|number| first.with_file_name(format!("{stem}_{number}.png")));
+    let mut maps = std::iter::once(first.clone()).chain(others);
+    maps.find(is_ours).unwrap_or(first.clone())
 }
 
 /// Writes a state as a checkpoint, telling how far it is and stopping where it is told to.

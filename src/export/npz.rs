@@ -27,7 +27,10 @@
 //! | `texel_position` | `f4` | S, S, 3 | world units; NaN: none |
 //! | `distance` | `f4` | S, S | world units; NaN: none |
 //! | `nearest_triangle` | `i4` | S, S | -1: none within reach |
+//! | `area_bias` | `f4` | S, S | trail |
+//! | `area_no_go` | `?` | S, S | |
 //! | `scent` | `f4` | S, S | |
+//! | `particle_fed` | `i4` | N | steps |
 //! | `food_object`, `food_triangle` | `i4` | F | object, triangle |
 //! | `food_uv` | `f4` | F, 2 | weights of corners 1 and 2 |
 //! | `food_position` | `f4` | F, 3 | world units |
@@ -55,6 +58,7 @@ use super::corners;
 use crate::mesh::surface::NONE;
 use crate::mesh::walk::{Frame, SurfacePoint};
 use crate::sim::food::buffers::scent_of;
+use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::types::{Motion, Particle};
 
 /// Grows by one where arrays change their meaning.
@@ -262,6 +266,7 @@ fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io
             None => [f32::NAN; 3],
         }),
     )?;
+    write_areas(export, &texels, to)?;
     let Some(distances) = &export.distances else {
         return Ok(());
     };
@@ -284,7 +289,31 @@ fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io
     )
 }
 
-/// Foods and markers, where there are any, and what sensors read of what is left of them.
+/// Areas that were painted, where there are any: `NO_GO` is a mark and no number that anybody reads.
+fn write_areas<W: Write + Seek>(
+    export: &Export<'_>,
+    texels: &[u32],
+    to: &mut Archive<W>,
+) -> io::Result<()> {
+    let bias = &export.snapshot.bias;
+    if bias.is_empty() {
+        return Ok(());
+    }
+    let side = export.setup.atlas.size as usize;
+    let is_no_go = |texel: u32| bias[texel as usize] < NO_GO_BELOW;
+    let read = of_all(texels, |&texel| {
+        if is_no_go(texel) {
+            0.0
+        } else {
+            bias[texel as usize]
+        }
+    });
+    to.array("area_bias", &[side, side], &read)?;
+    let no_go = of_all(texels, |&texel| u8::from(is_no_go(texel)));
+    to.typed("area_no_go", "|b1", &[side, side], &no_go)
+}
+
+/// Foods and markers, where there are any, what sensors read of what is left of them, and who has eaten.
 fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let atlas = &export.setup.atlas;
     let pantry = &export.setup.pantry;
@@ -297,6 +326,17 @@ fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io:
     let rows = field.chunks(atlas.pitch as usize).take(side);
     let texels: Vec<f32> = rows.flat_map(|row| &row[..side]).copied().collect();
     to.array("scent", &[side, side], &texels)?;
+
+    let state = &export.snapshot;
+    let mut fed: Vec<(u32, i32)> = (state.particles.iter().zip(&state.motions))
+        .map(|(particle, motion)| (particle.id, motion.fed() as i32))
+        .collect();
+    fed.par_sort_unstable_by_key(|(id, _)| *id);
+    to.array(
+        "particle_fed",
+        &[fed.len()],
+        &of_all(&fed, |(_, steps)| *steps),
+    )?;
 
     let foods = &pantry.places;
     let n = [foods.len()];

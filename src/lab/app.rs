@@ -79,11 +79,12 @@ impl ApplicationHandler<Close> for App {
         };
         let wants_repaint = lab.take_in(&event);
         match event {
-            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::CloseRequested if lab.ask_to_close() => events.exit(),
+            WindowEvent::CloseRequested => lab.window.request_redraw(),
             WindowEvent::Resized(size) => lab.resize(size.into()),
             WindowEvent::DroppedFile(path) => lab.drop_file(path),
             WindowEvent::RedrawRequested => match lab.frame() {
-                Ok(_) if lab.closing => events.exit(),
+                Ok(_) if lab.has_closed() => events.exit(),
                 Ok(next) => self.wake = next,
                 Err(error) => self.survive(events, &error),
             },

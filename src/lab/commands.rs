@@ -1,14 +1,12 @@
 //! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::presets::is_preset;
-use myxo::scene::settings::{AreaSettings, Settings};
 use myxo::scene::{Overrides, Scene};
-use myxo::sim::areas::keep_beside;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
@@ -18,38 +16,11 @@ use super::interface::Interface;
 use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};
 use super::lost::is_loss;
-use super::out::put_look;
+use super::out::unnumbered;
 use super::saving::save_scene;
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
-
-/// A scene file on its way.
-#[derive(Debug, Default)]
-pub(super) struct SceneText {
-    /// What it says.
-    pub text: String,
-    /// The map of areas that was written beside it.
-    map: Option<PathBuf>,
-    /// Why areas are missing that were painted.
-    lacks: Option<Error>,
-}
-
-impl SceneText {
-    /// What is to be said of areas.
-    fn told(&self) -> String {
-        let map = self.map.as_ref().and_then(|map| map.file_name());
-        let with = map.map(|map| format!(", with painted areas in {}", map.display()));
-        with.unwrap_or_default() + &self.lacking()
-    }
-
-    /// The same of those that are missing.
-    fn lacking(&self) -> String {
-        let lacks = self.lacks.as_ref();
-        let lacks = lacks.map(|error| format!(", without the areas that were painted: {error}"));
-        lacks.unwrap_or_default()
-    }
-}
 
 impl Lab {
     /// Does what the interface asks for.
@@ -138,69 +109,13 @@ impl Lab {
         self.interface.end_morph();
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let settings = self.interface.edited.clone();
-        let same = self.scene().filter(|scene| {
-            let meshes = |settings: &Settings| -> Vec<String> {
-                let objects = settings.objects.iter();
-                objects.map(|object| object.mesh.clone()).collect()
-            };
-            meshes(&scene.settings) == meshes(&settings)
-        });
-        let meshes = same.map(|scene| scene.meshes.clone());
+        let meshes = self.meshes_for(&settings);
         self.load(name.clone(), Origin::Shown, move || {
             Ok(match meshes {
                 Some(meshes) => Scene::from_meshes(name, settings, meshes, folder)?,
                 None => Scene::from_settings(name, settings, folder)?,
             })
         });
-    }
-
-    /// The scene as it is edited and looked at, as a scene file; none before there is one.
-    pub(super) fn scene_text(&self) -> Option<String> {
-        self.scene_text_with(None)
-    }
-
-    fn scene_text_with(&self, areas: Option<&AreaSettings>) -> Option<String> {
-        let mut scene = self.scene()?.clone();
-        scene.settings = self.interface.edited.clone();
-        for object in &mut scene.settings.objects {
-            // The text may be read anywhere.
-            if !object.mesh.starts_with("builtin:") {
-                let path = std::path::absolute(scene.folder.join(&object.mesh)).ok()?;
-                object.mesh = path.to_string_lossy().into_owned();
-            }
-        }
-        put_look(&self.interface.view, scene.center, &mut scene.settings);
-        Some(match areas {
-            Some(areas) => scene.to_toml_beside(areas),
-            None => scene.to_toml(),
-        })
-    }
-
-    /// The same for a file of this path, with areas as they are in a map beside it.
-    pub(super) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
-        let only = || SceneText {
-            text: self.scene_text().unwrap_or_default(),
-            ..SceneText::default()
-        };
-        let Some(stage) = &self.stage else {
-            return Ok(only());
-        };
-        let (simulation, setup) = (&stage.simulation, stage.simulation.setup());
-        let (bias, lacks) = match simulation.areas() {
-            Ok(bias) => (bias, None),
-            Err(error) => (setup.bias.clone(), Some(error)),
-        };
-        // Another map that waits for a restart is wanted, unless it costs what was painted.
-        let waits = self.interface.edited.areas != simulation.settings().areas;
-        if waits && bias == setup.bias {
-            return Ok(SceneText { lacks, ..only() });
-        }
-        let (areas, map) = keep_beside(file, &bias, &setup.atlas)?;
-        Ok(SceneText {
-            text: self.scene_text_with(Some(&areas)).unwrap_or_default(),
-            map,
-            lacks,
-        })
     }
 
     /// Was something painted that stays, besides what the scene's map says?
@@ -212,10 +127,11 @@ impl Lab {
     }
 
     fn copy(&mut self, context: &egui::Context) {
-        let (Some(text), Some(stage)) = (self.scene_text(), &self.stage) else {
+        let (Some(scene), Some(stage)) = (self.scene_text(), &self.stage) else {
             return;
         };
-        context.copy_text(text);
+        let as_it_runs = scene.lacking();
+        context.copy_text(scene.text);
         let has_all = stage.simulation.areas();
         let has_all = has_all.is_ok_and(|bias| bias == stage.simulation.setup().bias);
         let without = if has_all {
@@ -223,7 +139,7 @@ impl Lab {
         } else {
             ", without the areas that were painted: files of scenes have them (Ctrl S)"
         };
-        let text = format!("The scene is in the clipboard{without}");
+        let text = format!("The scene is in the clipboard{without}{as_it_runs}");
         self.interface.notice(context, text, false);
     }
 
@@ -232,15 +148,17 @@ impl Lab {
             return;
         }
         let folder = PathBuf::from(self.interface.out.folder.trim());
-        let mut told = String::new();
-        let saved = save_scene(&folder, &self.name, |file| {
+        let (mut told, mut has_all) = (String::new(), false);
+        let saved = save_scene(&folder, unnumbered(&self.name), |file| {
             let scene = self.scene_text_at(file)?;
-            told = scene.told();
+            (told, has_all) = (scene.told(), scene.has_all());
             Ok(scene.text)
         });
         match saved {
             Ok(path) => {
-                self.interface.saved(Some(self.interface.state_to_save()));
+                if has_all {
+                    self.interface.saved(Some(self.interface.state_to_save()));
+                }
                 let text = format!("Saved {}{told}", path.display());
                 self.interface.notice(context, text, false);
             }
@@ -313,6 +231,8 @@ impl Lab {
     ) {
         self.make_room(&name, origin);
         self.hand.carry = None;
+        let asked = (origin == Origin::Shown).then(|| self.interface.edited.clone());
+        self.interface.asked = asked;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
         self.loading = Some(Loading::begin(name, origin, info, atlases, load));
         self.window.request_redraw();
@@ -444,6 +364,9 @@ impl Lab {
         }
         self.pacer.restart();
         self.moved = std::time::Instant::now();
+        if self.interface.edited != self.interface.running {
+            self.apply(&self.egui.egui_ctx().clone());
+        }
         Ok(())
     }
 }

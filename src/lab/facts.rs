@@ -72,6 +72,8 @@ pub struct Facts {
     pub triangles: usize,
     /// Texels that triangles own.
     pub texels: usize,
+    /// Does anything attract, repel or forbid?
+    pub has_areas: bool,
     /// What is being loaded, if anything is.
     pub loading: Option<Waiting>,
     /// What the hands need to know.

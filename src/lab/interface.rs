@@ -19,13 +19,14 @@ use super::gallery::Gallery;
 use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
 use super::left::{LeftScene, LeftScenes};
 use super::navigation::{Moved, Navigation};
-use super::notices::Notice;
+use super::notices::Notices;
 use super::opening::Opening;
 use super::out::{Out, OutPanel};
-use super::overlays::show_loading;
+use super::overlays::{show_ending, show_loading};
 use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
+use super::renewal::with_changes_since;
 use super::rows::{take_refused, take_wanted};
 use super::theme;
 use super::undo::{self, Undo};
@@ -105,6 +106,8 @@ pub struct Interface {
     /// The picture alone, without anything round it.
     pub(super) performing: bool,
     pub(super) help: bool,
+    /// Does anything attract, repel or forbid?
+    pub(super) has_areas: bool,
     pub(super) gallery: Gallery,
     pub(super) opening: Opening,
     /// Which of help, gallery and what is taken out lay over the picture in the last frame.
@@ -112,6 +115,8 @@ pub struct Interface {
     pub(super) undo: Undo,
     /// Objects that undo has brought back are on their way.
     renews: bool,
+    /// What was edited when this scene was sent for once more, while it is on its way.
+    pub(super) asked: Option<Settings>,
     /// The preset that was taken last, or whose look the scene had when it was loaded.
     pub(super) preset: Option<String>,
     /// Those that the user has kept.
@@ -126,9 +131,7 @@ pub struct Interface {
     pub(super) is_searching: bool,
     /// Is the key held?
     shift: bool,
-    pub(super) notice: Option<Notice>,
-    /// What was wrong with files that were dropped, until all of them are there.
-    pub(super) dropped: Option<Vec<String>>,
+    pub(super) notices: Notices,
     /// What is taken out, and how.
     pub out: OutPanel,
 }
@@ -168,11 +171,13 @@ impl Interface {
             light: false,
             performing: false,
             help: false,
+            has_areas: false,
             gallery: Gallery::default(),
             opening: Opening::default(),
             on_top: [false; 3],
             undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
             renews: false,
+            asked: None,
             preset: None,
             own: OwnPresets::default(),
             left: LeftScenes::default(),
@@ -181,8 +186,7 @@ impl Interface {
             filter: String::new(),
             is_searching: false,
             shift: false,
-            notice: None,
-            dropped: None,
+            notices: Notices::default(),
             out: OutPanel::default(),
         };
         interface.open(scene);
@@ -194,6 +198,8 @@ impl Interface {
         self.loaded = scene.settings.clone();
         self.see_as(scene);
         self.hands.leave_scene();
+        self.morph = None;
+        self.asked = None;
         self.restarted(scene);
         self.hands.newcomer.clear();
         self.find_preset();
@@ -210,8 +216,8 @@ impl Interface {
 
     /// It cannot: everything is as it was before, but for what is said of it.
     pub fn put_back(&mut self, before: Self) {
-        let notice = self.notice.take();
-        *self = Self { notice, ..before };
+        let notices = std::mem::take(&mut self.notices);
+        *self = Self { notices, ..before };
     }
 
     /// The view that a scene's file asks for.
@@ -229,18 +235,20 @@ impl Interface {
         self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
     }
 
-    /// The scene runs from step 0, with its settings.
+    /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
     pub fn restarted(&mut self, scene: &Scene) {
         self.running = scene.settings.clone();
-        self.edited = scene.settings.clone();
-        self.morph = None;
+        let asked = self.asked.take();
+        let since = asked.map(|asked| with_changes_since(&asked, &self.edited, &self.running));
+        self.edited = since.unwrap_or_else(|| self.running.clone());
         self.renews = false;
-        self.hands.restarted(scene);
+        self.hands.restarted(scene, self.edited.foods.len());
         self.outline = (scene.center, view::points(scene).collect());
     }
 
     /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
     pub fn not_shown(&mut self) {
+        self.asked = None;
         let there = self.running.objects.len();
         self.hands.selected = self.hands.selected.filter(|object| *object < there);
         if !std::mem::take(&mut self.renews) {
@@ -259,6 +267,7 @@ impl Interface {
     /// Shows everything for one frame.
     pub fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let mut commands = Vec::new();
+        self.has_areas = facts.has_areas;
         // A press that closes a list does nothing else.
         self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
         // A dialog has the keyboard to itself.
@@ -316,7 +325,10 @@ impl Interface {
         if let Some(loading) = &facts.loading {
             show_loading(ui.ctx(), picture, loading, &mut commands);
         }
-        self.show_notice(ui, picture);
+        if facts.out.ends {
+            show_ending(ui.ctx(), picture, &facts.out);
+        }
+        self.show_notices(ui, picture);
         self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy {
@@ -402,6 +414,7 @@ impl Interface {
         self.help = false;
         self.out.open = false;
         self.gallery.open = false;
+        self.hands.leave_scene();
         if self.performing {
             self.notice(ctx, "Esc brings the panel back", false);
         }

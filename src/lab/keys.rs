@@ -470,7 +470,7 @@ impl Interface {
         }
     }
 
-    /// Leaves what lies on top: a list, the field for a search with what is in it, the gallery, the picture alone, a scene that is awaited.
+    /// Leaves what lies on top: a list, the field for a search with what is in it, the gallery, the picture alone, a tool, a scene that is awaited.
     fn back(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         if egui::Popup::is_any_open(ctx) {
             egui::Popup::close_all(ctx);
@@ -480,10 +480,10 @@ impl Interface {
             self.help = false;
             self.gallery.open = false;
             self.out.open = false;
-        } else if self.hands.back() {
-            // A tool was left, or an object.
         } else if self.performing {
             self.perform(ctx);
+        } else if self.hands.back() {
+            // A tool was left, or an object.
         } else if self.navigation.is_flying() {
             self.toggle_flight(ctx);
         } else {

@@ -138,7 +138,7 @@ impl Interface {
     /// A look on its way is there at once.
     pub(super) fn end_morph(&mut self) {
         if let Some(morph) = self.morph.take() {
-            self.edited = morph.end();
+            morph.end(&mut self.edited);
         }
     }
 

@@ -14,7 +14,7 @@ use myxo::{Error, Result};
 
 use super::LabOptions;
 use super::clocks::Clocks;
-use super::out::say;
+use super::out::{say, unnumbered};
 use super::saving::save_scene;
 use super::screen::Screen;
 use super::window::{Lab, log_messages};
@@ -86,13 +86,13 @@ impl Lab {
 
     /// Keeps the scene as it is set in a file, once as long as nothing changes.
     fn keep_scene(&mut self) -> Option<Result<PathBuf>> {
-        let text = self.scene_text()?;
+        let text = self.scene_text()?.text;
         let kept = self.lost.as_ref().and_then(|lost| lost.kept.clone());
         if let Some((_, path)) = kept.filter(|(kept, path)| *kept == text && path.exists()) {
             return Some(Ok(path));
         }
         let folder = PathBuf::from(self.interface.out.folder.trim());
-        let saved = save_scene(&folder, &self.name, |file| {
+        let saved = save_scene(&folder, unnumbered(&self.name), |file| {
             Ok(self.scene_text_at(file)?.text)
         });
         let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
@@ -169,7 +169,13 @@ impl Lab {
         let on = &lab.ctx.info().name;
         let text = notice(error, was_painted, (*on != was_on).then_some(on), kept);
         let context = lab.egui.egui_ctx().clone();
-        lab.interface.first_notice(&context, text);
+        lab.interface.notice(&context, text, true);
+        if let (settings, Some(error)) = lab.settings_that_work() {
+            lab.interface.edited = settings;
+            let text =
+                format!("What waited for a restart would not work, and is taken back: {error}");
+            lab.interface.notice(&context, text, true);
+        }
         lab.restart();
         Ok(lab)
     }

@@ -1,77 +1,128 @@
-//! Lines that are shown over the picture for a while: what has happened, and what went wrong.
+//! Lines that are shown over the picture: what has happened, for a while, and what went wrong, until it is clicked away.
+
+use egui::{Align, Align2, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
 use super::interface::Interface;
+use super::places::Marked as _;
+use super::theme;
 
-/// A line that stays for a while.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Notice {
-    pub(super) text: String,
-    pub(super) is_error: bool,
-    pub(super) until: f64,
-    /// Its first lines, which stay above others until then.
-    first: Option<(String, f64)>,
+/// Errors that are shown at once; the oldest go.
+const MOST_ERRORS: usize = 4;
+
+/// Everything that is said.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Notices {
+    /// What has happened last, and until when that is shown.
+    news: Option<(String, f64)>,
+    /// What went wrong, the last one last.
+    errors: Vec<String>,
+    /// What was wrong with files that were dropped, until all of them are there: they are one error together.
+    dropped: Option<Vec<String>>,
+}
+
+impl Notices {
+    /// All of it, as tests and the terminal read it.
+    pub fn text(&self) -> Option<String> {
+        let news = self.news.iter().map(|(text, _)| text);
+        let lines: Vec<&str> = self.errors.iter().chain(news).map(String::as_str).collect();
+        (!lines.is_empty()).then(|| lines.join("\n"))
+    }
+
+    fn fail(&mut self, text: String) {
+        let text = match &mut self.dropped {
+            None => text,
+            Some(wrong) => {
+                let before = wrong.join("\n");
+                if !wrong.contains(&text) {
+                    wrong.push(text);
+                }
+                self.errors.retain(|error| *error != before);
+                wrong.join("\n")
+            }
+        };
+        // What is said again is the last that went wrong.
+        self.errors.retain(|error| *error != text);
+        self.errors.push(text);
+        let old = self.errors.len().saturating_sub(MOST_ERRORS);
+        self.errors.drain(..old);
+    }
 }
 
 impl Interface {
-    /// Files are dropped: what is wrong with one stays before what is said of the next.
+    /// Files are dropped: what is wrong with them is told together.
     pub fn begin_drop(&mut self) {
-        if self.dropped.is_none() {
-            self.dropped = Some(Vec::new());
-        }
+        self.notices.dropped.get_or_insert_default();
     }
 
     /// All that were dropped are there, or will never be.
     pub fn end_drop(&mut self) {
-        self.dropped = None;
+        self.notices.dropped = None;
     }
 
-    /// Shows a line for a while.
+    /// Shows a line: for a while or, where something went wrong, until it is clicked away.
     pub fn notice(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
-        let mut text: String = text.into();
-        let mut is_error = is_error;
-        if let Some(errors) = &mut self.dropped {
-            if is_error {
-                if !errors.contains(&text) {
-                    errors.push(text);
-                }
-                text = errors.join("\n");
-            } else if !errors.is_empty() {
-                text = format!("{}\n{text}", errors.join("\n"));
-                is_error = true;
-            }
+        let text = text.into();
+        if is_error {
+            self.notices.fail(text);
+        } else {
+            let until = ctx.input(|i| i.time) + seconds_for(&text);
+            self.notices.news = Some((text, until));
         }
-        let now = ctx.input(|i| i.time);
-        let mut until = now + seconds_for(&text, is_error);
-        let first = self.notice.take().and_then(|notice| notice.first);
-        let first = first.filter(|(_, until)| now <= *until);
-        if let Some((first, first_until)) = &first {
-            text = format!("{first}\n{text}");
-            is_error = true;
-            until = until.max(*first_until);
-        }
-        self.notice = Some(Notice {
-            text,
-            is_error,
-            until,
-            first,
-        });
     }
 
-    /// Shows what is to be read whatever else there is to be said: lines that come meanwhile stand below it.
-    pub fn first_notice(&mut self, ctx: &egui::Context, text: impl Into<String>) {
-        let text = text.into();
-        let until = ctx.input(|i| i.time) + seconds_for(&text, true);
-        self.notice = Some(Notice {
-            first: Some((text.clone(), until)),
-            text,
-            is_error: true,
-            until,
-        });
+    /// Shows them, errors above.
+    pub(super) fn show_notices(&mut self, ui: &Ui, picture: Rect) {
+        let now = ui.input(|i| i.time);
+        let Notices { news, errors, .. } = &mut self.notices;
+        news.take_if(|(_, until)| now > *until);
+        if news.is_none() && errors.is_empty() {
+            return;
+        }
+        let mut gone = None;
+        egui::Area::new("notice".into())
+            .anchor(Align2::CENTER_BOTTOM, vec2(0.5 * picture.left(), -44.0))
+            .interactable(!errors.is_empty())
+            .show(ui.ctx(), |ui| {
+                ui.set_max_width((picture.width() - 60.0).max(120.0));
+                for (i, error) in errors.iter().enumerate() {
+                    if show_error(ui, i, error) {
+                        gone = Some(i);
+                    }
+                }
+                if let Some((text, _)) = news {
+                    ui.with_layout(Layout::top_down(Align::Center), |ui| {
+                        egui::Frame::popup(ui.style()).show(ui, |ui| {
+                            ui.label(RichText::new(&*text).color(theme::accent(ui)));
+                        });
+                    });
+                }
+            });
+        if let Some(gone) = gone {
+            errors.remove(gone);
+        }
     }
 }
 
+/// An error on a card of its own; true if it was clicked away.
+fn show_error(ui: &mut Ui, place: usize, error: &str) -> bool {
+    let card = UiBuilder::new().sense(Sense::click());
+    let shown = ui.scope_builder(card, |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+                let cross = RichText::new("×").color(theme::weak(ui));
+                ui.add(egui::Label::new(cross).selectable(false));
+                ui.with_layout(Layout::top_down(Align::Min), |ui| {
+                    let text = RichText::new(error).color(theme::error(ui));
+                    ui.add(egui::Label::new(text).selectable(false));
+                });
+            });
+        });
+    });
+    let response = shown.response.on_hover_text("Click it away");
+    response.marked(&format!("error.{place}")).clicked()
+}
+
 /// How long a line is shown.
-fn seconds_for(text: &str, is_error: bool) -> f64 {
-    let seconds = 3.0 + 0.05 * text.len() as f64;
-    if is_error { 3.0 * seconds } else { seconds }
+fn seconds_for(text: &str) -> f64 {
+    3.0 + 0.05 * text.len() as f64
 }

@@ -4,6 +4,7 @@ use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
 use super::interface::{Command, Facts, Interface, Waiting};
 use super::keys::{KEYS, MOUSE};
+use super::out::OutFacts;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::rows::grouped;
 use super::theme;
@@ -103,35 +104,35 @@ impl Interface {
         mark_cross(shown, "help.close");
         self.help &= open;
     }
+}
 
-    /// The message, until its time is over.
-    pub(super) fn show_notice(&mut self, ui: &Ui, picture: Rect) {
-        let now = ui.input(|i| i.time);
-        if self
-            .notice
-            .as_ref()
-            .is_some_and(|notice| now > notice.until)
-        {
-            self.notice = None;
-        }
-        let Some(notice) = &self.notice else {
-            return;
-        };
-        egui::Area::new("notice".into())
-            .anchor(Align2::CENTER_BOTTOM, vec2(0.5 * picture.left(), -44.0))
-            .interactable(false)
-            .show(ui.ctx(), |ui| {
-                egui::Frame::popup(ui.style()).show(ui, |ui| {
-                    ui.set_max_width((picture.width() - 60.0).max(120.0));
-                    let color = if notice.is_error {
-                        theme::error(ui)
-                    } else {
-                        theme::accent(ui)
-                    };
-                    ui.label(RichText::new(&notice.text).color(color));
+/// A card over the picture of a window that is to close: what it finishes before that.
+pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &OutFacts) {
+    let making = out.making.as_ref();
+    let name = making.map_or("the recording", |making| making.name.as_str());
+    egui::Area::new("ending".into())
+        .order(egui::Order::Foreground)
+        .pivot(Align2::CENTER_CENTER)
+        .fixed_pos(picture.center())
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style())
+                .inner_margin(16.0)
+                .show(ui, |ui| {
+                    ui.set_width(300.0_f32.min(picture.width() - 64.0));
+                    ui.label(RichText::new(format!("Finishing {name}")).heading());
+                    let doing = making.map_or("writing", |making| making.doing.as_str());
+                    ui.label(RichText::new(doing).color(theme::weak(ui)));
+                    ui.add(
+                        egui::ProgressBar::new(making.and_then(|m| m.done).unwrap_or(1.0))
+                            .animate(true)
+                            .fill(theme::accent(ui))
+                            .desired_height(4.0),
+                    );
+                    ui.add_space(4.0);
+                    ui.label("Then the window closes. Closed once more, it gives that up.");
                 });
-            });
-    }
+        });
+    note_value(ctx, "ending", || name.to_owned());
 }
 
 /// A card over the picture: what is being loaded, how far it is, and a way out.

@@ -5,7 +5,7 @@ use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{
     FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle,
 };
-use myxo::scene::settings::{FoodSettings, Settings, Show};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
@@ -356,6 +356,7 @@ impl Interface {
         let mut changed = false;
         let before = self.edited.clone();
         let shared = &before.physarum;
+        let default = Settings::default();
         for (prefix, title, open) in SECTIONS {
             let parameters: Vec<_> = PARAMETERS
                 .iter()
@@ -367,8 +368,10 @@ impl Interface {
             section(ui, title, *open, !filter.is_empty(), |ui| {
                 let context = RowContext {
                     loaded: &self.loaded,
+                    default: &default,
                     running: &self.running,
                     shared,
+                    objects: &before.objects,
                     prefix: "",
                     idle: &|key| why_idle(key, &before),
                 };
@@ -397,8 +400,10 @@ impl Interface {
             let shown = section_with(ui, &title, false, !filter.is_empty(), reveals, |ui| {
                 let context = RowContext {
                     loaded,
+                    default: &ObjectSettings::default(),
                     running,
                     shared,
+                    objects: &before.objects,
                     prefix: &format!("object.{i}."),
                     idle: &|key| why_object_idle(key, &before.objects[i], &before),
                 };
@@ -442,8 +447,10 @@ impl Interface {
             section(ui, &title, false, !filter.is_empty(), |ui| {
                 let context = RowContext {
                     loaded: self.loaded.foods.get(i).unwrap_or(&new),
+                    default: &new,
                     running: self.running.foods.get(i).unwrap_or(&new),
                     shared: &before.physarum,
+                    objects: &before.objects,
                     prefix: &format!("food.{i}."),
                     idle: &|_| None,
                 };

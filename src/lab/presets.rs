@@ -3,7 +3,7 @@
 use myxo::Result;
 use myxo::scene::SceneError;
 use myxo::scene::file::Reader;
-use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Scale, find};
+use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
 use myxo::scene::settings::{ColorMap, Settings};
 
@@ -12,16 +12,16 @@ use myxo::scene::settings::{ColorMap, Settings};
 pub struct Morph {
     from: Settings,
     to: Settings,
-    /// What it came to last; if that is no longer so, a hand has been at it, and the morph ends.
+    /// What it came to last; where what it changes is no longer so, a hand has been at it, and the morph ends.
     last: Settings,
     began: f64,
     seconds: f64,
 }
 
 impl Morph {
-    /// What it comes to.
-    pub fn end(self) -> Settings {
-        self.to
+    /// Brings settings to what it comes to.
+    pub fn end(self, settings: &mut Settings) {
+        self.put(&self.to, settings);
     }
 
     /// From what is to what is to be, beginning at a time in seconds.
@@ -37,17 +37,34 @@ impl Morph {
 
     /// Brings settings to where they should be at this time; true where that was the end.
     pub fn advance(&mut self, settings: &mut Settings, time: f64) -> bool {
-        if *settings != self.last {
+        let is_touched = PARAMETERS
+            .iter()
+            .any(|parameter| self.changes(parameter) && parameter.differs(settings, &self.last));
+        if is_touched {
             return true;
         }
         let share = (time - self.began) / self.seconds;
-        if share >= 1.0 {
-            settings.clone_from(&self.to);
-            return true;
-        }
-        *settings = between(&self.from, &self.to, share.max(0.0));
+        let is_over = share >= 1.0;
+        let now = if is_over {
+            self.to.clone()
+        } else {
+            between(&self.from, &self.to, share.max(0.0))
+        };
+        self.put(&now, settings);
         self.last.clone_from(settings);
-        false
+        is_over
+    }
+
+    /// Is it on this way from one look to another?
+    fn changes(&self, parameter: &Parameter) -> bool {
+        parameter.differs(&self.from, &self.to)
+    }
+
+    /// What the hand does to anything else meanwhile stays.
+    fn put(&self, look: &Settings, settings: &mut Settings) {
+        for parameter in PARAMETERS.iter().filter(|p| self.changes(p)) {
+            parameter.copy(look, settings);
+        }
     }
 }
 
@@ -224,7 +241,17 @@ mod tests {
         assert!(morph.advance(&mut settings, 14.0));
         assert_eq!(settings, to);
         let mut touched = between(&from, &to, 0.5);
-        touched.trail.diffusion = 0.1;
+        // What is not on the way is the hand's.
+        for (time, seed) in [(12.5, 2), (13.0, 3)] {
+            touched.seed = seed;
+            touched.objects[0].position[0] += 1.0;
+            let before = touched.clone();
+            assert!(!other.advance(&mut touched, time), "it goes on");
+            assert!(touched.trail.decay < before.trail.decay);
+            assert_eq!(touched.seed, seed);
+            assert_eq!(touched.objects, before.objects);
+        }
+        touched.trail.decay = 0.1;
         let before = touched.clone();
         assert!(other.advance(&mut touched, 13.0), "it ends");
         assert_eq!(touched, before, "and leaves what the hand has set");

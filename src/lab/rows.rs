@@ -1,8 +1,10 @@
 //! One row for each parameter of the table: name, unit, slider, what it does, whether it restarts, and its default.
 
-use egui::{Align, Id, Layout, RichText, Slider, SliderClamping, Ui, UiBuilder, vec2};
+use egui::{
+    Align, Id, Label, Layout, RichText, Sense, Slider, SliderClamping, Ui, UiBuilder, vec2,
+};
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
-use myxo::scene::settings::PhysarumSettings;
+use myxo::scene::settings::{ObjectSettings, PhysarumSettings};
 
 use super::opening::OPEN_MASK;
 use super::places::{Marked as _, note_value};
@@ -12,6 +14,10 @@ use super::widgets::{parse_number, wide_slider};
 /// Where it is kept that a number was beyond its range, until it is told.
 const REFUSED: &str = "refused number";
 
+/// The key of the object that all particles begin on, and what is shown where there is none.
+const START_OBJECT: &str = "particles.start_object";
+const ALL: &str = "all objects";
+
 /// Where it is kept which row's picture is to be chosen, until it is asked for.
 const WANTED: &str = "wanted mask";
 
@@ -20,10 +26,14 @@ const WANTED: &str = "wanted mask";
 pub struct RowContext<'a, T> {
     /// The scene as it was loaded: what a reset returns to.
     pub loaded: &'a T,
+    /// What holds where a scene says nothing.
+    pub default: &'a T,
     /// What the simulation runs with.
     pub running: &'a T,
     /// What objects share with the scene as long as they have nothing of their own.
     pub shared: &'a PhysarumSettings,
+    /// What can be named where a name of an object is asked for.
+    pub objects: &'a [ObjectSettings],
     /// What the names of controls begin with, for tests.
     pub prefix: &'a str,
     /// Why a key has no effect as things are, if it has none.
@@ -39,7 +49,7 @@ pub fn row<T>(
 ) -> bool {
     let key = format!("{}{}", context.prefix, parameter.key);
     row_with(ui, parameter, value, context, |ui, value| {
-        editor(ui, &key, parameter, value, context.shared)
+        editor(ui, &key, parameter, value, context)
     })
 }
 
@@ -58,7 +68,7 @@ pub fn row_with<T>(
     let key = format!("{}{}", context.prefix, parameter.key);
     // Of its own, whatever comes and goes above it: else a number that is being typed would lose the keyboard.
     let builder = UiBuilder::new().id(Id::new(("row", &key)));
-    ui.scope_builder(builder, |ui| {
+    let shown = ui.scope_builder(builder.sense(Sense::click()), |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 5.0;
             let name = RichText::new(parameter.name);
@@ -68,10 +78,13 @@ pub fn row_with<T>(
                 (None, false, true) => name.color(theme::accent(ui)),
                 _ => name,
             };
-            ui.label(name)
-                .on_hover_ui(|ui| explain(ui, parameter, context.loaded, idle));
+            // A label that can be selected would take the click from the row.
+            ui.add(Label::new(name).selectable(false))
+                .on_hover_ui(|ui| explain(ui, parameter, context, idle));
             if !parameter.unit.is_empty() {
-                ui.label(RichText::new(parameter.unit).small().color(theme::weak(ui)));
+                let unit = RichText::new(parameter.unit).small();
+                let unit = unit.color(theme::weak(ui));
+                ui.add(Label::new(unit).selectable(false));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if modified {
@@ -104,7 +117,31 @@ pub fn row_with<T>(
         }
         ui.add_space(1.0);
     });
+    shown.response.context_menu(|ui| {
+        let ways = [
+            ("As in the scene", "scene", context.loaded),
+            ("Default", "default", context.default),
+        ];
+        for (what, name, from) in ways {
+            let text = format!("{what} ({})", shown_value(parameter, from));
+            let way = ui.add_enabled(parameter.differs(value, from), egui::Button::new(text));
+            if way.marked(&format!("{key}:{name}")).clicked() {
+                parameter.copy(from, value);
+                changed = true;
+            }
+        }
+    });
     changed
+}
+
+/// A value as people read it.
+fn shown_value<T>(parameter: &Parameter<T>, of: &T) -> String {
+    let value = parameter.value(of);
+    if value.is_empty() {
+        "empty".to_owned()
+    } else {
+        value
+    }
 }
 
 /// The line below the name, by what the parameter holds.
@@ -113,7 +150,7 @@ pub fn editor<T>(
     key: &str,
     parameter: &Parameter<T>,
     value: &mut T,
-    shared: &PhysarumSettings,
+    context: &RowContext<'_, T>,
 ) -> bool {
     match &parameter.kind {
         Kind::Number(number) => slider(ui, key, parameter, number, value),
@@ -122,7 +159,7 @@ pub fn editor<T>(
             let mut has = before.is_some();
             let (low, high) = own.slider;
             // A value of its own begins as what holds here anyway.
-            let mut now = before.unwrap_or((own.shared)(shared));
+            let mut now = before.unwrap_or((own.shared)(context.shared));
             theme::switch(ui, &mut has, "of its own")
                 .on_hover_text("Otherwise the scene's value holds here too.")
                 .marked(&format!("{key}:own"));
@@ -149,6 +186,16 @@ pub fn editor<T>(
                         .marked(&format!("{key}={word}"));
                 }
             });
+            let changed = chosen != get(value);
+            if changed {
+                set(value, chosen);
+            }
+            changed
+        }
+        Kind::Text { get, set, .. } if names_an_object(key) => {
+            let mut chosen = get(value).to_owned();
+            // A name that is typed would be refused until it is whole.
+            choose_object(ui, key, context.objects, &mut chosen);
             let changed = chosen != get(value);
             if changed {
                 set(value, chosen);
@@ -223,6 +270,31 @@ pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f6
     taken
 }
 
+/// Does a row hold the name of an object?
+fn names_an_object(key: &str) -> bool {
+    key == START_OBJECT || key.starts_with("food.") && key.ends_with(".object")
+}
+
+fn choose_object(ui: &mut Ui, key: &str, objects: &[ObjectSettings], chosen: &mut String) {
+    let all = (key == START_OBJECT).then_some("");
+    let names = objects.iter().map(|object| object.name.as_str());
+    let called = |name: &str| if name.is_empty() { ALL } else { name }.to_owned();
+    egui::ComboBox::from_id_salt(key)
+        .width(ui.available_width())
+        .truncate()
+        .selected_text(called(chosen))
+        .show_ui(ui, |ui| {
+            for name in all.into_iter().chain(names) {
+                let item = ui.selectable_label(chosen == name, called(name));
+                if item.marked(&format!("{key}={name}")).clicked() {
+                    name.clone_into(chosen);
+                }
+            }
+        })
+        .response
+        .marked(key);
+}
+
 /// Does a row hold the path of a picture that is laid over the texture?
 fn names_a_mask(key: &str) -> bool {
     key.ends_with("start_mask") || key.ends_with("start.mask") || key == "areas.map"
@@ -286,7 +358,12 @@ pub fn grouped(value: f64) -> String {
     text
 }
 
-fn explain<T>(ui: &mut Ui, parameter: &Parameter<T>, loaded: &T, idle: Option<&str>) {
+fn explain<T>(
+    ui: &mut Ui,
+    parameter: &Parameter<T>,
+    context: &RowContext<'_, T>,
+    idle: Option<&str>,
+) {
     ui.set_max_width(300.0);
     if let Some(why) = idle {
         let text = format!("No effect as it is. {why}");
@@ -301,7 +378,8 @@ fn explain<T>(ui: &mut Ui, parameter: &Parameter<T>, loaded: &T, idle: Option<&s
         });
     };
     line(ui, "allowed", &parameter.allowed());
-    line(ui, "in the scene", &parameter.value(loaded));
+    line(ui, "in the scene", &shown_value(parameter, context.loaded));
+    line(ui, "default", &shown_value(parameter, context.default));
     line(ui, "key", parameter.key);
     if parameter.effect == Effect::Restart {
         ui.label(

@@ -37,7 +37,7 @@ pub struct State<'a> {
     split: bool,
     flying: bool,
     color_map: &'a str,
-    notice: Option<&'a str>,
+    notice: Option<String>,
 }
 
 impl Interface {
@@ -70,7 +70,7 @@ impl Interface {
             split: self.split,
             flying: self.navigation.is_flying(),
             color_map: self.view.color_map.word(),
-            notice: self.notice.as_ref().map(|notice| notice.text.as_str()),
+            notice: self.notices.text(),
         }
     }
 }

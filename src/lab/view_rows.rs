@@ -53,6 +53,9 @@ pub(super) fn found<'a>(rows: &'a [&'a str], filter: &str) -> Vec<&'a str> {
     rows.iter().filter(is_found).copied().collect()
 }
 
+/// Why areas cannot be hidden.
+const NO_AREAS: &str = "Nothing is painted, and there is no area map: brushes paint areas (B).";
+
 /// What gets the brightest colour when automatic exposure is left, trail units.
 const BRIGHTEST: f32 = 50.0;
 
@@ -83,12 +86,20 @@ impl Interface {
     pub(super) fn view_rows(&mut self, ui: &mut Ui, keys: &[&str]) {
         let (before, loaded) = (self.as_seen(), self.as_loaded());
         let mut seen = before.clone();
+        let default = Settings::default();
         let context = RowContext {
             loaded: &loaded,
+            default: &default,
             running: &before,
             shared: &before.physarum,
+            objects: &before.objects,
             prefix: "",
-            idle: &|key| why_idle(key, &before),
+            idle: &|key| match key {
+                "picture.areas" if !self.has_areas => Some(NO_AREAS),
+                // The atlas beside the picture has the trail's colours, whatever the picture shows.
+                "picture.color_map" | "picture.brightest" if self.split => None,
+                _ => why_idle(key, &before),
+            },
         };
         for key in keys {
             let parameter = parameter(key);
@@ -107,11 +118,11 @@ impl Interface {
                     "picture.background" => {
                         ui.horizontal(|ui| {
                             let changed = color(ui, &mut settings.picture.background);
-                            editor(ui, key, parameter, settings, context.shared) || changed
+                            editor(ui, key, parameter, settings, &context) || changed
                         })
                         .inner
                     }
-                    _ => editor(ui, key, parameter, settings, context.shared),
+                    _ => editor(ui, key, parameter, settings, &context),
                 },
             );
         }

@@ -20,12 +20,12 @@ use super::checks::Checks;
 use super::clocks::Clocks;
 use super::feeding::Feeder;
 use super::hands::Hand;
-use super::interface::Interface;
+use super::interface::{Command, Interface};
 use super::left::LeftScenes;
 use super::loading::{Loading, Opened, Origin};
 use super::lost::Lost;
 use super::order::{Asked, Order, Task};
-use super::out::TakeOut;
+use super::out::{Out, TakeOut};
 use super::own::OwnPresets;
 use super::pacing::Pacer;
 use super::places::Places;
@@ -212,8 +212,12 @@ impl Lab {
         if self.left.is_empty() && self.loading.is_none() {
             self.interface.end_drop();
         }
-        self.do_what_was_left()?;
-        self.take_loaded()?;
+        if self.closing {
+            self.begin_to_end();
+        } else {
+            self.do_what_was_left()?;
+            self.take_loaded()?;
+        }
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
         self.take_food(&self.egui.egui_ctx().clone())?;
         self.make(&self.egui.egui_ctx().clone())?;
@@ -221,7 +225,10 @@ impl Lab {
         self.clocks.facts.full_screen = self.window.fullscreen().is_some();
         let mut seen = self.run_interface()?;
         let place = seen.picture;
-        let mut commands = std::mem::take(&mut seen.shown.commands).into_iter();
+        let mut commands = std::mem::take(&mut seen.shown.commands);
+        // Whoever leaves begins nothing more.
+        commands.retain(|command| !self.closing || *command == Command::TakeOut(Out::Cancel));
+        let mut commands = commands.into_iter();
         while let Some(command) = commands.next() {
             if let Err(error) = self.obey(&seen.context, command, place.size) {
                 // What was asked for after it may still be done with another device.
@@ -348,7 +355,8 @@ impl Lab {
     /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
     fn runs(&self) -> bool {
         let waits = self.loading.is_some() && self.ctx.info().kind == DeviceKind::Cpu;
-        self.stage.is_some() && self.interface.playing && !waits && !self.out.holds()
+        let goes_on = self.interface.playing && !self.closing;
+        self.stage.is_some() && goes_on && !waits && !self.out.holds()
     }
 
     /// What this frame does; where it `can_split`, steps, answers and pictures have frames of their own.

@@ -11,10 +11,11 @@ use std::path::Path;
 use common::{Gpu, TRIO, gpu, scene_of_several};
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use image::RgbImage;
-use myxo::export::{Colors, Export, ExportOnTheWay, Format, Watch};
+use myxo::export::{Colors, Export, ExportFile, ExportOnTheWay, Format, Watch};
 use myxo::gpu::Frames;
 use myxo::mesh::surface::NONE;
 use myxo::scene::{Overrides, Scene};
+use myxo::sim::paint::NO_GO_BELOW;
 use myxo::sim::{Simulation, Snapshot};
 use npz::Arrays;
 
@@ -399,6 +400,72 @@ fn a_scene_without_steps_is_exported_too() {
         texture.pixels().all(|pixel| pixel == first),
         "bare everywhere"
     );
+    gpu.finish();
+}
+
+/// Painted areas and who is fed, as the state has them.
+#[test]
+fn areas_and_meals_are_in_the_arrays() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO[..1], |settings| {
+        settings.particles.count = 2000;
+        settings.atlas.size = 128;
+        settings.feeding.scattered = 3;
+        settings.feeding.size = 0.4;
+        settings.areas.map = "builtin:maze".to_owned();
+    });
+    let run = Run::of(&gpu, scene, 12);
+    let arrays = Arrays::read(&run.bytes(Format::Npz, Colors::Texture));
+    let state = &run.snapshot;
+    let fed = arrays.all::<i32>("particle_fed", "<i4", &[2000]);
+    for (particle, motion) in state.particles.iter().zip(&state.motions) {
+        assert_eq!(fed[particle.id as usize], motion.fed() as i32);
+    }
+    assert!(fed.iter().any(|&steps| steps > 0) && fed.contains(&0));
+    let atlas = &run.simulation.setup().atlas;
+    let side = atlas.size as usize;
+    let bias = arrays.all::<f32>("area_bias", "<f4", &[side, side]);
+    let no_go = arrays.all::<u8>("area_no_go", "|b1", &[side, side]);
+    for (i, (bias, no_go)) in bias.into_iter().zip(&no_go).enumerate() {
+        let told = state.bias[i / side * atlas.pitch as usize + i % side];
+        assert_eq!(*no_go == 1, told < NO_GO_BELOW, "{told}");
+        assert_eq!(bias, if *no_go == 1 { 0.0 } else { told });
+    }
+    assert!(no_go.contains(&1) && no_go.contains(&0));
+    gpu.finish();
+}
+
+/// A picture that lies where a scene's map would go is not its own, unless the scene that lies there says so.
+#[test]
+fn maps_of_areas_take_nobodys_place() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO[..1], |settings| {
+        settings.particles.count = 100;
+        settings.atlas.size = 128;
+        settings.areas.map = "builtin:maze".to_owned();
+    });
+    let run = Run::of(&gpu, scene, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let [file, other, own] =
+        ["x.toml", "x_areas.png", "x_areas_2.png"].map(|name| folder.path().join(name));
+    std::fs::write(&other, "mine").unwrap();
+    for _ in 0..2 {
+        let export = ExportFile::create(&file).unwrap();
+        let written = export.write(&run.export(), Colors::Texture).unwrap();
+        assert_eq!(written.files, [file.clone(), own.clone()]);
+        assert_eq!(std::fs::read(&other).unwrap(), b"mine");
+        let again = Scene::load(&file, &Overrides::default()).unwrap();
+        assert_eq!(Path::new(&again.settings.areas.map), own);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+    // Where no map can be written, no scene names one.
+    std::fs::remove_file(&own).unwrap();
+    std::fs::create_dir(&own).unwrap();
+    std::fs::write(&file, "map = \"x_areas_2.png\"\n").unwrap();
+    let export = ExportFile::create(&file).unwrap();
+    assert!(export.write(&run.export(), Colors::Texture).is_err());
+    let before = std::fs::read_to_string(&file).unwrap();
+    assert_eq!(before, "map = \"x_areas_2.png\"\n");
     gpu.finish();
 }
 

@@ -100,6 +100,65 @@ fn files_are_opened_by_a_dialog() {
     lab.quit();
 }
 
+/// Between a restart and the scene's return the hand goes on.
+#[test]
+fn what_is_changed_while_a_scene_loads_is_kept() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 512\n[[object]]\nmesh = \"builtin:icosphere?subdivisions=6\"\n";
+    let file = folder.with("ball.toml", ball);
+    let mut program = program();
+    // A layout that is kept is there at once.
+    program.env("XDG_CACHE_HOME", folder.path());
+    let lab = Lab::start(program, &[path(&file)]);
+    lab.find("atlas.size");
+    lab.type_until("atlas.size", 0.9, "600", "atlas.size", "600");
+    lab.find("decay");
+    lab.click_until("restart", "loading", true);
+    lab.type_into("trail.decay", 0.9, "0.5");
+    lab.wait("it is there", |seen| seen["state"]["loading"] == false);
+    assert_eq!(lab.value("trail.decay"), "0.5");
+    lab.wait("all of it runs", |seen| seen["state"]["pending"] == false);
+    let saved = lab.save("ball", 1);
+    assert_eq!((saved.atlas.size, saved.trail.decay), (600, 0.5));
+    lab.quit();
+}
+
+/// What waits for a restart may be half of what a scene needs to begin. What is saved can be opened all the same.
+#[test]
+fn what_is_saved_can_be_opened() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.find("particles.start");
+    lab.click("particles.start=mask");
+    lab.wait("it waits", |seen| seen["state"]["pending"] == true);
+    let saved = lab.save("cube", 1);
+    hear_once_loaded(&lab, "which would not work");
+    assert_ne!(saved.particles.start.word(), "mask");
+    assert_eq!(lab.seen().expect("it is told")["state"]["unsaved"], true);
+    lab.click("particles.start=ring");
+    lab.wait("it waits", |seen| {
+        seen["values"]["particles.start"] == "ring"
+    });
+    assert_eq!(lab.save("cube", 2).particles.start.word(), "ring");
+    // Numbers go on.
+    let file = lab.folder.file("cube_000002.toml");
+    lab.key_until("ctrl+o", "the dialog", "opening", true);
+    type_path(&lab, path(&file), false);
+    lab.wait("it is there", |seen| {
+        seen["state"]["scene"] == "cube_000002" && seen["state"]["loading"] == false
+    });
+    lab.find("particles.start");
+    lab.click("particles.start=mask");
+    lab.wait("it waits", |seen| seen["state"]["pending"] == true);
+    assert_eq!(lab.save("cube", 3).particles.start.word(), "ring");
+    lab.quit();
+}
+
 /// A picture to begin on is chosen beside the field for its path, for the scene and for an object of it.
 #[test]
 fn masks_are_chosen_by_the_dialog() {

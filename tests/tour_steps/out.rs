@@ -172,6 +172,12 @@ fn everything_that_is_taken_out_is_whole() {
     lab.click("out.cancel");
     lab.wait("it is given up", |seen| seen["state"]["making"].is_null());
     assert!(!lab.folder.file("film_000002.gif").exists());
+    // One that ends early is whole.
+    lab.click("out.film");
+    lab.click("out.finish");
+    let film = arrived(&lab, "film_000002.gif");
+    lab.wait("it has ended", |seen| seen["state"]["making"].is_null());
+    assert!((1..12_000).contains(&shown_of(&film).1));
 
     // The state.
     for (label, file) in [

@@ -2,7 +2,9 @@
 
 use super::{Lab, SMALL, can_tour, out, path};
 use crate::program::Folder;
-use myxo::scene::parameters::{Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle};
+use myxo::scene::parameters::{
+    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle,
+};
 use myxo::scene::settings::{AtlasMethod, ObjectStart, Start};
 use myxo::scene::{Overrides, Scene};
 
@@ -27,7 +29,9 @@ fn other_number(range: (f64, f64), integer: bool, now: f64) -> String {
 #[track_caller]
 fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, first: &T) -> T {
     let name = format!("{prefix}{}", parameter.key);
-    lab.find(parameter.key);
+    // Keys of food are words of others.
+    let is_food = prefix.starts_with("food");
+    lab.find(if is_food { &name } else { parameter.key });
     let mut after = scene.clone();
     match &parameter.kind {
         Kind::Number(number) => {
@@ -49,9 +53,15 @@ fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, 
             lab.click(&format!("{name}={}", words[next]));
             set(&mut after, next);
         }
-        Kind::Text { set, .. } => {
+        Kind::Text { set, .. } if parameter.key.ends_with("object") => {
             set(&mut after, "ball".to_owned());
-            lab.type_until(&name, 0.5, "ball", &name, "ball");
+            lab.click(&name);
+            lab.click(&format!("{name}=ball"));
+            lab.wait("it is chosen", |seen| seen["values"][&name] == "ball");
+        }
+        Kind::Text { set, .. } => {
+            set(&mut after, PICTURE.to_owned());
+            lab.type_until(&name, 0.5, PICTURE, &name, PICTURE);
         }
         Kind::Vector { range, get, set } => {
             let mut vector = get(scene);
@@ -74,7 +84,7 @@ fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, 
     after
 }
 
-/// Two objects that move, so that everything has an effect; small, so that frames are quick.
+/// Two objects that move, so that everything has an effect, and food; small, so that frames are quick.
 const SCENE: &str = r#"
 [particles]
 count = 2000
@@ -84,6 +94,9 @@ start_heading = "aligned"
 [atlas]
 method = "grid"
 size = 128
+
+[areas]
+map = "areas.png"
 
 [distance]
 method = "raster"
@@ -99,6 +112,10 @@ brightest = 20
 name = "ring"
 mesh = "builtin:torus?major=24&minor=12"
 
+[[food]]
+object = "ring"
+at = [1.4, 0, 0]
+
 [[object]]
 name = "ball"
 mesh = "builtin:icosphere?subdivisions=2"
@@ -107,6 +124,11 @@ start = { place = "disc", heading = "aligned" }
 motion = { spin = [0, 10, 0], orbit = [0, 5, 0], swing = [5, 0, 0], slide = [0, 0.1, 0], keyframes = [{ time = 0 }, { time = 5, position = [0.1, 0, 0] }] }
 "#;
 
+/// Light enough to begin on, and it attracts.
+const PICTURE: &str = "ball.png";
+
+const MODEL: &str = "motion.model";
+const SENSING: &str = "physarum.sensing";
 const START_FOOD: &str = "particles.start_food";
 
 /// These have buttons and a list instead of what can be typed; other tours use them.
@@ -125,6 +147,10 @@ fn every_parameter_can_be_turned_by_hand() {
     }
     let folder = Folder::new();
     let file = folder.with("lively.toml", SCENE);
+    let green = image::RgbImage::from_pixel(16, 16, image::Rgb([0, 255, 0]));
+    for picture in [PICTURE, "areas.png"] {
+        green.save(folder.file(picture)).expect("it can be written");
+    }
     let lab = Lab::open(&[path(&file)]);
     let before = Scene::read(&file, &Overrides::default())
         .expect("it is a scene")
@@ -134,6 +160,10 @@ fn every_parameter_can_be_turned_by_hand() {
     let ball = 1;
     let prefix = format!("object.{ball}.");
     let mut expected = before.clone();
+    // With gravity, all sensors walk.
+    let sensing = PARAMETERS.iter().find(|p| p.key == SENSING);
+    let sensing = sensing.expect("it is in the table");
+    expected = turn(&lab, sensing, "", &expected, &before);
     // By other words, numbers would lose their effect and could not be turned: words come last, and those that others
     // depend on after these.
     let (lively, idle): (Vec<&Parameter>, Vec<&Parameter>) = PARAMETERS
@@ -176,7 +206,15 @@ fn every_parameter_can_be_turned_by_hand() {
             &before.objects[ball],
         );
     }
-    for parameter in OBJECT_PARAMETERS.iter().rev().filter(|p| is_word(p)) {
+    // No built-in mesh moves by itself, so what is saved could not be opened with it.
+    lab.find(MODEL);
+    let model = format!("{prefix}{MODEL}");
+    for (control, word) in [("=follow", "follow"), (":reset", "still")] {
+        lab.click(&format!("{model}{control}"));
+        lab.wait("the word is taken", |seen| seen["values"][&model] == word);
+    }
+    let words = OBJECT_PARAMETERS.iter().rev().filter(|p| is_word(p));
+    for parameter in words.filter(|p| p.key != MODEL) {
         expected.objects[ball] = turn(
             &lab,
             parameter,
@@ -185,8 +223,12 @@ fn every_parameter_can_be_turned_by_hand() {
             &before.objects[ball],
         );
     }
+    for parameter in FOOD_PARAMETERS {
+        let (food, first) = (&expected.foods[0], &before.foods[0]);
+        expected.foods[0] = turn(&lab, parameter, "food.0.", food, first);
+    }
     let words = PARAMETERS.iter().rev();
-    for parameter in words.filter(|p| has_row(p) && is_word(p)) {
+    for parameter in words.filter(|p| has_row(p) && is_word(p) && p.key != SENSING) {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
     let saved = lab.save("lively", 1);
@@ -198,6 +240,10 @@ fn every_parameter_can_be_turned_by_hand() {
     }
     for parameter in OBJECT_PARAMETERS {
         let [found, wanted] = [&saved, &expected].map(|s| parameter.value(&s.objects[ball]));
+        out::assert_same(&found, &wanted, parameter.key);
+    }
+    for parameter in FOOD_PARAMETERS {
+        let [found, wanted] = [&saved, &expected].map(|s| parameter.value(&s.foods[0]));
         out::assert_same(&found, &wanted, parameter.key);
     }
     lab.quit();

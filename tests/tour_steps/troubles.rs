@@ -81,9 +81,9 @@ fn a_recording_that_finds_the_disk_full_keeps_what_is_whole() {
     for (kind, ending) in [("GIF", "gif"), ("MP4", "mp4")] {
         lab.click(&format!("out.kind={kind}"));
         lab.key_until("F9", "it is recorded", "recording", true);
-        hear(&lab, "what came before is whole");
-        let notice = lab.seen().expect("it is told")["state"]["notice"].to_string();
         let name = format!("recording_000001.{ending}");
+        hear(&lab, &format!("what came before is whole: {name}"));
+        let notice = lab.seen().expect("it is told")["state"]["notice"].to_string();
         assert!(
             notice.contains(&name) && notice.contains("frames"),
             "{notice}"
@@ -171,6 +171,37 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
         assert!(said.contains(&told), "{told}: {said}");
     }
     assert!(took < PATIENCE, "it ends");
+}
+
+/// What takes long to be finished is told in the window, which goes on meanwhile.
+#[test]
+fn a_window_that_closes_says_what_it_finishes() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab.click("out.film_size=custom");
+    lab.click("out.film");
+    lab.place("out.finish");
+    lab.key("ctrl+q");
+    lab.wait("it is told", |seen| {
+        seen["values"]["ending"] == "film_000001.gif"
+    });
+    let status = lab.ended();
+    assert!(status.success(), "{status}");
+    let file = lab.folder.file("film_000001.gif");
+    let (size, frames) = shown_of(&file);
+    assert_eq!(size, [2048, 2048]);
+    assert!(frames >= 1);
+    let said = said(&lab.said);
+    for told in [
+        "finishing film_000001.gif ...".to_owned(),
+        format!("saved {}", file.display()),
+    ] {
+        assert!(said.contains(&told), "{told}: {said}");
+    }
 }
 
 /// A picture that was asked for a moment before.

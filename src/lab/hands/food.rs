@@ -10,7 +10,7 @@ use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::Under;
+use super::{Under, remove_food};
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;
@@ -75,7 +75,7 @@ impl Interface {
         }
         if self.edited.food_count() >= MOST_FOODS {
             let text = format!("There may be {MOST_FOODS} foods and markers: take some away first");
-            self.notice(ctx, text, true);
+            self.notice(ctx, text, false);
             return;
         }
         let (Some(object), Some(pose)) = (
@@ -101,7 +101,7 @@ impl Interface {
             self.notice(ctx, "Pick food first: click on it", false);
             return;
         };
-        self.edited.foods.remove(food);
+        remove_food(&mut self.edited, food);
         commands.push(Command::Apply);
     }
 

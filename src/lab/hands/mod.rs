@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Start};
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
@@ -194,8 +194,8 @@ impl Hands {
         }
     }
 
-    /// A scene begins, or begins anew.
-    pub fn restarted(&mut self, scene: &Scene) {
+    /// A scene begins, or begins anew, with so many foods by hand.
+    pub fn restarted(&mut self, scene: &Scene, foods: usize) {
         let surface = &scene.surface;
         if surface.objects.len() > self.vertices.len() {
             self.newcomer = last_points(scene);
@@ -213,10 +213,10 @@ impl Hands {
         self.reveals = None;
         self.pending_ends = 0;
         self.selected = self.selected.filter(|object| *object < self.vertices.len());
-        self.food = self.food.filter(|food| *food < scene.settings.foods.len());
+        self.food = self.food.filter(|food| *food < foods);
     }
 
-    /// Another scene comes: what was picked is not in it, whatever has its number there.
+    /// What was picked is left. In another scene it is not there, whatever has its number.
     pub fn leave_scene(&mut self) {
         self.selected = None;
         self.food = None;
@@ -364,6 +364,11 @@ impl Interface {
             }
             return is_held || held.release.is_some();
         }
+        if self.hands.tool == Tool::Look && self.performing {
+            // What would be picked shows handles.
+            self.hands.grab = None;
+            return false;
+        }
         if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, &held, commands) {
             return true;
         }
@@ -380,8 +385,7 @@ impl Interface {
                     self.feed_at(ui.ctx(), under, facts, commands);
                 } else {
                     self.hands.selected = under.map(|under| under.object);
-                    let is_seen = self.panel && !self.performing;
-                    self.hands.reveals = self.hands.selected.filter(|_| is_seen);
+                    self.hands.reveals = self.hands.selected.filter(|_| self.panel);
                     ui.ctx().request_repaint();
                 }
             } else {
@@ -462,7 +466,7 @@ impl Interface {
         };
         if self.running.objects.len() < 2 {
             let text = "The last object stays: a scene has at least one. Add another one first";
-            self.notice(ctx, text, true);
+            self.notice(ctx, text, false);
             return;
         }
         self.hands.selected = None;
@@ -510,7 +514,7 @@ pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: Vec3) 
     settings
 }
 
-/// The settings without an object; others no longer ask for their distance to it.
+/// The settings without an object; others no longer ask for their distance to it, and particles do not begin on it.
 pub fn without_object(settings: &Settings, object: usize) -> Settings {
     let mut settings = settings.clone();
     let gone = settings.objects.remove(object);
@@ -518,8 +522,29 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
         // Whose distances were taken to nobody else now has them taken to all.
         other.distance_to.retain(|name| *name != gone.name);
     }
-    settings.foods.retain(|food| food.object != gone.name);
+    if settings.particles.start_object == gone.name {
+        settings.particles.start_object.clear();
+    }
+    for food in (0..settings.foods.len()).rev() {
+        if settings.foods[food].object == gone.name {
+            remove_food(&mut settings, food);
+        }
+    }
     settings
+}
+
+/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
+pub fn remove_food(settings: &mut Settings, food: usize) {
+    settings.foods.remove(food);
+    if settings.particles.start != Start::Food {
+        return;
+    }
+    let most = settings.food_count().saturating_sub(1) as u32;
+    let start = &mut settings.particles.start_food;
+    if *start as usize > food {
+        *start -= 1;
+    }
+    *start = (*start).min(most);
 }
 
 /// Do these differ only in what can change while they run, or waits for a restart?

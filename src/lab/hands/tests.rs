@@ -27,6 +27,29 @@ fn objects_come_and_go() {
 }
 
 #[test]
+fn who_begins_on_what_goes_begins_elsewhere() {
+    let mut settings = two();
+    settings.particles.start_object = "box".to_owned();
+    settings.particles.start = Start::Food;
+    settings.particles.start_food = 2;
+    for object in ["box", "ring", "ring"] {
+        settings.foods.push(FoodSettings {
+            object: object.to_owned(),
+            ..FoodSettings::default()
+        });
+    }
+    let left = without_object(&settings, 1);
+    assert!(left.particles.start_object.is_empty());
+    assert_eq!((left.foods.len(), left.particles.start_food), (2, 1));
+    let left = without_object(&settings, 0);
+    assert_eq!(left.particles.start_object, "box");
+    // The last one that there is.
+    assert_eq!((left.foods.len(), left.particles.start_food), (1, 0));
+    let scene = Scene::from_settings("left".to_owned(), left, ".".into());
+    scene.expect("it can begin");
+}
+
+#[test]
 fn brushes_do_as_much_in_a_second_at_any_frame_rate() {
     let mut hands = Hands::new();
     assert_eq!(hands.brush(0.1, 12.0), None);

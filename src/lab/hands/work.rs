@@ -309,6 +309,7 @@ impl Lab {
             return;
         };
         let simulation = &stage.simulation;
+        self.clocks.facts.has_areas = simulation.state().bias.is_some();
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let particles = f64::from(settings.particles.count);
         let decay = f64::from(settings.trail.decay).clamp(0.0, 0.999);

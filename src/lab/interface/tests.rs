@@ -400,37 +400,37 @@ fn a_notice_goes_away() {
     let ctx = harness.ctx.clone();
     harness.interface.notice(&ctx, "saved", false);
     harness.frame(vec![]);
-    assert!(harness.interface.notice.is_some());
+    assert!(harness.interface.notices.text().is_some());
     harness.time += 10.0;
     harness.frame(vec![]);
-    assert!(harness.interface.notice.is_none());
+    assert!(harness.interface.notices.text().is_none());
 }
 
 #[test]
 fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
-    let told = |interface: &Interface| {
-        let notice = interface.notice.clone().expect("it is shown");
-        (notice.text, notice.is_error)
-    };
+    let told = |interface: &Interface| interface.notices.text().expect("it is shown");
     let interface = &mut harness.interface;
-    interface.notice(&ctx, "something else", true);
     interface.begin_drop();
     interface.notice(&ctx, "a.obj comes", false);
-    assert_eq!(told(interface), ("a.obj comes".to_owned(), false));
+    assert_eq!(told(interface), "a.obj comes");
     for text in ["b.obj is torn", "b.obj is torn", "c.obj is torn"] {
         interface.begin_drop();
         interface.notice(&ctx, text, true);
     }
-    assert_eq!(told(interface).0, "b.obj is torn\nc.obj is torn");
+    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
     interface.notice(&ctx, "d.obj comes", false);
     interface.notice(&ctx, "e.obj comes", false);
-    let all = "b.obj is torn\nc.obj is torn\ne.obj comes".to_owned();
-    assert_eq!(told(interface), (all, true));
+    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
     interface.end_drop();
     interface.notice(&ctx, "saved", false);
-    assert_eq!(told(interface), ("saved".to_owned(), false));
+    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\nsaved");
+    // They are one error.
+    (0..3).for_each(|_| drop(harness.frame(vec![])));
+    let at = harness.places_of("b.obj is torn")[0];
+    harness.click(at);
+    assert_eq!(harness.interface.notices.text().as_deref(), Some("saved"));
 }
 
 #[test]
@@ -450,8 +450,7 @@ fn what_cannot_go_on_as_pasted_is_as_it_was_before() {
     interface.notice(&ctx, "it cannot", true);
     interface.put_back(before);
     assert!(interface.edited == edited && interface.view == view);
-    let notice = interface.notice.as_ref().expect("it is still said");
-    assert_eq!(notice.text, "it cannot");
+    assert_eq!(interface.notices.text().as_deref(), Some("it cannot"));
 }
 
 #[test]

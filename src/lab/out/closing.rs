@@ -18,6 +18,46 @@ use crate::lab::under_way::Left;
 const LAST_PICTURE: Duration = Duration::from_secs(10);
 
 impl Lab {
+    /// Somebody wants to leave. May the window close at once? Else it goes on until what is being made is whole; whoever asks once
+    /// more gives that up.
+    pub(in super::super) fn ask_to_close(&mut self) -> bool {
+        if self.out.ends {
+            if let Some(job) = &mut self.out.job {
+                job.cancel();
+            }
+            return true;
+        }
+        self.closing = true;
+        self.begin_to_end();
+        self.has_closed()
+    }
+
+    /// Has somebody wanted to leave, and does nothing hold the window any more?
+    pub(in super::super) fn has_closed(&self) -> bool {
+        self.closing && !self.out.is_busy()
+    }
+
+    /// From now on the window only finishes what is being made: recordings and films have the pictures that they have.
+    pub(in super::super) fn begin_to_end(&mut self) {
+        if std::mem::replace(&mut self.out.ends, true) {
+            return;
+        }
+        if let Some(recording) = &mut self.out.recording {
+            say(&finishing(recording.path()));
+            if !recording.is_ending() {
+                // Where that fails, the next frame says so.
+                let _ = self.frames.wait_idle();
+                recording.stop();
+            }
+        }
+        if let Some(job) = &mut self.out.job {
+            say(&finishing(job.path()));
+            if let Job::Film(film) = job {
+                film.stop();
+            }
+        }
+    }
+
     /// The window closes: what is being recorded, filmed or written becomes whole files, and so does a picture that does not
     /// take long. What became of each is said on the terminal.
     pub(in super::super) fn end_taking_out(&mut self) {
@@ -56,12 +96,12 @@ impl Lab {
             let Left::Command(command, size) = left else {
                 continue;
             };
-            self.interface.notice = None;
+            self.interface.notices = Default::default();
             if let Err(error) = self.obey(&context, command, size) {
                 say(&error.to_string());
             }
-            if let Some(notice) = self.interface.notice.take() {
-                say(&notice.text);
+            if let Some(text) = self.interface.notices.text() {
+                say(&text);
             }
         }
     }
@@ -93,7 +133,9 @@ impl Lab {
         let Some(job) = &self.out.job else {
             return;
         };
-        say(&finishing(job.path()));
+        if !self.out.ends {
+            say(&finishing(job.path()));
+        }
         let ready = self.make_ready();
         let saves = match &mut self.out.job {
             Some(Job::Export(export)) => export.saves.take(),
@@ -149,12 +191,13 @@ impl TakeOut {
             recording.stop();
         }
         let path = recording.path().to_owned();
-        say(&finishing(&path));
+        if !self.ends {
+            say(&finishing(&path));
+        }
         let remarks = recording.told().remarks();
-        let ended = recording.wait();
-        let is_whole = matches!(&ended, Some(Ok(written)) if !written.files.is_empty());
-        let text = told_of(&path, ended, false);
-        say(&if is_whole { text + &remarks } else { text });
+        if let Some(ended) = recording.wait() {
+            say(&told_of_recording(&path, &ended, &remarks));
+        }
     }
 
     /// Waits for what is being made, where the device has done its part. Is it whole?
@@ -163,12 +206,22 @@ impl TakeOut {
             return false;
         };
         let (path, is_cancelled) = (job.path().to_owned(), job.is_cancelled());
+        let nothing = || {
+            Ok(Written {
+                files: Vec::new(),
+                frames: 0,
+            })
+        };
         let ended = match ready {
             Ok(()) => job.close(),
             Err(error) => Some(Err(error)),
         };
         let is_whole = ended.as_ref().is_some_and(Result::is_ok);
-        say(&told_of(&path, ended, is_cancelled));
+        say(&told_of(
+            &path,
+            &ended.unwrap_or_else(nothing),
+            is_cancelled,
+        ));
         is_whole
     }
 }
@@ -223,7 +276,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
         // Undo takes back what the strokes before it have come to.
         Command::Apply
-        | Command::TakeOut(Out::Cancel)
+        | Command::TakeOut(Out::Cancel | Out::Finish)
         | Command::Hand(
             Work::Stroke { .. } | Work::EndStroke | Work::ToStroke(_) | Work::Undo { .. },
         ) => AtTheEnd::Helps,
@@ -249,22 +302,30 @@ fn finishing(path: &Path) -> String {
     format!("finishing {} ...", name.display())
 }
 
+/// What became of a recording, in a line.
+pub(super) fn told_of_recording(path: &Path, ended: &Result<Written>, remarks: &str) -> String {
+    let is_whole = matches!(ended, Ok(written) if !written.files.is_empty());
+    let text = told_of(path, ended, false);
+    if is_whole { text + remarks } else { text }
+}
+
 /// What became of a file, in a line.
-fn told_of(path: &Path, ended: Option<Result<Written>>, is_cancelled: bool) -> String {
+pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let path = whole(path);
     match ended {
-        Some(Ok(mut written)) if !written.files.is_empty() => {
+        Ok(written) if !written.files.is_empty() => {
+            let mut written = written.clone();
             written
                 .files
                 .iter_mut()
                 .for_each(|file| *file = whole(file));
             format!("saved {written}")
         }
-        Some(Err(error @ Error::Output(OutputError::Cut { .. }))) => {
+        Err(error @ Error::Output(OutputError::Cut { .. })) => {
             format!("{} ends early: {error}", path.display())
         }
-        Some(Err(error)) if !is_cancelled => format!("{} was given up: {error}", path.display()),
+        Err(error) if !is_cancelled => format!("{} was given up: {error}", path.display()),
         _ => format!("{} was given up", path.display()),
     }
 }
@@ -343,16 +404,16 @@ mod tests {
         let whole = folder.join(path).display().to_string();
         let written = |files: &[&Path]| {
             let files = files.iter().map(|file| file.to_path_buf()).collect();
-            Some(Ok(Written { files, frames: 2 }))
+            Ok(Written { files, frames: 2 })
         };
-        let failed = || Some(Err(Error::Invalid("no room".to_owned())));
+        let failed = || Err(Error::Invalid("no room".to_owned()));
         let cut = || {
             let kept = Written {
                 files: vec![path.to_path_buf()],
                 frames: 2,
             };
             let source = Box::new(OutputError::FrameRate(0.0));
-            Some(Err(Error::Output(OutputError::Cut { source, kept })))
+            Err(Error::Output(OutputError::Cut { source, kept }))
         };
         for (ended, is_cancelled, wanted) in [
             (cut(), false, format!("{whole} ends early: ")),
@@ -361,9 +422,8 @@ mod tests {
             (written(&[]), true, format!("{whole} was given up")),
             (failed(), false, format!("{whole} was given up: no room")),
             (failed(), true, format!("{whole} was given up")),
-            (None, false, format!("{whole} was given up")),
         ] {
-            let told = told_of(path, ended, is_cancelled);
+            let told = told_of(path, &ended, is_cancelled);
             assert!(told.starts_with(&wanted), "{told}, not {wanted}");
             assert!(!is_cancelled || !told.contains("no room"), "{told}");
         }

@@ -93,6 +93,7 @@ impl Job {
                     Writer::NotYet => "drawing".to_owned(),
                     _ => "writing".to_owned(),
                 },
+                can_finish: false,
                 done: Some(0.8 * picture.shot.as_ref().map_or(1.0, Shot::share)),
                 is_cancelled: picture.is_cancelled,
             },
@@ -328,7 +329,8 @@ impl Film {
         Ok(())
     }
 
-    fn told(&self) -> Making {
+    /// For the interface.
+    pub fn told(&self) -> Making {
         let (written, _) = self.encoder.told();
         let left = if self.done > 0 && !self.is_filmed() {
             let each = self.begun.elapsed().as_secs_f64() / self.done as f64;
@@ -340,6 +342,7 @@ impl Film {
             name: name_of(&self.path),
             doing: format!("frame {} of {}{left}", written, self.all),
             done: Some(self.done as f32 / self.all.max(1) as f32),
+            can_finish: self.done > 0 && !self.is_filmed(),
             is_cancelled: self.encoder.is_cancelled(),
         }
     }
@@ -438,6 +441,7 @@ impl ExportJob {
             name: name_of(&self.path),
             doing,
             done: None,
+            can_finish: false,
             is_cancelled: self.watch.is_cancelled(),
         }
     }

@@ -20,8 +20,9 @@ use super::interface::Interface;
 use super::stage::Stage;
 use super::window::Lab;
 pub(super) use closing::say;
+use closing::{told_of, told_of_recording};
 use job::{ExportJob, Film, Job, Picture};
-pub use names::Reserved;
+pub use names::{Reserved, unnumbered};
 use recording::Recording;
 pub use shot::Shot;
 
@@ -43,6 +44,8 @@ pub enum Out {
     Export(Model),
     /// Give up what is being made.
     Cancel,
+    /// End the film that is being made with the pictures that it has.
+    Finish,
 }
 
 /// What a state is written as.
@@ -91,6 +94,8 @@ pub struct Making {
     pub doing: String,
     /// The share that is done, where that is known.
     pub done: Option<f32>,
+    /// Would it be whole if it ended now?
+    pub can_finish: bool,
     /// The user does not want it any more.
     pub is_cancelled: bool,
 }
@@ -102,6 +107,8 @@ pub struct OutFacts {
     pub recording: Option<Recorded>,
     /// Anything else.
     pub making: Option<Making>,
+    /// The window closes when all of it is whole.
+    pub ends: bool,
 }
 
 /// What is under way.
@@ -109,6 +116,8 @@ pub struct OutFacts {
 pub struct TakeOut {
     recording: Option<Recording>,
     job: Option<Job>,
+    /// The window closes when all of it is whole.
+    ends: bool,
 }
 
 impl TakeOut {
@@ -117,6 +126,7 @@ impl TakeOut {
         OutFacts {
             recording: self.recording.as_ref().map(Recording::told),
             making: self.job.as_ref().map(Job::told),
+            ends: self.ends,
         }
     }
 
@@ -173,6 +183,14 @@ impl Lab {
             Out::Cancel => {
                 if let Some(job) = &mut self.out.job {
                     job.cancel();
+                }
+                Ok(())
+            }
+            Out::Finish => {
+                if let Some(Job::Film(film)) = &mut self.out.job
+                    && film.told().can_finish
+                {
+                    film.stop();
                 }
                 Ok(())
             }
@@ -287,7 +305,7 @@ impl Lab {
         if self.stage.is_none() {
             return Ok(());
         }
-        let stem = self.name.replace(std::path::is_separator, "_");
+        let stem = unnumbered(&self.name).replace(std::path::is_separator, "_");
         let name = Reserved::next(&self.folder_out(), &stem, model.ending())?;
         let colors = self.interface.out.colors;
         self.out.job = Some(Job::Export(ExportJob::ask(model, colors, name)));
@@ -324,6 +342,12 @@ impl Lab {
         let ended = self.out.job.as_mut().and_then(Job::take);
         if let Some(ended) = ended {
             let job = self.out.job.take();
+            let was = job
+                .as_ref()
+                .map(|job| (job.path().to_owned(), job.is_cancelled()));
+            if let (true, Some((path, is_cancelled))) = (self.out.ends, was) {
+                say(&told_of(&path, &ended, is_cancelled));
+            }
             match job.as_ref().map(Job::told) {
                 Some(making) if making.is_cancelled => {
                     let text = format!("{} was given up", making.name);
@@ -341,8 +365,12 @@ impl Lab {
         }
         let recording = self.out.recording.as_mut();
         if let Some(ended) = recording.and_then(Recording::take) {
-            let told = self.out.recording.take().map(|recording| recording.told());
+            let recording = self.out.recording.take();
+            let told = recording.as_ref().map(Recording::told);
             let remarks = told.unwrap_or_default().remarks();
+            if let (true, Some(recording)) = (self.out.ends, recording) {
+                say(&told_of_recording(recording.path(), &ended, &remarks));
+            }
             self.tell_written(context, ended, &remarks);
         }
         Ok(())

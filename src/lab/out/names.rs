@@ -72,9 +72,38 @@ impl Drop for Reserved {
     }
 }
 
+/// A name without the number of [`Reserved::next`] at its end, if it has one: what comes of a file that was saved has the next
+/// number, and not two.
+pub fn unnumbered(name: &str) -> &str {
+    match name.rsplit_once('_') {
+        Some((stem, number))
+            if !stem.is_empty()
+                && number.len() == 6
+                && number.bytes().all(|byte| byte.is_ascii_digit()) =>
+        {
+            stem
+        }
+        _ => name,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_go_on_and_do_not_add_up() {
+        for (name, stem) in [
+            ("mine_000001", "mine"),
+            ("mine", "mine"),
+            ("mine_2024", "mine_2024"),
+            ("my_own_123456", "my_own"),
+            ("_000001", "_000001"),
+            ("a_00000b", "a_00000b"),
+        ] {
+            assert_eq!(unnumbered(name), stem);
+        }
+    }
 
     #[test]
     fn names_are_free_and_nobody_elses() {

@@ -459,15 +459,26 @@ fn show_making(
                                 .desired_height(4.0),
                         );
                     }
-                    let cancel = egui::Button::new("Cancel");
-                    if ui
-                        .add_enabled(!making.is_cancelled, cancel)
-                        .on_hover_text("Give it up; it leaves no file")
-                        .marked("out.cancel")
-                        .clicked()
-                    {
-                        commands.push(Command::TakeOut(Out::Cancel));
-                    }
+                    ui.horizontal(|ui| {
+                        let cancel = egui::Button::new("Cancel");
+                        if ui
+                            .add_enabled(!making.is_cancelled, cancel)
+                            .on_hover_text("Give it up; it leaves no file")
+                            .marked("out.cancel")
+                            .clicked()
+                        {
+                            commands.push(Command::TakeOut(Out::Cancel));
+                        }
+                        if making.can_finish
+                            && ui
+                                .button("Finish now")
+                                .on_hover_text("End it here, and keep what is filmed so far")
+                                .marked("out.finish")
+                                .clicked()
+                        {
+                            commands.push(Command::TakeOut(Out::Finish));
+                        }
+                    });
                 });
         });
 }

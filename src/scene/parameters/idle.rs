@@ -40,6 +40,21 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             !settings.picture.show.has_charts(),
             "The views Density, Wireframe, Charts, Distance and Nearest do not have it.",
         ),
+        "picture.color_map" | "picture.brightest" => because(
+            matches!(settings.picture.show, Show::Distance | Show::Nearest),
+            "The views Distance and Nearest have colours of their own.",
+        ),
+        "picture.light_azimuth" | "picture.light_elevation" | "picture.occlusion" => because(
+            settings.picture.show.is_flat(),
+            "The atlas is flat, and has no light.",
+        ),
+        "physarum.sensing" => because(
+            settings
+                .objects
+                .iter()
+                .any(|object| object.physarum.over(&settings.physarum).gravity_weight != 0.0),
+            "With gravity all sensors walk: set the gravity weight to 0, objects' own ones too.",
+        ),
         "picture.food" => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
@@ -242,6 +257,33 @@ mod tests {
                 "trail.diffusion_distance"
             ]
         );
+    }
+
+    #[test]
+    fn views_and_gravity_leave_some_without_effect() {
+        let mut settings = Settings::default();
+        let of = |settings: &Settings, keys: [&'static str; 6]| {
+            keys.map(|key| why_idle(key, settings).is_some())
+        };
+        let keys = [
+            "picture.color_map",
+            "picture.brightest",
+            "picture.light_azimuth",
+            "picture.light_elevation",
+            "picture.occlusion",
+            "physarum.sensing",
+        ];
+        let [no, yes] = [false, true];
+        assert_eq!(of(&settings, keys), [no; 6]);
+        settings.picture.show = Show::Nearest;
+        assert_eq!(of(&settings, keys), [yes, yes, no, no, no, no]);
+        settings.picture.show = Show::Atlas;
+        assert_eq!(of(&settings, keys), [no, no, yes, yes, yes, no]);
+        settings.objects[0].physarum.gravity_weight = Some(2.0);
+        assert!(of(&settings, keys)[5]);
+        settings.physarum.gravity_weight = 2.0;
+        settings.objects[0].physarum.gravity_weight = Some(0.0);
+        assert!(!of(&settings, keys)[5], "nobody has it");
     }
 
     #[test]

@@ -189,13 +189,11 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     assert_eq!(harness.interface.edited.trail.decay, 0.5);
     let at = in_gallery(&harness, "torn") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), []);
-    let notice = harness.interface.notice.as_ref().expect("it is said");
-    assert!(
-        notice.text.contains("preset torn: line 1"),
-        "{}",
-        notice.text
-    );
-    // Asked before it is removed.
+    let notice = harness.interface.notices.text().expect("it is said");
+    assert!(notice.contains("preset torn: line 1"), "{}", notice);
+    // Asked before it is removed; what is said of it is over.
+    harness.time += 20.0;
+    harness.frame(vec![]);
     let name = in_gallery(&harness, "moss");
     let is_of_card = |place: &Pos2| {
         (place.x - name.x).abs() < 160.0 && (0.0..125.0).contains(&(name.y - place.y))
@@ -267,6 +265,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
         name: "film_000001.mp4".to_owned(),
         doing: "frame 7 of 300".to_owned(),
         done: Some(0.02),
+        can_finish: true,
         is_cancelled: false,
     });
     for _ in 0..3 {
@@ -286,6 +285,8 @@ fn things_are_taken_out_by_keys_and_buttons() {
     assert_eq!(harness.click(at), [], "one thing at a time");
     let at = place(&harness, "Cancel");
     assert_eq!(harness.click(at), [Command::TakeOut(Out::Cancel)]);
+    let at = place(&harness, "Finish now");
+    assert_eq!(harness.click(at), [Command::TakeOut(Out::Finish)]);
     harness.press(Key::Escape);
     assert!(!harness.interface.out.open);
 }
@@ -293,11 +294,21 @@ fn things_are_taken_out_by_keys_and_buttons() {
 #[test]
 fn the_picture_can_be_alone() {
     let mut harness = Harness::new();
-    harness.press(Key::F10);
-    let picture = harness.frame(vec![]).picture;
-    assert_eq!((picture.min, picture.size()), (Pos2::ZERO, SCREEN));
-    harness.press(Key::Escape);
-    assert!(harness.frame(vec![]).picture.left() > 300.0);
+    for tool in [Tool::Look, Tool::Trail, Tool::Food] {
+        harness.interface.hands.tool = tool;
+        harness.interface.hands.selected = Some(0);
+        harness.press(Key::F10);
+        let picture = harness.frame(vec![]).picture;
+        assert_eq!((picture.min, picture.size()), (Pos2::ZERO, SCREEN));
+        let said = harness.interface.notices.text();
+        assert_eq!(said.as_deref(), Some("Esc brings the panel back"));
+        assert_eq!(harness.interface.hands.selected, None);
+        // It does, whatever the hand holds.
+        harness.press(Key::Escape);
+        assert!(harness.frame(vec![]).picture.left() > 300.0);
+        assert_eq!(harness.interface.hands.tool, tool);
+    }
+    harness.interface.hands.tool = Tool::Look;
     assert_eq!(harness.press(Key::F11), [Command::FullScreen]);
     let dark = harness.ctx.theme();
     harness.press(Key::T);
@@ -355,6 +366,37 @@ fn what_has_no_effect_cannot_be_turned() {
     assert_eq!(harness.click(at), [Command::Apply]);
     let strategy = harness.interface.edited.transfer.strategy;
     assert_eq!(strategy, Strategy::Direct);
+}
+
+/// By a right click on its name.
+#[test]
+fn a_row_goes_back_to_the_scene_or_to_the_default() {
+    let mut harness = Harness::new();
+    harness.interface.loaded.trail.decay = 0.75;
+    harness.interface.edited.trail.decay = 0.5;
+    harness.interface.filter = "trail.decay".to_owned();
+    let default = Settings::default().trail.decay;
+    for (words, decay) in [
+        ("As in the scene (0.75)", 0.75),
+        (&format!("Default ({default})"), default),
+    ] {
+        (0..30).for_each(|_| drop(harness.frame(vec![])));
+        let at = harness.places_of("Trail decay")[0];
+        let event = |pressed| Event::PointerButton {
+            pos: at,
+            button: PointerButton::Secondary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        harness.frame(vec![Event::PointerMoved(at)]);
+        harness.frame(vec![event(true)]);
+        harness.frame(vec![event(false)]);
+        (0..3).for_each(|_| drop(harness.frame(vec![])));
+        let places = harness.places_of(words);
+        let at = *places.first().unwrap_or_else(|| panic!("{words}"));
+        assert_eq!(harness.click(at), [Command::Apply]);
+        assert_eq!(harness.interface.edited.trail.decay, decay);
+    }
 }
 
 /// What appears above a number does not take the keyboard from it.
@@ -491,28 +533,29 @@ fn the_panel_says_how_large_the_transfer_buffer_must_be() {
 }
 
 #[test]
-fn what_is_to_be_read_first_stays_above_other_lines() {
+fn errors_stay_until_they_are_clicked_away() {
     let mut harness = Harness::new();
-    let text = |harness: &Harness| harness.interface.notice.clone().map(|notice| notice.text);
     let ctx = harness.ctx.clone();
-    let first = "what was lost ".repeat(10);
-    harness.interface.first_notice(&ctx, first.as_str());
-    for line in ["one thing", "another"] {
-        harness.time += 5.0;
-        harness.frame(vec![]);
-        harness.interface.notice(&ctx, line, false);
-        assert_eq!(text(&harness), Some(format!("{first}\n{line}")));
+    for number in 0..6 {
+        (harness.interface).notice(&ctx, format!("it {number} is wrong"), true);
+        harness.interface.notice(&ctx, "something came", false);
     }
-    // It has its time, and not more for them.
-    harness.time += 20.0;
+    let errors = |numbers: &[u32]| {
+        let lines: Vec<_> = numbers.iter().map(|n| format!("it {n} is wrong")).collect();
+        Some(lines.join("\n"))
+    };
+    let news = format!("{}\nsomething came", errors(&[2, 3, 4, 5]).unwrap());
+    assert_eq!(harness.interface.notices.text(), Some(news));
+    harness.time += 1000.0;
     harness.frame(vec![]);
-    assert_eq!(text(&harness), None);
-    harness.interface.first_notice(&ctx, first.as_str());
-    harness.time += 29.9;
-    harness.frame(vec![]);
-    harness.interface.notice(&ctx, "the last", true);
-    harness.time += 1.0;
-    harness.frame(vec![]);
-    harness.interface.notice(&ctx, "alone", false);
-    assert_eq!(text(&harness).as_deref(), Some("alone"));
+    assert_eq!(harness.interface.notices.text(), errors(&[2, 3, 4, 5]));
+    harness.interface.notice(&ctx, "it 3 is wrong", true);
+    assert_eq!(harness.interface.notices.text(), errors(&[2, 4, 5, 3]));
+    for left in [&[2, 5, 3][..], &[2, 3]] {
+        // The cards move to where they are.
+        (0..3).for_each(|_| drop(harness.frame(vec![])));
+        let at = harness.places_of(if left.len() == 3 { "it 4" } else { "it 5" })[0];
+        assert_eq!(harness.click(at), []);
+        assert_eq!(harness.interface.notices.text(), errors(left));
+    }
 }

@@ -259,11 +259,11 @@ fn in_the_flat_view_hands_rest_and_it_is_said_why() {
     let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
     assert_eq!(commands, []);
     for key in [Key::B, Key::O, Key::I] {
-        harness.interface.notice = None;
+        harness.interface.notices = Default::default();
         harness.press(key);
-        let notice = harness.interface.notice.clone();
+        let notice = harness.interface.notices.text();
         assert!(
-            notice.is_some_and(|notice| notice.text.contains("the atlas is flat")),
+            notice.is_some_and(|text| text.contains("the atlas is flat")),
             "{key:?}"
         );
     }
@@ -330,7 +330,7 @@ fn a_click_picks_and_escape_lets_go() {
 fn the_last_object_stays() {
     let mut harness = harness();
     harness.press(Key::Delete);
-    let notice = |harness: &Harness| harness.interface.notice.clone().map(|notice| notice.text);
+    let notice = |harness: &Harness| harness.interface.notices.text();
     assert!(notice(&harness).is_some_and(|text| text.contains("Pick an object first")));
     harness.interface.hands.selected = Some(1);
     let commands = harness.press(Key::Delete);

@@ -54,12 +54,8 @@ fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
     for key in [Key::Num9, Key::Num0] {
         harness.press(key);
         assert_eq!(harness.interface.view.show, Show::Wireframe);
-        let notice = harness.interface.notice.take().expect("it is told");
-        assert!(
-            notice.text.contains("needs a second object"),
-            "{}",
-            notice.text
-        );
+        let notice = harness.interface.notices.text().expect("it is told");
+        assert!(notice.contains("needs a second object"), "{}", notice);
     }
     harness.frame(vec![]);
     harness.click_text("Distance");

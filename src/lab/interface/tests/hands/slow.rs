@@ -223,6 +223,26 @@ fn what_was_picked_in_one_scene_is_not_picked_in_the_next() {
 }
 
 #[test]
+fn what_is_changed_while_a_scene_loads_is_kept() {
+    let mut harness = harness();
+    let interface = &mut harness.interface;
+    let asked = interface.edited.clone();
+    let scene = Scene::from_settings("pair".to_owned(), asked.clone(), ".".into()).unwrap();
+    interface.asked = Some(asked.clone());
+    interface.edited.trail.decay = 0.5;
+    interface.edited.objects[1].position = [0.0, 3.0, 0.0];
+    let edited = interface.edited.clone();
+    interface.restarted(&scene);
+    assert_eq!((&interface.edited, &interface.running), (&edited, &asked));
+    // Only once, and another scene has what its file says.
+    interface.restarted(&scene);
+    assert_eq!(interface.edited, asked);
+    interface.asked = Some(edited);
+    interface.open(&scene);
+    assert_eq!(interface.edited, asked);
+}
+
+#[test]
 fn an_object_that_comes_is_seen_whole() {
     for is_fitted in [true, false] {
         let mut harness = Harness::new();

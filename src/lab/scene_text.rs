@@ -1,0 +1,154 @@
+//! The scene as it is edited and looked at, as the text of a scene file that can be opened.
+
+use std::path::{Path, PathBuf};
+
+use myxo::mesh::Mesh;
+use myxo::scene::Scene;
+use myxo::scene::settings::{AreaSettings, Settings};
+use myxo::sim::areas::{AreaMap, keep_beside};
+use myxo::sim::start::Masks;
+use myxo::{Error, Result};
+
+use super::out::put_look;
+use super::window::Lab;
+
+/// A scene file on its way.
+#[derive(Debug, Default)]
+pub(super) struct SceneText {
+    /// What it says.
+    pub text: String,
+    /// The map of areas that was written beside it.
+    map: Option<PathBuf>,
+    /// Why areas are missing that were painted.
+    lacks: Option<Error>,
+    /// Why what waits for a restart is missing.
+    waits: Option<Error>,
+}
+
+impl SceneText {
+    /// What is to be said of areas.
+    pub fn told(&self) -> String {
+        let map = self.map.as_ref().and_then(|map| map.file_name());
+        let with = map.map(|map| format!(", with painted areas in {}", map.display()));
+        with.unwrap_or_default() + &self.lacking()
+    }
+
+    /// The same of what is missing.
+    pub fn lacking(&self) -> String {
+        let lacks = self.lacks.as_ref();
+        let lacks = lacks.map(|error| format!(", without the areas that were painted: {error}"));
+        let waits = self.waits.as_ref().map(|error| {
+            format!(", without the changes that wait for a restart, which would not work: {error}")
+        });
+        lacks.unwrap_or_default() + &waits.unwrap_or_default()
+    }
+
+    /// Does it have everything?
+    pub fn has_all(&self) -> bool {
+        self.lacks.is_none() && self.waits.is_none()
+    }
+}
+
+impl Lab {
+    /// The scene as it is edited and looked at; none before there is one.
+    pub(super) fn scene_text(&self) -> Option<SceneText> {
+        let (settings, waits) = self.settings_that_work();
+        Some(SceneText {
+            text: self.text_of(settings, None)?,
+            waits,
+            ..SceneText::default()
+        })
+    }
+
+    /// The same for a file of this path, with areas as they are in a map beside it.
+    pub(super) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
+        let (settings, waits) = self.settings_that_work();
+        let only = |settings| SceneText {
+            text: self.text_of(settings, None).unwrap_or_default(),
+            ..SceneText::default()
+        };
+        let Some(stage) = &self.stage else {
+            let text = only(settings);
+            return Ok(SceneText { waits, ..text });
+        };
+        let (simulation, setup) = (&stage.simulation, stage.simulation.setup());
+        let (bias, lacks) = match simulation.areas() {
+            Ok(bias) => (bias, None),
+            Err(error) => (setup.bias.clone(), Some(error)),
+        };
+        // Another map that waits for a restart is wanted, unless it costs what was painted.
+        let has_other_map = settings.areas != simulation.settings().areas;
+        if has_other_map && bias == setup.bias {
+            let text = only(settings);
+            return Ok(SceneText {
+                lacks,
+                waits,
+                ..text
+            });
+        }
+        let (areas, map) = keep_beside(file, &bias, &setup.atlas)?;
+        Ok(SceneText {
+            text: self.text_of(settings, Some(&areas)).unwrap_or_default(),
+            map,
+            lacks,
+            waits,
+        })
+    }
+
+    fn text_of(&self, settings: Settings, areas: Option<&AreaSettings>) -> Option<String> {
+        let mut scene = self.scene()?.clone();
+        scene.settings = settings;
+        put_look(&self.interface.view, scene.center, &mut scene.settings);
+        Some(match areas {
+            Some(areas) => scene.to_toml_beside(areas),
+            None => scene.to_toml(),
+        })
+    }
+
+    /// The settings as they are edited. Where no scene could begin with what waits for a restart, the rest of them, and why.
+    pub(super) fn settings_that_work(&self) -> (Settings, Option<Error>) {
+        let edited = self.interface.edited.clone();
+        if !self.interface.is_pending() {
+            return (edited, None);
+        }
+        match self.try_to_begin(edited.clone()) {
+            Ok(()) => (edited, None),
+            Err(error) => (self.interface.live_settings(), Some(error)),
+        }
+    }
+
+    /// Does what a scene needs to begin with these settings, short of the layout of its texture, which may take minutes.
+    fn try_to_begin(&self, settings: Settings) -> Result<()> {
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let map = settings.areas.map.clone();
+        let strength = settings.areas.strength;
+        let scene = match self.meshes_for(&settings) {
+            Some(meshes) => Scene::from_meshes(name, settings, meshes, folder),
+            None => Scene::from_settings(name, settings, folder),
+        }?;
+        // What runs has begun, so its pictures are right.
+        let runs = self.scene().map(|scene| &scene.settings);
+        if runs.is_none_or(|runs| runs.starts() != scene.settings.starts()) {
+            Masks::open(&scene)?;
+        }
+        if map.is_empty() || runs.is_some_and(|runs| runs.areas == scene.settings.areas) {
+            return Ok(());
+        }
+        let map = AreaMap::open(scene.settings.areas.map.as_ref())?;
+        let stage = self.stage.as_ref();
+        if let Some(stage) =
+            stage.filter(|stage| stage.scene.settings.atlas == scene.settings.atlas)
+        {
+            map.bias(&stage.simulation.setup().atlas, strength)?;
+        }
+        Ok(())
+    }
+
+    /// The meshes that are there already, where these settings ask for no others.
+    pub(super) fn meshes_for(&self, settings: &Settings) -> Option<Vec<Mesh>> {
+        let scene = self.scene()?;
+        let there = scene.settings.objects.iter().map(|object| &object.mesh);
+        let wanted = settings.objects.iter().map(|object| &object.mesh);
+        there.eq(wanted).then(|| scene.meshes.clone())
+    }
+}
