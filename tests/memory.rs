@@ -55,6 +55,26 @@ fn the_sum_is_that_of_the_buffers() {
     gpu.finish();
 }
 
+/// What distances between several objects take is most of it, and known as well.
+#[test]
+fn several_objects_take_memory() {
+    let Some(gpu) = common::gpu() else { return };
+    for size in [256, 512] {
+        let scene = common::scene_of_several(&common::TRIO, |s| {
+            s.atlas.size = size;
+            s.particles.count = 5000;
+        });
+        let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let whole = memory::size_in_bytes(simulation.setup(), &scene.settings);
+        let known = memory::needed(&scene);
+        assert!(
+            known * 10 > whole * 8 && known * 2 < whole * 3,
+            "{known} of {whole}"
+        );
+    }
+    gpu.finish();
+}
+
 /// So does food, where there is any.
 #[test]
 fn food_takes_memory() {

@@ -20,7 +20,7 @@ pub(super) const GROUP: u32 = 64;
 pub const TILE_CANDIDATES: u32 = 32;
 
 /// Most hints of a tile. Objects with more others within reach look at the rest of them sample by sample.
-const MOST_HINTS: u32 = 16;
+pub(super) const MOST_HINTS: u32 = 16;
 
 /// What the distance between objects is taken from, on the host; empty for a single object.
 #[derive(Clone, Debug)]

@@ -1,6 +1,10 @@
 //! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
+mod needed;
+
+pub use needed::{needed, needed_for_painted};
+
 use super::brute;
 use super::distance::{DistanceSetup, GROUP, TILE_CANDIDATES, TILE_SAMPLES};
 use super::food::Pantry;
@@ -115,39 +119,6 @@ fn distance_bytes(setup: &Setup) -> u64 {
 #[must_use]
 pub fn painted_bytes(texels: u64) -> u64 {
     texels * TEXEL
-}
-
-/// The same before there is an atlas.
-#[must_use]
-pub fn needed_for_painted(scene: &Scene) -> u64 {
-    painted_bytes(texel_count(scene.settings.atlas.size.into()))
-}
-
-/// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
-/// seams take, what distances between objects look things up in, and the lists of whom food reaches come on top.
-#[must_use]
-pub fn needed(scene: &Scene) -> u64 {
-    let settings = &scene.settings;
-    let texels = texel_count(settings.atlas.size.into());
-    let fields = if scene.surface.objects.len() > 1 {
-        FIELDS
-    } else {
-        0
-    };
-    let food = if settings.food_count() > 0 {
-        FOOD_FIELDS
-    } else {
-        0
-    };
-    let painted = if settings.areas.map.is_empty() {
-        0
-    } else {
-        TEXEL
-    };
-    particle_bytes(settings.particles.count.into(), scene.surface.objects.len())
-        + texel_bytes(texels)
-        + (fields + food + painted) * texels
-        + triangle_bytes(scene.surface.corners.len() as u64)
 }
 
 /// How many particles of a single object the device's buffers hold: kernels reach each as a texel.

@@ -162,6 +162,7 @@ fn tree_queries_agrees_with_its_twin() {
 #[test]
 fn distances_are_right_on_closed_meshes() {
     let Some(gpu) = gpu() else { return };
+    let mut most_by_faces = 0.0_f64;
     for mesh in closed() {
         let model = Model::of(&mesh);
         let places = places(&mesh, &model, 3000);
@@ -170,7 +171,7 @@ fn distances_are_right_on_closed_meshes() {
                 places.iter().map(|&p| TreeQuery::nearest(p)).collect();
             let trees = by_kernel(&gpu, &mesh, Question::Nearest(rule), &mut queries);
             let mut errors = Vec::new();
-            let mut wrong = 0;
+            let (mut wrong, mut wrong_by_face, mut all) = (0, 0_u32, 0_u32);
             for query in &queries {
                 let p = query.place.as_dvec3();
                 let distance = model.distance(p);
@@ -186,15 +187,23 @@ fn distances_are_right_on_closed_meshes() {
                 let winding = model.winding(p);
                 let decided = (winding - winding.round()).abs() < 1e-3;
                 if distance > 2e-6 * model.radius && decided {
-                    wrong += usize::from((winding.round() != 0.0) != (got < 0.0));
+                    let is_inside = winding.round() != 0.0;
+                    let [a, b, c] = model.triangles[triangle as usize];
+                    let is_behind_face = (b - a).cross(c - a).dot(p - a) < 0.0;
+                    wrong += usize::from(is_inside != (got < 0.0));
+                    wrong_by_face += u32::from(is_inside != is_behind_face);
+                    all += 1;
                 }
             }
+            most_by_faces = most_by_faces.max(f64::from(wrong_by_face) / f64::from(all));
             errors.sort_by(f64::total_cmp);
             let at_99 = errors[errors.len() * 99 / 100];
             assert!(at_99 < 1e-5 / 3.0, "{}: {at_99}", mesh.name);
             assert_eq!(wrong, 0, "{}, {rule:?}: wrong signs", mesh.name);
         }
     }
+    // The places are such as the nearest face alone would tell wrongly.
+    assert!(most_by_faces > 0.1, "{most_by_faces}");
     gpu.finish();
 }
 
