@@ -97,6 +97,14 @@ fn files_are_opened_by_a_dialog() {
         hear_once_loaded(&lab, told);
     }
     assert_eq!(lab.save("ball", 3).trail.decay, 0.375);
+    // What went wrong is told until it is clicked away.
+    let is_told = |seen: &Value| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("trail.decay = 7"))
+    };
+    assert!(is_told(&lab.seen().expect("it is told")));
+    lab.click("error.0");
+    lab.wait("it is gone", |seen| !is_told(seen));
     lab.quit();
 }
 
