@@ -337,7 +337,7 @@ fn exchange_seams_agrees_with_its_twin() {
                     &pipeline,
                     Threads(count),
                     ExchangeSeamsArgs {
-                        seams: &Texels::new(&seams, 1).unwrap(),
+                        seams: &Texels::new(&seams, 4).unwrap(),
                         trail: &Texels::new(&filled, components).unwrap(),
                         low_trail: &low,
                         high_trail: &high,

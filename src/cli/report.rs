@@ -57,12 +57,12 @@ pub struct Report {
     /// The same with its spread.
     #[serde(default)]
     pub gpu_step: Times,
-    /// What the host takes for a step, where it was measured: by `profile`, of the last repetition.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub host_step: Option<HostTimes>,
     /// Of that mean what no kernel takes: barriers, timestamps, whatever else a device does between two of them.
     #[serde(default)]
     pub gpu_ms_between_kernels: Option<f64>,
+    /// What the host takes for a step, where it was measured: by `profile`, of the last repetition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host_step: Option<HostTimes>,
     /// Time of a step as people experience it.
     pub wall_ms_per_step: f64,
     /// Where the GPU time goes.

@@ -323,7 +323,11 @@ impl ExportFile {
         let (bias, atlas) = (&export.snapshot.bias, &export.setup.atlas);
         let is_scene = self.format == Format::Toml;
         let areas = picture_of(bias, atlas).filter(|_| is_scene);
-        let map = map_for(&path);
+        let map = if is_scene {
+            map_for(&path)
+        } else {
+            PathBuf::new()
+        };
         let hidden = || -> io::Result<WholeFile> {
             let file = Watched::new(self.file, watch);
             let mut out = BufWriter::with_capacity(1 << 20, file);

@@ -73,7 +73,9 @@ impl Lab {
                     .set_fullscreen(screen.then_some(Fullscreen::Borderless(None)));
             }
             Command::Hand(work) => self.obey_hand(context, work, picture_size)?,
-            Command::Quit => self.closing = true,
+            Command::Quit => {
+                self.ask_to_close();
+            }
         }
         Ok(())
     }

@@ -72,9 +72,14 @@ impl Lab {
 
     /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
     pub fn rescue(&mut self, error: &Error) -> Error {
+        let lacking = self.scene_text().map(|scene| scene.lacking());
         let kept = match self.keep_scene() {
             None => return Error::Invalid(error.to_string()),
-            Some(Ok(path)) => format!("the scene as it was set is kept in {}", path.display()),
+            Some(Ok(path)) => format!(
+                "the scene as it was set is kept in {}{}",
+                path.display(),
+                lacking.unwrap_or_default()
+            ),
             Some(Err(error)) => format!("the scene as it was set is not kept, either: {error}"),
         };
         let mut text = format!("{error}; what had grown is lost, {kept}");
@@ -86,7 +91,9 @@ impl Lab {
 
     /// Keeps the scene as it is set in a file, once as long as nothing changes.
     fn keep_scene(&mut self) -> Option<Result<PathBuf>> {
-        let text = self.scene_text()?.text;
+        let scene = self.scene_text()?;
+        let has_all = scene.has_all();
+        let text = scene.text;
         let kept = self.lost.as_ref().and_then(|lost| lost.kept.clone());
         if let Some((_, path)) = kept.filter(|(kept, path)| *kept == text && path.exists()) {
             return Some(Ok(path));
@@ -97,7 +104,9 @@ impl Lab {
         });
         let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
         Some(saved.map(|path| {
-            self.interface.saved(Some(self.interface.state_to_save()));
+            if has_all {
+                self.interface.saved(Some(self.interface.state_to_save()));
+            }
             let path = std::path::absolute(&path).unwrap_or(path);
             self.lost.get_or_insert_default().kept = Some((text, path.clone()));
             path

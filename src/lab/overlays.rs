@@ -129,7 +129,11 @@ pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &OutFacts) {
                             .desired_height(4.0),
                     );
                     ui.add_space(4.0);
-                    ui.label("Then the window closes. Closed once more, it gives that up.");
+                    ui.label(if making.is_some() {
+                        "Then the window closes. Closed once more, it gives that up."
+                    } else {
+                        "Then the window closes."
+                    });
                 });
         });
     note_value(ctx, "ending", || name.to_owned());

@@ -9,6 +9,7 @@ use myxo::sim::areas::{AreaMap, keep_beside};
 use myxo::sim::start::Masks;
 use myxo::{Error, Result};
 
+use super::hands::begin_on_food_that_is;
 use super::out::put_look;
 use super::window::Lab;
 
@@ -107,13 +108,19 @@ impl Lab {
 
     /// The settings as they are edited. Where no scene could begin with what waits for a restart, the rest of them, and why.
     pub(super) fn settings_that_work(&self) -> (Settings, Option<Error>) {
-        let edited = self.interface.edited.clone();
+        let mut edited = self.interface.edited.clone();
+        // Food comes and goes while the scene runs, and where it began no longer matters.
+        begin_on_food_that_is(&mut edited);
         if !self.interface.is_pending() {
             return (edited, None);
         }
         match self.try_to_begin(edited.clone()) {
             Ok(()) => (edited, None),
-            Err(error) => (self.interface.live_settings(), Some(error)),
+            Err(error) => {
+                let mut live = self.interface.live_settings();
+                begin_on_food_that_is(&mut live);
+                (live, Some(error))
+            }
         }
     }
 

@@ -227,7 +227,9 @@ impl Lab {
         let place = seen.picture;
         let mut commands = std::mem::take(&mut seen.shown.commands);
         // Whoever leaves begins nothing more.
-        commands.retain(|command| !self.closing || *command == Command::TakeOut(Out::Cancel));
+        let ends =
+            |command: &Command| [Command::TakeOut(Out::Cancel), Command::Quit].contains(command);
+        commands.retain(|command| !self.closing || ends(command));
         let mut commands = commands.into_iter();
         while let Some(command) = commands.next() {
             if let Err(error) = self.obey(&seen.context, command, place.size) {

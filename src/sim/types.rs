@@ -208,7 +208,7 @@ impl Flow {
     pub fn mismatch(&self) -> Option<String> {
         (self.mismatches > 0).then(|| {
             format!(
-                "in {} turns the particles to be exchanged were not equally many on both sides: some may be lost",
+                "particles to be exchanged were not equally many on both sides, {} times: some may be lost",
                 self.mismatches
             )
         })

@@ -76,7 +76,6 @@ fn who_has_met_nothing_lands_on_the_nearest_point() {
             if source == target {
                 continue;
             }
-            landed[target as usize] += 1;
             let (start, heading) = in_world(from);
             let (place, turned) = in_world(to);
             let left = start + 0.004 * radius * heading;
@@ -90,6 +89,7 @@ fn who_has_met_nothing_lands_on_the_nearest_point() {
             if !within(own, if source == 0 { 1.0 } else { 0.2 }) {
                 continue;
             }
+            landed[target as usize] += 1;
             let half = if target == 0 { 1.0 } else { 0.2 };
             let world_from_target = if target == 0 {
                 DAffine3::IDENTITY

@@ -36,8 +36,11 @@ fn tiles_remember_how_far_they_are_and_nothing_changes() {
             let (states_by_twin, margins_by_twin) = twin.tiles();
             let other = states.iter().zip(states_by_twin).filter(|(a, b)| a != b);
             assert!(other.count() <= states.len() / 500, "{sign:?}, step {step}");
+            assert_eq!(states.len(), states_by_twin.len());
+            assert_eq!(margins.len(), margins_by_twin.len());
+            let agree = |(a, b): &(&f32, &f32)| (**a - **b).abs() <= 1e-4;
             let apart = margins.iter().zip(margins_by_twin);
-            let apart = apart.filter(|(a, b)| (**a - **b).abs() > 1e-4);
+            let apart = apart.filter(|pair| !agree(pair));
             assert!(
                 apart.count() <= margins.len() / 500,
                 "{sign:?}, step {step}"

@@ -127,6 +127,6 @@ fn the_size_that_would_have_done_counts_those_of_two_steps() {
             "{capacity}"
         );
     }
-    // Two steps later that is over, and what was needed stays.
+    // So it is: nobody is refused.
     assert_eq!(needed(20).refused, 0);
 }

@@ -42,6 +42,19 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     lab.paint_with("attract");
     lab.probes("it attracts", attracts);
 
+    // The picture shows it, or not.
+    let shown = |words: &str| {
+        let words = words.to_owned();
+        lab.wait("areas", |seen| seen["values"]["shows_areas"] == words);
+    };
+    lab.find("picture.areas");
+    lab.click("picture.areas=hidden");
+    shown("false");
+    lab.click("undo");
+    shown("true");
+    lab.point("picture", 0.5);
+    lab.probes("it attracts as before", attracts);
+
     // Anew, and it is still there, also as something to be undone.
     lab.key("period");
     lab.wait("a step", |seen| seen["state"]["step"].as_u64() > Some(0));

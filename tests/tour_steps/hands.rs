@@ -423,15 +423,6 @@ fn hands_put_food_there_and_take_it_away() {
     shown("false");
     lab.click("undo");
     shown("true");
-    let shown = |words: &str| {
-        let words = words.to_owned();
-        lab.wait("areas", |seen| seen["values"]["shows_areas"] == words);
-    };
-    lab.find("picture.areas");
-    lab.click("picture.areas=hidden");
-    shown("false");
-    lab.click("undo");
-    shown("true");
 
     // Elsewhere there is nobody picked; on it, it is picked again.
     lab.key("Escape");

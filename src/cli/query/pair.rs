@@ -126,6 +126,7 @@ fn rigid(rows: &[f64; 16]) -> Option<DAffine3> {
     let is_rigid = (rotation.transpose() * rotation).abs_diff_eq(glam::DMat3::IDENTITY, RIGID)
         && rotation.determinant() > 0.0
         && last.abs_diff_eq(glam::DVec4::W, RIGID)
+        && transform.translation.is_finite()
         && transform.translation.abs().max_element() < FARTHEST;
     is_rigid.then_some(transform)
 }

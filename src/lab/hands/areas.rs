@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use myxo::Result;
 use myxo::scene::settings::{AreaSettings, ObjectStart, Start};
 use myxo::sim::Setup;
 use myxo::sim::areas::write_mask;
 use myxo::sim::carry::{carried, carried_bias};
 use myxo::sim::paint::Repainted;
-use myxo::{Error, Result};
 
 use super::super::lost::is_loss;
 use super::super::out::Reserved;
@@ -120,7 +120,8 @@ impl Lab {
 
     fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
         if self.interface.is_pending() {
-            return Err(Error::Invalid(WAITS.to_owned()));
+            self.interface.notice(context, WAITS, false);
+            return Ok(());
         }
         self.paint_now(context)?;
         let Some(stage) = &mut self.stage else {
@@ -131,7 +132,8 @@ impl Lab {
         let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
         let atlas = &stage.simulation.setup().atlas;
         let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
-            return Err(Error::Invalid(NOTHING_ATTRACTS.to_owned()));
+            self.interface.notice(context, NOTHING_ATTRACTS, false);
+            return Ok(());
         };
         let taken = texels.into_iter().map(|texel| Repainted {
             texel,

@@ -536,15 +536,24 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
 /// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
 pub fn remove_food(settings: &mut Settings, food: usize) {
     settings.foods.remove(food);
-    if settings.particles.start != Start::Food {
-        return;
-    }
-    let most = settings.food_count().saturating_sub(1) as u32;
     let start = &mut settings.particles.start_food;
-    if *start as usize > food {
+    if settings.particles.start == Start::Food && *start as usize > food {
         *start -= 1;
     }
-    *start = (*start).min(most);
+    begin_on_food_that_is(settings);
+}
+
+/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
+pub fn begin_on_food_that_is(settings: &mut Settings) {
+    let count = settings.food_count() as u32;
+    let particles = &mut settings.particles;
+    if particles.start != Start::Food {
+        return;
+    }
+    if count == 0 {
+        particles.start = Start::default();
+    }
+    particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
 /// Do these differ only in what can change while they run, or waits for a restart?

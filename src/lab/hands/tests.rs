@@ -45,8 +45,25 @@ fn who_begins_on_what_goes_begins_elsewhere() {
     assert_eq!(left.particles.start_object, "box");
     // The last one that there is.
     assert_eq!((left.foods.len(), left.particles.start_food), (1, 0));
-    let scene = Scene::from_settings("left".to_owned(), left, ".".into());
-    scene.expect("it can begin");
+    let can_begin = |settings| {
+        let scene = Scene::from_settings("left".to_owned(), settings, ".".into());
+        scene.expect("it can begin");
+    };
+    can_begin(left.clone());
+    // None is left.
+    let mut none = left;
+    remove_food(&mut none, 0);
+    assert_eq!(none.particles.start, Start::default());
+    can_begin(none);
+    // Fewer are scattered than where it began.
+    settings.foods.clear();
+    settings.feeding.scattered = 1;
+    begin_on_food_that_is(&mut settings);
+    assert_eq!(
+        (settings.particles.start, settings.particles.start_food),
+        (Start::Food, 0)
+    );
+    can_begin(settings);
 }
 
 #[test]

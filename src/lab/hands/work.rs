@@ -433,7 +433,7 @@ impl Lab {
         if settings.objects.len() < 2 {
             let text = format!("{} stays: a scene has at least one object", object.name);
             let context = self.egui.egui_ctx().clone();
-            self.interface.notice(&context, text, true);
+            self.interface.notice(&context, text, false);
             return;
         }
         let settings = without_object(settings, place);

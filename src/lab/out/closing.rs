@@ -17,31 +17,47 @@ use crate::lab::under_way::Left;
 /// A window that closes waits no longer for a picture to be drawn.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
 
+/// Whoever asks to leave once more sooner than this has pressed twice, and has not read what is being finished.
+const ASKED_TWICE: Duration = Duration::from_secs(1);
+
 impl Lab {
     /// Somebody wants to leave. May the window close at once? Else it goes on until what is being made is whole; whoever asks once
-    /// more gives that up.
+    /// more gives up what is not being recorded.
     pub(in super::super) fn ask_to_close(&mut self) -> bool {
-        if self.out.ends {
-            if let Some(job) = &mut self.out.job {
-                job.cancel();
+        match self.out.ends {
+            Some(since) if since.elapsed() < ASKED_TWICE => return self.has_closed(),
+            Some(_) => {
+                if let Some(job) = &mut self.out.job {
+                    job.cancel();
+                }
+                self.out.gives_up = true;
             }
-            return true;
+            None => {
+                self.closing = true;
+                self.begin_to_end();
+                // Nobody sees how far it is, and hidden windows may not be drawn any more.
+                self.out.gives_up |= self.is_hidden();
+            }
         }
-        self.closing = true;
-        self.begin_to_end();
         self.has_closed()
+    }
+
+    fn is_hidden(&self) -> bool {
+        let size = self.window.inner_size();
+        self.window.is_minimized() == Some(true) || size.width == 0 || size.height == 0
     }
 
     /// Has somebody wanted to leave, and does nothing hold the window any more?
     pub(in super::super) fn has_closed(&self) -> bool {
-        self.closing && !self.out.is_busy()
+        self.closing && (self.out.gives_up || !self.out.is_busy())
     }
 
     /// From now on the window only finishes what is being made: recordings and films have the pictures that they have.
     pub(in super::super) fn begin_to_end(&mut self) {
-        if std::mem::replace(&mut self.out.ends, true) {
+        if self.out.ends.is_some() {
             return;
         }
+        self.out.ends = Some(Instant::now());
         if let Some(recording) = &mut self.out.recording {
             say(&finishing(recording.path()));
             if !recording.is_ending() {
@@ -133,7 +149,7 @@ impl Lab {
         let Some(job) = &self.out.job else {
             return;
         };
-        if !self.out.ends {
+        if self.out.ends.is_none() {
             say(&finishing(job.path()));
         }
         let ready = self.make_ready();
@@ -191,7 +207,7 @@ impl TakeOut {
             recording.stop();
         }
         let path = recording.path().to_owned();
-        if !self.ends {
+        if self.ends.is_none() {
             say(&finishing(&path));
         }
         let remarks = recording.told().remarks();

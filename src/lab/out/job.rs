@@ -21,6 +21,7 @@ use super::names::Reserved;
 use super::panel::OutPanel;
 use super::shot::Shot;
 use super::{Making, Model};
+use crate::lab::hands::begin_on_food_that_is;
 use crate::lab::stage::Stage;
 use crate::lab::undo::Entry;
 use crate::lab::worker::joined;
@@ -406,6 +407,7 @@ impl ExportJob {
             // What the hand has set, though it may still be on its way.
             export.scene.settings.foods.clone_from(&edited.foods);
             export.scene.settings.feeding = edited.feeding.clone();
+            begin_on_food_that_is(&mut export.scene.settings);
         }
         export.view.camera = view.camera;
         export.view.color_map = view.color_map;

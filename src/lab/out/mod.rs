@@ -10,6 +10,7 @@ mod recording;
 mod shot;
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use myxo::render::View;
 use myxo::render::output::{Output, Written};
@@ -116,8 +117,10 @@ pub struct OutFacts {
 pub struct TakeOut {
     recording: Option<Recording>,
     job: Option<Job>,
-    /// The window closes when all of it is whole.
-    ends: bool,
+    /// Since when all of it is only finished, because the window is to close then.
+    ends: Option<Instant>,
+    /// The window waits for none of it.
+    gives_up: bool,
 }
 
 impl TakeOut {
@@ -126,7 +129,7 @@ impl TakeOut {
         OutFacts {
             recording: self.recording.as_ref().map(Recording::told),
             making: self.job.as_ref().map(Job::told),
-            ends: self.ends,
+            ends: self.ends.is_some(),
         }
     }
 
@@ -345,7 +348,7 @@ impl Lab {
             let was = job
                 .as_ref()
                 .map(|job| (job.path().to_owned(), job.is_cancelled()));
-            if let (true, Some((path, is_cancelled))) = (self.out.ends, was) {
+            if let (true, Some((path, is_cancelled))) = (self.out.ends.is_some(), was) {
                 say(&told_of(&path, &ended, is_cancelled));
             }
             match job.as_ref().map(Job::told) {
@@ -368,7 +371,7 @@ impl Lab {
             let recording = self.out.recording.take();
             let told = recording.as_ref().map(Recording::told);
             let remarks = told.unwrap_or_default().remarks();
-            if let (true, Some(recording)) = (self.out.ends, recording) {
+            if let (true, Some(recording)) = (self.out.ends.is_some(), recording) {
                 say(&told_of_recording(recording.path(), &ended, &remarks));
             }
             self.tell_written(context, ended, &remarks);

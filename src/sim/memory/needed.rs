@@ -10,7 +10,7 @@ use crate::mesh::trees::{Dipole, Face, Node};
 use crate::scene::Scene;
 
 /// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
-/// seams take, what the raster method draws from, and the lists of whom food reaches come on top; of several objects every
+/// seams take, what the raster method draws from, the lists of transfers and those of whom food reaches come on top; of several objects every
 /// texel is counted as if it belonged to one.
 #[must_use]
 pub fn needed(scene: &Scene) -> u64 {
