@@ -153,8 +153,9 @@ fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
         exchange.rows.len() as u64 * ROW,
         exchange.packed_entries() as u64 * ENTRIES,
     ];
-    // Words, and twice four words.
-    let elements = (tables[0] / 4).max(tables[1] / 16).max(tables[2] / 16);
+    // All are read as texels of four words.
+    let elements = tables.map(|bytes| bytes / 16).into_iter().max();
+    let elements = elements.expect("there are three");
     let of = |elements: u64| DeviceInfo {
         max_texel_buffer_elements: elements as u32,
         ..device(1 << 20)
