@@ -322,7 +322,7 @@ impl ExportFile {
         let mut files = vec![path.clone()];
         let (bias, atlas) = (&export.snapshot.bias, &export.setup.atlas);
         let is_scene = self.format == Format::Toml;
-        let areas = picture_of(bias, atlas).filter(|_| is_scene);
+        let areas = is_scene.then(|| picture_of(bias, atlas)).flatten();
         let map = if is_scene {
             map_for(&path)
         } else {

@@ -10,8 +10,8 @@ use crate::mesh::trees::{Dipole, Face, Node};
 use crate::scene::Scene;
 
 /// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
-/// seams take, what the raster method draws from, the lists of transfers and those of whom food reaches come on top; of several objects every
-/// texel is counted as if it belonged to one.
+/// seams take, what the raster method draws from, the lists of transfers and those of whom food reaches come on top; of
+/// several objects every texel is counted as if it belonged to one.
 #[must_use]
 pub fn needed(scene: &Scene) -> u64 {
     let settings = &scene.settings;
