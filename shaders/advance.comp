@@ -146,9 +146,7 @@ layout(set = 0, binding = 18) uniform usamplerBuffer surroundings;
 
 #include "sensing.glsl"
 #include "walkers.glsl"
-
-// A bias below this is that of a no-go area; gutters may mix it with others.
-const float NO_GO = -5.0e8;
+#include "no_go.glsl"
 
 // What rounding may make of a distance.
 const float ROUNDING = 1.0e-6;
@@ -199,6 +197,7 @@ void main() {
     uint flags = stamp_of(params.time_step);
     if (TURNS) {
         uint before = motion.flags & ~FED;
+        // In two lines, as below: !, && and || of constants alone are more than the reflection of shaders can evaluate.
         bool of_another = shape_words(particle.triangle).w != params.object;
         if (WINDOWS) of_another = false;
         if (of_another || before == flags || (before & IN_FLIGHT) != 0u) return;

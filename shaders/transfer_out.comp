@@ -1,13 +1,14 @@
 // transfer_out: particles that were selected leave in world space, towards where their last step goes on on the object
 // that they have gone into.
 // Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
-//         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles.
+//         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
 // Writes  departing, behind the transfers that were copied on; flow and flux, by atomic adds.
 // One invocation an entry of the lists; the first were copied on and return at once.
 // During a step objects move evenly from their poses before to those now, and what crosses is the way relative to the
 // other object: that one may have come over a particle that hardly moved.
 // Where the last step does not cross the other object (it covers the particle since long, or counts as covering from
-// afar), the particle goes to the nearest point of it. One that has no triangle near flies back to where it is.
+// afar), the particle goes to the nearest point of it. One that has no triangle near flies back to where it is, and so does one
+// that would come from outside into a no-go area, which turns round.
 // Overflow: cannot happen; selection has taken a place in the lists for each.
 
 #version 460
@@ -23,6 +24,9 @@ layout(constant_id = 0) const bool BORDER_REFLECTS = true;
 layout(constant_id = 1) const uint SIGN_RULE = 0u;
 // Some object has values of its own.
 layout(constant_id = 2) const bool OWN_PHYSARUM = false;
+// Somebody has painted what attracts, repels or may not be entered.
+layout(constant_id = 3) const bool PAINTED = false;
+layout(constant_id = 4) const bool TEXELS_IN_QUADS = false;
 
 layout(push_constant) uniform Params {
     uint capacity;             // of the lists of transfers
@@ -54,12 +58,15 @@ layout(set = 0, binding = 16) uniform usamplerBuffer faces;
 layout(set = 0, binding = 17) uniform usamplerBuffer pseudonormals;
 layout(set = 0, binding = 18) uniform usamplerBuffer dipoles;
 layout(set = 0, binding = 19) uniform samplerBuffer poses_before;
+layout(set = 0, binding = 20) uniform samplerBuffer bias;
 
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
 #include "atlas.glsl"
 #include "bilinear.glsl"
 #include "strip_table.glsl"
+#include "texels.glsl"
+#include "no_go.glsl"
 
 // What the texel with the largest weight of the four around says, of those that know a triangle. Gutter texels know
 // none, and a point near a seam may lie in one.
@@ -140,6 +147,11 @@ Walker walker_on_target(Meeting meeting, uint source, float rest) {
     return outer;
 }
 
+bool is_no_go(uint triangle, float u, float v) {
+    vec2 position = atlas_position(atlas_map_of(triangle), u, v);
+    return texel_of(bias, texel_at(position, params.pitch)) < NO_GO;
+}
+
 void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving || i < flow[0].carried) return;
@@ -150,8 +162,10 @@ void main() {
     uint near = nearest_triangle(atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v));
     uint triangle = near == NONE ? particle.triangle : near;
     uint target = texelFetch(triangles, int(triangle)).w;
-    Flight flight = flight_of(particle, motion);
+    Flight from = flight_of(particle, motion);
+    Flight flight = from;
     float left = 0.0;
+    bool crosses = false;
     if (near != NONE) {
         float speed = OWN_PHYSARUM ? physarums[source].speed : params.speed;
         float rest;
@@ -160,13 +174,25 @@ void main() {
             Walker w = walker_on_target(meeting, source, rest);
             triangle = w.triangle;
             left = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
-            count_one(flow[0].crossed)
+            crosses = true;
             flight = flight_of_walker(w);
         } else {
+            // A search that was left early knows no better triangle than the texel.
             uint face = nearest_on(roots[target], place_of(pose_of(target), flight), UNLIMITED);
-            triangle = triangle_of(face);
+            if (face != NONE) triangle = triangle_of(face);
         }
     }
+    if (PAINTED && target != source && !is_no_go(particle.triangle, particle.u, particle.v)) {
+        Landing landing = landing_on(triangle, flight);
+        if (is_no_go(triangle, landing.u, landing.v)) {
+            triangle = particle.triangle;
+            target = source;
+            flight = Flight(from.position, -from.heading, from.normal);
+            left = 0.0;
+            crosses = false;
+        }
+    }
+    if (crosses) count_one(flow[0].crossed)
     departing[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, left, 0u, 0u);
     count_one(flux[source * params.object_count + target])
 }

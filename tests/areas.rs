@@ -7,13 +7,15 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::{Gpu, gpu};
+use common::{Gpu, TRIO, gpu, scene_of_several};
 use image::{Rgb, RgbImage};
 use myxo::export::{Colors, Export, ExportFile};
 use myxo::gpu::{Context, Frames};
+use myxo::mesh::surface::Triangle;
+use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::areas::map_beside;
-use myxo::sim::paint::{Brush, Dab, NO_GO_BELOW};
+use myxo::sim::paint::{Brush, Dab, NO_GO, NO_GO_BELOW};
 use myxo::sim::types::Particle;
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 use program::{Folder, path, program, text};
@@ -108,6 +110,67 @@ fn a_map_acts_from_the_first_step_on_as_in_the_twin() {
     assert!(free_state.bias.is_empty());
     assert_ne!(free_state.hash(), state.hash());
     drop((simulation, free));
+    gpu.finish();
+}
+
+/// Every texel of an object, gutters too.
+fn no_go_on(setup: &Setup, object: u32) -> Vec<f32> {
+    let atlas = &setup.atlas;
+    let mut bias = vec![0.0; atlas.texel_count()];
+    let owned = (0..).zip(atlas.owner.iter().copied());
+    let gutters = atlas.gutter_texels.iter().map(|g| (g.texel, g.triangle));
+    for (texel, triangle) in owned.chain(gutters) {
+        let triangles = &setup.surface.triangles;
+        let is_on = |shape: &Triangle| shape.object == object;
+        if triangles.get(triangle as usize).is_some_and(is_on) {
+            bias[texel as usize] = NO_GO;
+        }
+    }
+    bias
+}
+
+/// Where an object may not be entered, nobody comes to it from another one either.
+#[test]
+fn nobody_changes_over_into_a_no_go_area() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [Strategy::Parallel, Strategy::Scattered, Strategy::Direct] {
+        let scene = scene_of_several(&TRIO, |settings| {
+            settings.particles.count = 3000;
+            settings.atlas.size = 256;
+            settings.physarum.speed = 0.02;
+            settings.transfer.strategy = strategy;
+        });
+        let mut free = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let bias = no_go_on(free.setup(), 1);
+        simulation.set_areas(&bias).unwrap();
+        let start = simulation.snapshot().unwrap();
+        let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
+        twin.restore(&start);
+        let on_first = |state: &Snapshot, setup: &Setup| -> BTreeSet<u32> {
+            let triangles = &setup.surface.triangles;
+            let on = |p: &&Particle| triangles[p.triangle as usize].object == 1;
+            state.particles.iter().filter(on).map(|p| p.id).collect()
+        };
+        let began = on_first(&start, simulation.setup());
+        let freely = run(&gpu.ctx, &mut free, STEPS);
+        let came = on_first(&freely, free.setup());
+        assert!(came.difference(&began).count() > 20, "without, some come");
+        for _ in 0..STEPS {
+            let state = run(&gpu.ctx, &mut simulation, 1);
+            state.validate(simulation.setup()).unwrap();
+            assert!(on_first(&state, simulation.setup()).is_subset(&began));
+            let flux = &state.transfers.flux;
+            assert_eq!((flux[1], flux[7]), (0, 0), "{flux:?}");
+            twin.step();
+        }
+        let state = simulation.snapshot().unwrap();
+        let of_twin = twin.snapshot().transfers.flux;
+        assert!(state.transfers.flux[0] > 20, "who would come turns round");
+        let both = state.transfers.flux.iter().zip(&of_twin);
+        let differ: u32 = both.map(|(a, b)| a.abs_diff(*b)).sum();
+        assert!(differ < 20, "{:?}, {of_twin:?}", state.transfers.flux);
+    }
     gpu.finish();
 }
 

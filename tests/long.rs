@@ -392,10 +392,10 @@ fn long_runs() {
     let info = ctx.info();
     let head = format!(
         "# Strategies\n\n\
-         `make long` makes this file anew. {} ({} {}), {} particles; atlas {} for the hashes, {} for the population.\n\
-         After every step all invariants are checked. `scattered`, `sequential` and `parallel` must end in the same hash,\n\
-         and so must all runs of one strategy.\n",
-        info.name, info.driver, info.driver_version, LONG.particles, LONG.atlas, LONGEST.atlas
+         `make long` makes this file anew, or parts of it (`MYXO_PARTS=crowd,full make long`). {} particles; atlas {} for the\n\
+         hashes, {} for the population. `scattered`, `sequential` and `parallel` must end in the same hash, and so must all runs\n\
+         of one strategy.\n",
+        LONG.particles, LONG.atlas, LONGEST.atlas
     );
     let file = std::env::var_os("MYXO_TABLE");
     let before = file.as_ref().map(std::fs::read_to_string);
@@ -415,8 +415,11 @@ fn long_runs() {
         let minutes = started.elapsed().as_secs_f64() / 60.0;
         print!("{part}");
         texts[place] = format!(
-            "\n{}{part}\nThis took {minutes:.0} minutes.\n",
-            mark(wanted)
+            "\n{}{part}\nAll invariants were checked after every step. This took {minutes:.0} minutes on {} ({} {}).\n",
+            mark(wanted),
+            info.name,
+            info.driver,
+            info.driver_version
         );
         if let Some(file) = &file {
             std::fs::write(file, head.clone() + &texts.concat()).unwrap();

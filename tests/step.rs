@@ -344,6 +344,14 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
     );
     settings.objects[0].scale = 1.0;
 
+    settings.trail.decay = f32::NAN;
+    let error = simulation.apply(&settings).unwrap_err().to_string();
+    assert!(
+        error.contains("trail.decay = NaN is out of range"),
+        "{error}"
+    );
+    settings.trail.decay = 0.9;
+
     settings.particles.count += 1;
     let error = simulation.apply(&settings).unwrap_err().to_string();
     assert!(

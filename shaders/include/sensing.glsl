@@ -34,6 +34,7 @@ vec2 walked_position(StripWalk w) {
 
 // Does this form know of other objects?
 bool sees_others() {
+    // In two lines because the reflection of shaders cannot evaluate && of constants alone.
     bool sees = ACROSS;
     return sees && SENSING != SENSORS_STRAIGHT && SENSING != SENSORS_WALK_LISTED;
 }

@@ -59,6 +59,9 @@ impl Counters {
         let transfers = &snapshot.transfers;
         let flow = &transfers.flow;
         let pairs = transfers.flux.iter().enumerate();
+        let changed = |&(pair, count): &(usize, &u32)| {
+            *count > 0 && pair / objects.len() != pair % objects.len()
+        };
         let flux = |(pair, &particles): (usize, &u32)| Flux {
             from: objects[pair / objects.len()].name.clone(),
             to: objects[pair % objects.len()].name.clone(),
@@ -74,7 +77,8 @@ impl Counters {
             in_flight: transfers.in_flight.len() as u64,
             transfer_overflow: flow.refused.into(),
             transfer_buffer_wanted: flow.most_wanted.into(),
-            flux: pairs.filter(|(_, count)| **count > 0).map(flux).collect(),
+            // Who turned round at a no-go area has changed nothing.
+            flux: pairs.filter(changed).map(flux).collect(),
         }
     }
 

@@ -4,11 +4,18 @@ use toml::de::{DeTable, DeValue};
 
 use super::file::{describe, number, three};
 use super::motion::Keyframe;
-use super::parameters::inside;
+use super::parameters::{OutOfRange, inside};
 use super::suggest::nearest;
 
 /// Keyframes that one object may have.
 const MOST: usize = 10_000;
+
+/// Seconds.
+const TIMES: (f64, f64) = (0.0, 1e6);
+/// World units, to either side.
+const FARTHEST: f64 = 1e9;
+/// Degrees, to either side.
+const MOST_TURNED: f64 = 36_000.0;
 
 /// Reads the value of `key`; or says what is wrong with it.
 pub(super) fn read(key: &str, value: &DeValue<'_>) -> Result<Vec<Keyframe>, String> {
@@ -47,6 +54,49 @@ pub(super) fn read(key: &str, value: &DeValue<'_>) -> Result<Vec<Keyframe>, Stri
     Ok(frames)
 }
 
+/// What is wrong with keyframes that were not read from a file.
+pub(super) fn check(key: &str, frames: &[Keyframe], problems: &mut Vec<OutOfRange>) {
+    let mut before = None;
+    for (i, frame) in frames.iter().enumerate() {
+        let Keyframe {
+            time,
+            position,
+            rotation,
+        } = *frame;
+        let mut refuse = |name: &str, value: String, allowed: String| {
+            problems.push(OutOfRange {
+                key: format!("{key}.{i}.{name}"),
+                value,
+                allowed,
+            });
+        };
+        match before {
+            Some(before) if time <= before => {
+                let allowed = format!("more than {before}, the time of the keyframe before it");
+                refuse("time", time.to_string(), allowed);
+            }
+            _ if !inside(time.into(), TIMES) => {
+                refuse(
+                    "time",
+                    time.to_string(),
+                    "0 to 1,000,000 seconds".to_owned(),
+                );
+            }
+            _ => (),
+        }
+        for (name, vector, most) in [
+            ("position", position, FARTHEST),
+            ("rotation", rotation, MOST_TURNED),
+        ] {
+            if !vector.iter().all(|&c| inside(c.into(), (-most, most))) {
+                let allowed = format!("three numbers from -{most} to {most}");
+                refuse(name, format!("{vector:?}"), allowed);
+            }
+        }
+        before = Some(time);
+    }
+}
+
 fn keyframe(key: &str, table: &DeTable<'_>) -> Result<Keyframe, String> {
     let mut frame = Keyframe {
         time: f32::NAN,
@@ -58,8 +108,8 @@ fn keyframe(key: &str, table: &DeTable<'_>) -> Result<Keyframe, String> {
         let key = format!("{key}.{name}");
         match name {
             "time" => frame.time = seconds(&key, value)?,
-            "position" => frame.position = vector(&key, value, 1e9)?,
-            "rotation" => frame.rotation = vector(&key, value, 36_000.0)?,
+            "position" => frame.position = vector(&key, value, FARTHEST)?,
+            "rotation" => frame.rotation = vector(&key, value, MOST_TURNED)?,
             "scale" => {
                 return Err(format!(
                     "{key}: an object cannot change its size while it runs, because walks are measured in world \
@@ -83,7 +133,7 @@ fn keyframe(key: &str, table: &DeTable<'_>) -> Result<Keyframe, String> {
 
 fn seconds(key: &str, value: &DeValue<'_>) -> Result<f32, String> {
     match number(value) {
-        Some(time) if inside(time, (0.0, 1e6)) => Ok(time as f32),
+        Some(time) if inside(time, TIMES) => Ok(time as f32),
         Some(time) => Err(format!(
             "{key} = {time} is out of range: 0 to 1,000,000 seconds"
         )),

@@ -152,16 +152,7 @@ impl Scene {
         settings: Settings,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
-        let problems: Vec<Problem> = parameters::out_of_range(&settings)
-            .into_iter()
-            .map(Problem::from)
-            .collect();
-        if !problems.is_empty() {
-            return Err(SceneError::Problems {
-                scene: PathBuf::from(&name),
-                problems,
-            });
-        }
+        check_ranges(&name, &settings)?;
         let mut meshes = Vec::with_capacity(settings.objects.len());
         for (i, object) in settings.objects.iter().enumerate() {
             let mesh = Mesh::open(&object.mesh, &folder).map_err(|source| SceneError::Object {
@@ -182,7 +173,8 @@ impl Scene {
     /// for the animation of an object that follows its model's.
     ///
     /// # Errors
-    /// When the scene is too small or too large to measure lengths by, or an object cannot follow its model.
+    /// When a value is out of range, the scene is too small or too large to measure lengths by, or an object cannot follow
+    /// its model.
     ///
     /// # Panics
     /// When there are not as many meshes as objects.
@@ -192,6 +184,7 @@ impl Scene {
         meshes: Vec<Mesh>,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
+        check_ranges(&name, &settings)?;
         let tracks = tracks(&name, &settings.objects, &folder)?;
         Self::from_meshes_and_tracks(name, settings, meshes, tracks, folder)
     }
@@ -378,6 +371,19 @@ fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
         taken.insert(name.clone());
         object.name = name;
     }
+}
+
+/// Every value must be one that its parameter allows.
+fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
+    let problems = parameters::out_of_range(settings).into_iter();
+    let problems: Vec<Problem> = problems.map(Problem::from).collect();
+    if problems.is_empty() {
+        return Ok(());
+    }
+    Err(SceneError::Problems {
+        scene: PathBuf::from(scene),
+        problems,
+    })
 }
 
 /// Every name that an object's `distance_to` lists must be another object's.

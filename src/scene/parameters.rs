@@ -8,6 +8,7 @@ mod idle;
 mod objects;
 mod table;
 
+use super::keyframes;
 use super::settings::{PhysarumSettings, Settings};
 
 pub use food::FOOD_PARAMETERS;
@@ -274,6 +275,12 @@ pub fn out_of_range(settings: &Settings) -> Vec<OutOfRange> {
         for parameter in OBJECT_PARAMETERS {
             parameter.check(&format!("object.{i}."), object, &mut problems);
         }
+        let frames = &object.motion.keyframes;
+        keyframes::check(
+            &format!("object.{i}.motion.keyframes"),
+            frames,
+            &mut problems,
+        );
     }
     for (i, food) in settings.foods.iter().enumerate() {
         for parameter in FOOD_PARAMETERS {

@@ -20,7 +20,7 @@ use crate::scene::settings::Settings;
 
 /// The bias of texels that nobody may enter.
 pub const NO_GO: f32 = -1e9;
-/// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/advance.comp` has the same.
+/// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/include/no_go.glsl` has the same.
 pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
 /// Of trail and of bias: there is no more, and of bias no less but for no-go areas.
 pub const GREATEST: f32 = 1e6;

@@ -182,7 +182,7 @@ impl StepConstants {
                 listed: settings.distance.method == DistanceMethod::Bvh,
             },
             move_border: border_constants(settings),
-            transfer_out: departure_constants(settings),
+            transfer_out: departure_constants(settings, texels_in_quads),
             distance_tiles: DistanceTilesConstants { sign_rule },
             distance: DistanceConstants {
                 sign_rule,
@@ -226,6 +226,7 @@ impl StepConstants {
             self.walk_near.as_mut(),
         ];
         (forms.into_iter().flatten()).for_each(|form| form.painted = painted);
+        self.transfer_out.painted = painted;
         self
     }
 }

@@ -28,7 +28,8 @@ use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, Patience, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
-use crate::scene::parameters::restarting;
+use crate::scene::file::Problem;
+use crate::scene::parameters::{out_of_range, restarting};
 use crate::scene::settings::Settings;
 pub use copying::SnapshotCopy;
 pub use feeding::{FoodOrder, PreparedFood};
@@ -239,8 +240,8 @@ impl Simulation {
     /// Takes over changed settings, poses of objects among them, from the next step on.
     ///
     /// # Errors
-    /// When a changed setting needs a restart (the message names it): make a new simulation then. When a food lies off its
-    /// object.
+    /// When a changed setting is out of range, or needs a restart (the message names it): make a new simulation then. When a
+    /// food lies off its object.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
         self.apply_prepared(settings, None)
     }
@@ -258,6 +259,11 @@ impl Simulation {
         settings: &Settings,
         mut food: Option<PreparedFood>,
     ) -> Result<()> {
+        let before = out_of_range(&self.settings);
+        let mut problems = out_of_range(settings).into_iter();
+        if let Some(problem) = problems.find(|problem| !before.contains(problem)) {
+            return Err(Error::Invalid(Problem::from(problem).to_string()));
+        }
         let restarting = restarting(&self.settings, settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();

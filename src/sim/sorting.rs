@@ -35,10 +35,10 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// The smallest that are few enough for a scene with so many objects.
+    /// The smallest that are few enough where so many windows each have all of them.
     #[must_use]
-    pub fn of(atlas: &Atlas, objects: usize) -> Self {
-        let most = (MOST_BINS / objects as u32).max(1);
+    pub fn of(atlas: &Atlas, windows: usize) -> Self {
+        let most = (MOST_BINS / windows as u32).max(1);
         let tiles = |shift: u32| {
             let a_row = atlas.size.div_ceil(1 << shift);
             Self {
@@ -79,8 +79,13 @@ impl SortParams {
         if settings.strategy() == Strategy::Scattered {
             return None;
         }
-        let objects = setup.poses.len();
-        let tiles = Tiles::of(&setup.atlas, objects);
+        // Without windows objects need no order of their own.
+        let windows = if settings.strategy().has_windows() {
+            setup.poses.len()
+        } else {
+            1
+        };
+        let tiles = Tiles::of(&setup.atlas, windows);
         let particle_count = setup.particles.len() as u32;
         Some(Self {
             count: SortCountParams {
@@ -90,7 +95,7 @@ impl SortParams {
                 tile_count: tiles.count,
             },
             scan: SortScanParams {
-                bin_count: tiles.count * objects as u32,
+                bin_count: tiles.count * windows as u32,
             },
             scatter: SortScatterParams {
                 particle_count,
@@ -112,7 +117,7 @@ pub struct Sorting {
     pub motions: Buffer<Motion>,
     /// The same, as kernels read and write it.
     pub motions_view: Texels<u32>,
-    /// One a tile and object: how many particles are there, then how many lie before.
+    /// One a tile, and with windows one for each object: how many particles are there, then how many lie before.
     pub bins: Buffer<u32>,
     /// Are these the buffers that were the first?
     pub(super) is_swapped: bool,
@@ -134,7 +139,8 @@ impl Sorting {
     }
 }
 
-/// How many bins there are.
+/// How many bins there are, by the strategy that has most: it may change while the simulation runs.
 pub(super) fn bins(atlas: &Atlas, objects: usize) -> usize {
-    Tiles::of(atlas, objects).count as usize * objects
+    let bins = |windows: usize| Tiles::of(atlas, windows).count as usize * windows;
+    bins(1).max(bins(objects))
 }

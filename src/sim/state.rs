@@ -300,6 +300,13 @@ pub(super) fn walker_lists(objects: usize) -> usize {
 }
 
 impl State {
+    /// What was painted; where nobody has, what is there instead is read by nothing.
+    #[must_use]
+    pub fn bias_texels(&self) -> &Texels<f32> {
+        let bias = self.bias.as_ref();
+        bias.map_or(&self.trail.front_views.texels, |bias| &bias.views.texels)
+    }
+
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
         let large = Domain::Texels;

@@ -160,8 +160,7 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         walkers: &s.walkers_view,
         walker_count: &s.walker_count,
         walker_groups,
-        // Where nobody has painted, nothing reads it.
-        bias: (s.bias.as_ref()).map_or(&s.trail.front_views.texels, |bias| &bias.views.texels),
+        bias: s.bias_texels(),
         scent: food.map_or(&s.trail.front_views.texels, |food| &food.scent_views.texels),
         plates: food.map_or(&s.deposits.back_views.texels, |food| {
             &food.plate_views.texels
@@ -328,6 +327,7 @@ fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             pseudonormals: &s.pseudonormals,
             dipoles: &s.dipoles,
             poses_before: &s.poses_before_view,
+            bias: s.bias_texels(),
         },
         turn.transfer_out,
     );

@@ -134,11 +134,13 @@ impl Turn {
 
 /// What is compiled into `transfer_out`.
 #[must_use]
-pub fn departure_constants(settings: &Settings) -> TransferOutConstants {
+pub fn departure_constants(settings: &Settings, texels_in_quads: bool) -> TransferOutConstants {
     TransferOutConstants {
         border_reflects: settings.physarum.border == Border::Reflect,
         sign_rule: settings.distance.sign as u32,
         own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
+        painted: false,
+        texels_in_quads,
     }
 }
 

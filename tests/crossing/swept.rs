@@ -63,10 +63,13 @@ fn who_was_moved_over_goes_on_from_there() {
             particles: &particles,
             motions: &motions,
             physarums: &[bytemuck::Zeroable::zeroed(); 2],
+            bias: &[0.0],
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,
                 own_physarum: false,
+                painted: false,
+                texels_in_quads: false,
             },
             speed: speed as f32,
             carried: 0,

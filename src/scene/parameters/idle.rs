@@ -80,13 +80,9 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             settings.distance.method != DistanceMethod::Raster,
             "Only the distance method raster has depths.",
         ),
-        "transfer.threshold" if !is_alone => because(
+        "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
             "Nobody changes objects: choose another transfer strategy.",
-        ),
-        "transfer.buffer_size" if !is_alone => because(
-            !strategy.has_turns(),
-            "Only the strategies scattered, sequential and parallel have a transfer buffer.",
         ),
         _ => because(
             is_alone && (key.starts_with("transfer.") || key.starts_with("distance.")),
@@ -206,8 +202,12 @@ mod tests {
         settings.transfer.strategy = Strategy::None;
         let apart = idle(&settings);
         assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
-        settings.transfer.strategy = Strategy::Direct;
-        assert!(idle(&settings).contains(&"transfer.buffer_size"));
+        assert!(apart.contains(&"transfer.buffer_size"));
+        // Whoever is selected has a place in the list of the selected, also where nobody waits for a turn.
+        for strategy in [Strategy::Direct, Strategy::Respawn] {
+            settings.transfer.strategy = strategy;
+            assert!(!idle(&settings).contains(&"transfer.buffer_size"));
+        }
         assert!(idle(&settings).contains(&"areas.strength"));
         "walls.png".clone_into(&mut settings.areas.map);
         settings.transfer.strategy = Strategy::Parallel;

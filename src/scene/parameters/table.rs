@@ -378,7 +378,7 @@ pub static PARAMETERS: &[Parameter] = &[
         key: "transfer.strategy",
         name: "Transfer strategy",
         unit: "",
-        help: "What becomes of particles that go into another object. none: they walk on. respawn: they begin anew on their own object. The others let them change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: all objects' particles advance together, and change at once. scattered, sequential and parallel give the same bits, unless the buffer overflows.",
+        help: "What becomes of particles that go into another object. none: they walk on. respawn: they begin anew anywhere on their own object, by area. The others let them change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: all objects' particles advance together, and change at once. scattered, sequential and parallel give the same bits, unless the buffer overflows.",
         effect: Effect::Live,
         kind: word!(transfer.strategy: Strategy),
     },

@@ -2,8 +2,10 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
+use crate::mesh::Mesh;
+use crate::scene::Scene;
 use crate::scene::file::Reader;
-use crate::scene::motion::pose_at;
+use crate::scene::motion::{Keyframe, pose_at};
 use crate::scene::settings::{ObjectSettings, Settings};
 
 /// The settings of an object with these lines.
@@ -255,4 +257,42 @@ fn an_objects_own_values_stand_over_the_scenes() {
     let own = settings.objects[0].physarum.over(&settings.physarum);
     assert_eq!((own.speed, own.gravity_weight), (0.006, 0.0));
     assert_eq!(own.sensor_angle, settings.physarum.sensor_angle);
+}
+
+#[test]
+fn scenes_made_in_code_are_checked_as_files_are() {
+    let frame = |time: f32| Keyframe {
+        time,
+        position: [0.0; 3],
+        rotation: [0.0; 3],
+    };
+    let refused = |change: fn(&mut Settings)| {
+        let mut settings = Settings::default();
+        settings.objects[0].motion.keyframes = [1.0, 2.0, 3.0].map(frame).to_vec();
+        let mesh = Mesh::open("builtin:cube", ".".as_ref()).unwrap();
+        let made = |settings: Settings| {
+            let meshes = vec![mesh.clone()];
+            Scene::from_meshes("made".to_owned(), settings, meshes, ".".into())
+        };
+        assert!(made(settings.clone()).is_ok());
+        change(&mut settings);
+        made(settings).unwrap_err().to_string()
+    };
+    let keyframes = |settings: &mut Settings| settings.objects[0].motion.keyframes.swap(0, 2);
+    let said = refused(keyframes);
+    for wanted in ["object.0.motion.keyframes.1.time = 2", "more than 3"] {
+        assert!(said.contains(wanted), "{said}");
+    }
+    let said = refused(|settings| settings.objects[0].motion.keyframes[1].time = f32::NAN);
+    assert!(said.contains("keyframes.1.time = NaN"), "{said}");
+    let said =
+        refused(|settings| settings.objects[0].motion.keyframes[2].position[1] = f32::INFINITY);
+    assert!(
+        said.contains("keyframes.2.position = [0.0, inf, 0.0]"),
+        "{said}"
+    );
+    let said = refused(|settings| settings.objects[0].scale = 0.0);
+    assert!(said.contains("object.0.scale = 0"), "{said}");
+    let said = refused(|settings| settings.transfer.threshold = f32::NAN);
+    assert!(said.contains("transfer.threshold = NaN"), "{said}");
 }

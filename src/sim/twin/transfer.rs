@@ -6,11 +6,12 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 use super::bvh::{UNLIMITED, nearest_on};
 use super::crossing::Terrain;
 use super::sign::Sides;
-use super::trail::atlas_position;
+use super::trail::{atlas_position, texel_at};
 use super::walk::WALK_OUT_OF_ATTEMPTS;
 use crate::mesh::surface::{AtlasMap, NONE, Triangle};
 use crate::sim::Setup;
 use crate::sim::kernels::{TransferInParams, TransferOutConstants, TransferOutParams};
+use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer, Vertex};
 
 /// The surface and where its objects stand.
@@ -243,6 +244,7 @@ pub fn transfer_out(
     physarums: &[Physarum],
     nearest: &[u32],
     atlas_maps: &[AtlasMap],
+    bias: &[f32],
     departing: &mut [Transfer],
     flux: &mut [u32],
 ) {
@@ -263,9 +265,11 @@ pub fn transfer_out(
         } else {
             near
         };
-        let target = ground.triangles[triangle as usize].object;
-        let mut flight = ground.flight(particle, motion);
+        let mut target = ground.triangles[triangle as usize].object;
+        let from = ground.flight(particle, motion);
+        let mut flight = from;
         let mut left = 0.0;
+        let mut crosses = false;
         if near != NONE {
             let speed = if constants.own_physarum {
                 physarums[source as usize].speed
@@ -287,7 +291,7 @@ pub fn transfer_out(
                 if w.status == WALK_OUT_OF_ATTEMPTS {
                     left = w.remaining;
                 }
-                flow.crossed = flow.crossed.saturating_add(1);
+                crosses = true;
                 flight = terrain.flight_of_walker(&w);
             } else {
                 let Sides { nodes, faces, .. } = terrain.sides;
@@ -297,6 +301,25 @@ pub fn transfer_out(
                 triangle = faces[face as usize].triangle;
             }
         }
+        let is_no_go = |triangle: u32, [u, v]: [f32; 2]| {
+            let position = atlas_position(&atlas_maps[triangle as usize], u, v);
+            bias[texel_at(position, params.pitch) as usize] < NO_GO_BELOW
+        };
+        if constants.painted
+            && target != source
+            && !is_no_go(particle.triangle, [particle.u, particle.v])
+            && is_no_go(triangle, ground.landing(triangle, &flight).0)
+        {
+            triangle = particle.triangle;
+            target = source;
+            flight = Flight {
+                heading: -from.heading,
+                ..from
+            };
+            left = 0.0;
+            crosses = false;
+        }
+        flow.crossed = flow.crossed.saturating_add(u32::from(crosses));
         departing[i as usize] = Transfer {
             position: flight.position,
             particle: slot,

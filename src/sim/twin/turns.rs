@@ -149,6 +149,7 @@ impl Simulation {
             &physarums(&self.settings, &self.setup),
             &self.nearest,
             &self.setup.atlas.maps,
+            &self.bias,
             &mut self.transfers.departing,
             &mut self.transfers.flux,
         );
