@@ -1,7 +1,7 @@
 //! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
@@ -17,7 +17,7 @@ use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};
 use super::lost::is_loss;
 use super::out::unnumbered;
-use super::saving::save_scene;
+use super::saving::{chosen, save_scene, write_scene};
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
@@ -67,6 +67,8 @@ impl Lab {
                 }
             }
             Command::Save => self.save(context),
+            Command::AskWhereToSave => self.ask_where_to_save(context),
+            Command::SaveAs(file) => self.save_as(context, file),
             Command::FullScreen => {
                 let screen = self.window.fullscreen().is_none();
                 self.window
@@ -146,16 +148,45 @@ impl Lab {
     }
 
     fn save(&mut self, context: &egui::Context) {
-        if self.scene().is_none() {
-            return;
-        }
         let folder = PathBuf::from(self.interface.out.folder.trim());
+        let name = unnumbered(&self.name).to_owned();
+        self.save_by(context, |text| save_scene(&folder, &name, text));
+    }
+
+    fn ask_where_to_save(&mut self, context: &egui::Context) {
+        if self.scene().is_some() {
+            let name = format!("{}.toml", unnumbered(&self.name));
+            self.interface.begin_to_save(context, name);
+        }
+    }
+
+    fn save_as(&mut self, context: &egui::Context, file: PathBuf) {
+        let file = match chosen(file) {
+            Ok(file) => file,
+            Err(error) => return self.interface.notice(context, error.to_string(), true),
+        };
+        if self.save_by(context, |text| write_scene(&file, text)) {
+            let name = file.file_stem().unwrap_or(file.as_os_str());
+            self.name = name.to_string_lossy().into_owned();
+        }
+    }
+
+    /// Writes the scene, says so or why not, and whether it did.
+    fn save_by(
+        &mut self,
+        context: &egui::Context,
+        write: impl FnOnce(&mut dyn FnMut(&Path) -> Result<String>) -> Result<PathBuf>,
+    ) -> bool {
+        if self.scene().is_none() {
+            return false;
+        }
         let (mut told, mut has_all) = (String::new(), false);
-        let saved = save_scene(&folder, unnumbered(&self.name), |file| {
+        let saved = write(&mut |file| {
             let scene = self.scene_text_at(file)?;
             (told, has_all) = (scene.told(), scene.has_all());
             Ok(scene.text)
         });
+        let is_saved = saved.is_ok();
         match saved {
             Ok(path) => {
                 if has_all {
@@ -166,6 +197,7 @@ impl Lab {
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
+        is_saved
     }
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.

@@ -58,6 +58,10 @@ pub enum Command {
     Paste(String),
     /// Write the scene as it is edited and looked at to a file.
     Save,
+    /// Opens the dialog that asks where.
+    AskWhereToSave,
+    /// Saves the scene in this file, in the place of what is there.
+    SaveAs(PathBuf),
     /// Show another scene that comes with the program.
     Open(&'static str),
     /// Show a scene as it was left.

@@ -44,6 +44,7 @@ pub enum KeyAction {
     Open,
     /// Writes the scene to a file.
     Save,
+    SaveAs,
     /// Takes back a change.
     Undo,
     /// Brings it back.
@@ -252,6 +253,13 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         "open a file: scene, preset, mesh, checkpoint",
     ),
     (
+        Modifiers::COMMAND.plus(Modifiers::SHIFT),
+        &[Key::S],
+        "Ctrl Shift S",
+        KeyAction::SaveAs,
+        "save it by a name of your own",
+    ),
+    (
         Modifiers::COMMAND,
         &[Key::S],
         "Ctrl S",
@@ -447,6 +455,7 @@ impl Interface {
                 KeyAction::TakeOut => self.out.open = !self.out.open,
                 KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
                 KeyAction::Save => commands.push(Command::Save),
+                KeyAction::SaveAs => commands.push(Command::AskWhereToSave),
                 KeyAction::Undo => self.undo(commands),
                 KeyAction::Redo => self.redo(commands),
                 KeyAction::Panel => self.panel = !self.panel,

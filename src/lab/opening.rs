@@ -1,7 +1,8 @@
 //! "Open…": a file that is chosen in the window itself, for whoever cannot drop one onto it, as on Wayland. It goes the way
-//! of a file that was dropped; a picture to begin on goes into the row that asks for it.
+//! of a file that was dropped; a picture to begin on goes into the row that asks for it. The same asks where to save.
 
 use std::cell::RefCell;
+use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -43,14 +44,26 @@ const KINDS: Kinds = &[
     (ONLY_MESHES, &[MESHES]),
     ("checkpoints", &[&["ckpt"]]),
 ];
+const SCENES: Kinds = &[("scenes", &[&["toml"]])];
 const MASKS: Kinds = &[("PNG pictures", &[&["png"]])];
+
+/// What the dialog asks for.
+#[derive(Clone, Debug, Default, PartialEq)]
+enum Purpose {
+    /// A file of any kind that opens.
+    #[default]
+    Open,
+    /// A picture for the row with this key.
+    Mask(String),
+    /// Where the scene is saved.
+    Save,
+}
 
 /// The dialog, once somebody has asked for it. A copy shows the same one.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
     dialog: Option<Rc<RefCell<FileDialog>>>,
-    /// The row that it chooses a picture for, if it does.
-    mask: Option<String>,
+    purpose: Purpose,
     /// Where it begins; empty for where the program is started.
     folder: PathBuf,
     /// Where the scene's file lies; empty for where the program is started.
@@ -73,39 +86,62 @@ impl Opening {
     pub fn count_from(&mut self, scene: &Path) {
         self.scene = scene.to_owned();
         // The row that a picture was to be chosen for is another scene's.
-        if self.mask.take().is_some() {
+        if self.purpose != Purpose::Open {
+            self.purpose = Purpose::Open;
             self.dialog = None;
         }
     }
 
-    fn open(&mut self, ctx: &egui::Context, kind: &str, mask: Option<String>) {
-        if self.mask.is_some() != mask.is_some() {
+    fn open(&mut self, ctx: &egui::Context, kind: &str, purpose: Purpose) {
+        let folder = self.folder.clone();
+        let dialog = self.prepared(ctx, purpose, &folder);
+        let mut dialog = dialog.borrow_mut();
+        dialog.config_mut().default_file_filter = Some(kind.to_owned());
+        dialog.pick_file();
+    }
+
+    /// Asks where to save, in this folder and by this name at first.
+    fn save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
+        let dialog = self.prepared(ctx, Purpose::Save, folder);
+        let mut dialog = dialog.borrow_mut();
+        dialog.config_mut().default_file_name = name;
+        dialog.save_file();
+    }
+
+    /// The dialog for a purpose, which begins in this folder.
+    fn prepared(
+        &mut self,
+        ctx: &egui::Context,
+        purpose: Purpose,
+        folder: &Path,
+    ) -> Rc<RefCell<FileDialog>> {
+        if discriminant(&self.purpose) != discriminant(&purpose) {
             self.dialog = None;
         }
-        let dialog = self.dialog.get_or_insert_with(|| {
-            let made = match &mask {
-                Some(_) => dialog("Open a picture of the texture", MASKS),
-                None => dialog("Open a file", KINDS),
-            };
-            Rc::new(made.into())
-        });
-        self.mask = mask;
-        let mut dialog = dialog.borrow_mut();
-        let config = dialog.config_mut();
-        let folder = match std::path::absolute(&self.folder) {
+        let made = || match &purpose {
+            Purpose::Open => dialog("Open a file", KINDS),
+            Purpose::Mask(_) => dialog("Open a picture of the texture", MASKS),
+            Purpose::Save => dialog("Save the scene", SCENES).show_new_folder_button(true),
+        };
+        let dialog = (self.dialog).get_or_insert_with(|| Rc::new(made().into()));
+        let dialog = Rc::clone(dialog);
+        self.purpose = purpose;
+        let mut shown = dialog.borrow_mut();
+        let config = shown.config_mut();
+        let folder = match std::path::absolute(folder) {
             Ok(folder) if folder.is_dir() => Ok(folder),
             _ => std::env::current_dir(),
         };
         config.initial_directory = folder.unwrap_or_default();
-        config.default_file_filter = Some(kind.to_owned());
         let room = ctx.content_rect().size() - ROUND_IT;
         config.default_size = SIZE.min(room);
         config.min_size = vec2(400.0, 200.0).min(room);
         config.max_size = Some(room);
         config.show_left_panel = room.x >= HAS_ROOM;
+        drop(shown);
         // A text that has the keyboard would keep it.
         ctx.memory_mut(egui::Memory::stop_text_input);
-        dialog.pick_file();
+        dialog
     }
 
     /// Shows it for one frame, and gives what was chosen in it.
@@ -145,6 +181,9 @@ fn dialog(title: &str, kinds: Kinds) -> FileDialog {
     let labels = dialog.labels_mut();
     labels.file_filter_all_files = "all files".to_owned();
     labels.open_button = "Open".to_owned();
+    labels.save_button = "Save".to_owned();
+    labels.overwrite = "Replace".to_owned();
+    labels.overwrite_file_modal_text = "is there already. Replace it?".to_owned();
     labels.cancel_button = "Cancel".to_owned();
     dialog
 }
@@ -171,14 +210,21 @@ impl Interface {
     /// Shows the dialog over everything else, with the files of that kind at first.
     pub(super) fn begin_to_open(&mut self, ctx: &egui::Context, kind: &str) {
         self.gallery.open = false;
-        self.opening.open(ctx, kind, None);
+        self.opening.open(ctx, kind, Purpose::Open);
+    }
+
+    /// Asks where to save the scene, by this name at first, in the folder that everything is saved in.
+    pub(super) fn begin_to_save(&mut self, ctx: &egui::Context, name: String) {
+        self.gallery.open = false;
+        let folder = PathBuf::from(self.out.folder.trim());
+        self.opening.save(ctx, &folder, name);
     }
 
     /// The same for the picture of a row.
     pub(super) fn begin_to_open_mask(&mut self, ctx: &egui::Context, key: String) {
         self.gallery.open = false;
         let (kind, _) = MASKS[0];
-        self.opening.open(ctx, kind, Some(key));
+        self.opening.open(ctx, kind, Purpose::Mask(key));
     }
 
     /// Shows it for one frame, if it is open.
@@ -186,13 +232,15 @@ impl Interface {
         let Some(path) = self.opening.show(ctx) else {
             return;
         };
-        let Some(key) = &self.opening.mask else {
-            commands.push(Command::TakeFile(path));
-            return;
-        };
-        if let Some(mask) = mask_of(&mut self.edited, key) {
-            *mask = as_written(&path, &self.opening.scene);
-            commands.push(Command::Apply);
+        match &self.opening.purpose {
+            Purpose::Open => commands.push(Command::TakeFile(path)),
+            Purpose::Save => commands.push(Command::SaveAs(path)),
+            Purpose::Mask(key) => {
+                if let Some(mask) = mask_of(&mut self.edited, key) {
+                    *mask = as_written(&path, &self.opening.scene);
+                    commands.push(Command::Apply);
+                }
+            }
         }
     }
 }

@@ -97,6 +97,19 @@ fn files_are_opened_by_a_dialog() {
         hear_once_loaded(&lab, told);
     }
     assert_eq!(lab.save("ball", 3).trail.decay, 0.375);
+    // By a name of one's own, which the scene has then.
+    lab.key_until("ctrl+shift+s", "the dialog", "opening", true);
+    lab.wait("its name can be typed", |seen| {
+        seen["state"]["typing"] == true
+    });
+    lab.key("ctrl+a");
+    lab.write("mine");
+    lab.key("Return");
+    lab.wait("it is saved", |seen| {
+        seen["state"]["opening"] == false && seen["state"]["scene"] == "mine"
+    });
+    let mine = Scene::read(&lab.folder.file("mine.toml"), &Overrides::default());
+    assert_eq!(mine.expect("it is a scene").trail.decay, 0.375);
     // What went wrong is told until it is clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();

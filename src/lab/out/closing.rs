@@ -287,6 +287,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         )),
         Command::Screenshot
         | Command::Save
+        | Command::SaveAs(_)
         | Command::SavePreset(_)
         | Command::RemovePreset(_)
         | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
@@ -359,7 +360,8 @@ mod tests {
     #[test]
     fn commands_that_write_are_obeyed_at_the_end() {
         let export = Command::TakeOut(Out::Export(Model::Glb));
-        for command in [Command::Screenshot, Command::Save, export] {
+        let named = Command::SaveAs("fern.toml".into());
+        for command in [Command::Screenshot, Command::Save, named, export] {
             assert_eq!(at_the_end(&command), AtTheEnd::Writes, "{command:?}");
         }
         let stroke = Work::Stroke {
