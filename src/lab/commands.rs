@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::presets::is_preset;
-use myxo::scene::{Overrides, Scene};
+use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
@@ -111,8 +111,12 @@ impl Lab {
     /// From step 0, with the settings as they are edited.
     pub(super) fn restart(&mut self) {
         self.interface.end_morph();
+        self.restart_as(self.interface.edited.clone());
+    }
+
+    /// The same with other settings.
+    pub(super) fn restart_as(&mut self, settings: Settings) {
         let (name, folder) = (self.name.clone(), self.folder.clone());
-        let settings = self.interface.edited.clone();
         let meshes = self.meshes_for(&settings);
         self.load(name.clone(), Origin::Shown, move || {
             Ok(match meshes {
@@ -168,6 +172,8 @@ impl Lab {
         if self.save_by(context, |text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
             self.name = name.to_string_lossy().into_owned();
+            self.clocks.facts.scene = self.name.clone();
+            self.window.set_title(&title(&self.name));
         }
     }
 

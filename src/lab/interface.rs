@@ -241,11 +241,17 @@ impl Interface {
 
     /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
     pub fn restarted(&mut self, scene: &Scene) {
+        let picked = self.hands.selected.and_then(|i| self.edited.objects.get(i));
+        let picked = picked.cloned();
         self.running = scene.settings.clone();
         let asked = self.asked.take();
         let since = asked.map(|asked| with_changes_since(&asked, &self.edited, &self.running));
         self.edited = since.unwrap_or_else(|| self.running.clone());
         self.renews = false;
+        // Those that come or go leave the others in other places.
+        if let Some(picked) = picked {
+            self.hands.selected = place_among(&self.edited.objects, &picked);
+        }
         self.hands.restarted(scene, self.edited.foods.len());
         self.outline = (scene.center, view::points(scene).collect());
     }
@@ -266,6 +272,30 @@ impl Interface {
         edited.particles.clone_from(&running.particles);
         self.hands.selected = None;
         self.undo.note(&self.edited, &self.view);
+    }
+
+    /// Are objects that come, go or grow on their way?
+    pub fn is_renewed(&self) -> bool {
+        self.renews
+    }
+
+    /// The objects that are edited are on their way, at once.
+    pub fn begin_renewal(&mut self) {
+        self.renews = true;
+    }
+
+    /// The settings that run with the objects that are edited, whatever else waits for a restart.
+    pub fn renewed_settings(&self) -> Settings {
+        let mut settings = self.live_settings();
+        settings.objects.clone_from(&self.edited.objects);
+        // Where particles begin may be on an object that comes or goes.
+        let Settings { particles, .. } = &self.edited;
+        settings
+            .particles
+            .start_object
+            .clone_from(&particles.start_object);
+        settings.particles.start_food = particles.start_food;
+        settings
     }
 
     /// Shows everything for one frame.
@@ -465,6 +495,7 @@ impl Interface {
         let lead = if again { Undo::redo } else { Undo::undo };
         if lead(&mut self.undo, &mut self.edited, &mut self.view) {
             self.fit_again(fits);
+            self.find_preset();
             commands.push(self.take_over(waited));
             commands.extend(self.take_strokes(strokes));
         }

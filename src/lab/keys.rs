@@ -220,7 +220,7 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     (
         Modifiers::NONE,
         &[Key::F, Key::Home],
-        "F",
+        "F, Home",
         KeyAction::Fit,
         "fit the scene into the picture",
     ),
@@ -346,7 +346,7 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     (
         Modifiers::NONE,
         &[Key::H, Key::F1],
-        "H",
+        "H, F1",
         KeyAction::Help,
         "hide or show this list",
     ),
@@ -505,7 +505,7 @@ impl Interface {
         let show = self.view.show;
         if !show.has_charts() {
             let text = format!(
-                "{} has no charts of X: Trail, Relief and Atlas show them",
+                "{} has no charts of X: Trail, Relief, Glow, Particles, Headings and Atlas show them",
                 show.title()
             );
             return self.notice(ctx, text, false);

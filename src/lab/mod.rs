@@ -7,6 +7,7 @@ mod commands;
 mod facts;
 mod feeding;
 mod flying;
+mod foods;
 mod gallery;
 mod hands;
 mod history;

@@ -86,7 +86,7 @@ impl Opening {
     pub fn count_from(&mut self, scene: &Path) {
         self.scene = scene.to_owned();
         // The row that a picture was to be chosen for is another scene's.
-        if self.purpose != Purpose::Open {
+        if matches!(self.purpose, Purpose::Mask(_)) {
             self.purpose = Purpose::Open;
             self.dialog = None;
         }

@@ -2,10 +2,8 @@
 
 use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::scene::builtin::PRESETS;
-use myxo::scene::parameters::{
-    FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle,
-};
-use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
+use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
+use myxo::scene::settings::{ObjectSettings, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
@@ -265,6 +263,7 @@ impl Interface {
                 {
                     let live = self.live_settings();
                     self.edited = live;
+                    self.find_preset();
                 }
             });
         }
@@ -411,6 +410,10 @@ impl Interface {
                     changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
                 }
             });
+            // Also what no click in the picture reaches, because it lies inside or behind of others.
+            if shown.header_response.clicked() {
+                self.hands.selected = Some(i);
+            }
             if reveals {
                 // It opens by and by, and only then is there something to scroll to.
                 shown.header_response.scroll_to_me(Some(Align::TOP));
@@ -425,41 +428,6 @@ impl Interface {
         if changed {
             commands.push(Command::Apply);
         }
-    }
-
-    /// One for each food and marker that has a `[[food]]`; true if one was changed.
-    fn food_sections(&mut self, ui: &mut Ui, before: &Settings, filter: &str) -> bool {
-        let mut changed = false;
-        let new = FoodSettings::default();
-        for (i, food) in self.edited.foods.iter_mut().enumerate() {
-            let parameters = FOOD_PARAMETERS.iter();
-            let wanted = parameters.filter(|p| {
-                filter.is_empty()
-                    || p.name.to_lowercase().contains(filter)
-                    || format!("food.{i}.{}", p.key).contains(filter)
-            });
-            let parameters: Vec<_> = wanted.collect();
-            if parameters.is_empty() {
-                continue;
-            }
-            let what = if food.is_marker() { "Marker" } else { "Food" };
-            let title = format!("{what} {i}: {}", food.object);
-            section(ui, &title, false, !filter.is_empty(), |ui| {
-                let context = RowContext {
-                    loaded: self.loaded.foods.get(i).unwrap_or(&new),
-                    default: &new,
-                    running: self.running.foods.get(i).unwrap_or(&new),
-                    shared: &before.physarum,
-                    objects: &before.objects,
-                    prefix: &format!("food.{i}."),
-                    idle: &|_| None,
-                };
-                for parameter in parameters {
-                    changed |= row(ui, parameter, food, &context);
-                }
-            });
-        }
-        changed
     }
 }
 
@@ -542,7 +510,13 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
 
 /// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
 /// for, and leaves it afterwards as it was before.
-fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
+pub(super) fn section(
+    ui: &mut Ui,
+    title: &str,
+    open: bool,
+    found: bool,
+    contents: impl FnOnce(&mut Ui),
+) {
     section_with(ui, title, open, found, false, contents);
 }
 

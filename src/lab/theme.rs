@@ -140,6 +140,8 @@ pub fn apply(ctx: &egui::Context, light: bool) {
         // Fading is between colours that are not opaque, which come out too bright half way.
         style.spacing.scroll.fade.strength = 0.0;
         style.interaction.tooltip_delay = 0.35;
+        // Ctrl C takes the scene, and no text that happens to be selected.
+        style.interaction.selectable_labels = false;
         style.text_styles = [
             (TextStyle::Heading, 17.0),
             (TextStyle::Body, 13.5),

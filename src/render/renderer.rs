@@ -353,32 +353,25 @@ impl Renderer {
         }
         rec.pass_rows("draw", &targets, rows, |pass| match view.show {
             Show::Atlas => self.draw_atlas(pass, &shot),
-            Show::Wireframe | Show::Density => {
-                self.draw_fields(pass, &shot);
-                Self::draw_background(pass, &shot);
-            }
-            Show::Distance | Show::Nearest if state.reach > 0.0 => {
-                self.draw_fields(pass, &shot);
-                Self::draw_background(pass, &shot);
-            }
-            // Without other objects, and before the first step, there are no distances to be read.
-            Show::Distance | Show::Nearest => {
-                self.draw_surface(pass, &shot);
-                Self::draw_background(pass, &shot);
-            }
-            Show::Surface | Show::Relief | Show::Glow | Show::Charts => {
-                self.draw_surface(pass, &shot);
-                if view.show != Show::Charts {
-                    self.draw_painted(pass, &shot);
-                    Self::draw_foods(pass, &shot);
+            show => {
+                let has_fields = match show {
+                    Show::Wireframe | Show::Density => true,
+                    // Without other objects, and before the first step, there are no distances to be read.
+                    Show::Distance | Show::Nearest => state.reach > 0.0,
+                    _ => false,
+                };
+                if has_fields {
+                    self.draw_fields(pass, &shot);
+                } else {
+                    self.draw_surface(pass, &shot);
                 }
-                Self::draw_background(pass, &shot);
-            }
-            Show::Particles | Show::Headings => {
-                self.draw_surface(pass, &shot);
+                // Brushes paint, and food is put, in every view of the surface.
+                self.draw_painted(pass, &shot);
                 Self::draw_foods(pass, &shot);
                 Self::draw_background(pass, &shot);
-                self.draw_particles(pass, &shot);
+                if matches!(show, Show::Particles | Show::Headings) {
+                    self.draw_particles(pass, &shot);
+                }
             }
         });
     }

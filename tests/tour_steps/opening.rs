@@ -109,7 +109,8 @@ fn files_are_opened_by_a_dialog() {
         seen["state"]["opening"] == false && seen["state"]["scene"] == "mine"
     });
     let mine = Scene::read(&lab.folder.file("mine.toml"), &Overrides::default());
-    assert_eq!(mine.expect("it is a scene").trail.decay, 0.375);
+    let (_, mine, _) = mine.expect("it is a scene");
+    assert_eq!(mine.trail.decay, 0.375);
     // What went wrong is told until it is clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();

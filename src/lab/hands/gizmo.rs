@@ -51,6 +51,8 @@ pub struct Grab {
     middle: Vec3,
     /// Where the pointer was, pixels of the picture.
     from: Vec2,
+    /// Radius of the rings, world length.
+    ring: f32,
     /// How much larger the object shall become.
     pub scaled: f32,
 }
@@ -95,8 +97,8 @@ impl Screen {
 
     /// The world length at a place that one point of the window covers.
     fn length_of_point(self, camera: &Camera, place: Vec3) -> f32 {
-        let depth = (camera.eye() - place).dot(camera.backward()).max(1e-6);
-        2.0 * depth * (0.5 * camera.vertical_fov).tan() / self.rect.height().max(1.0)
+        let points = Vec2::new(self.rect.width(), self.rect.height());
+        length_of_pixel(camera, points, place)
     }
 }
 
@@ -169,10 +171,10 @@ impl Interface {
             self.hands.grab = None;
             return false;
         };
-        let (Some(pose), Some(settings)) = (
-            facts.hand.poses.get(object),
-            self.edited.objects.get(object),
-        ) else {
+        // While objects come or go, those that are seen are not those that are edited.
+        let settings = (self.edited.objects.get(object)).filter(|_| !self.is_renewed());
+        let (Some(pose), Some(settings)) = (facts.hand.poses.get(object), settings) else {
+            self.hands.grab = None;
             return false;
         };
         let screen = Screen::of(ui, response.rect);
@@ -196,6 +198,7 @@ impl Interface {
                 object: settings.clone(),
                 middle,
                 from: to_pixel(at),
+                ring: RING * screen.length_of_point(&camera, middle),
                 scaled: 1.0,
             });
         }
@@ -309,14 +312,9 @@ impl Grab {
                 shift(&mut object, time, to - from);
             }
             Handle::Turn(axis) => {
-                if let Some(middle) = camera.pixel(self.middle, size) {
-                    let [from, to] = [self.from - middle, to - middle];
-                    // Pixels go down, and an axis that points away turns the other way round.
-                    let angle = -from.angle_to(to);
-                    let faces = AXES[axis].dot(camera.eye() - self.middle);
-                    let angle = if faces < 0.0 { -angle } else { angle };
-                    turn(&mut object, time, AXES[axis].as_dvec3(), f64::from(angle));
-                }
+                let pixels = [self.from, to];
+                let angle = angle_round(camera, size, pixels, self.middle, AXES[axis], self.ring);
+                turn(&mut object, time, AXES[axis].as_dvec3(), f64::from(angle));
             }
             Handle::Scale => {}
         }
@@ -333,6 +331,45 @@ fn along_axis(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3, axis: Vec3
     let from_eye = middle - ray.origin;
     let along_ray = from_eye.dot(across) / slope;
     (ray.origin + along_ray * ray.direction - middle).dot(axis)
+}
+
+/// By how much the ring about an axis has turned that a pointer holds and takes from one pixel to another, so that it stays
+/// under the pointer. `radius` is the ring's, world length.
+fn angle_round(
+    camera: &Camera,
+    size: Vec2,
+    pixels: [Vec2; 2],
+    middle: Vec3,
+    axis: Vec3,
+    radius: f32,
+) -> f32 {
+    let eye = camera.eye() - middle;
+    if eye.normalize().dot(axis).abs() < EDGE_ON {
+        // Seen from its edge it is a line: along it, the side that is seen goes round by as much as the pointer goes.
+        let near = (eye - eye.dot(axis) * axis).normalize_or(camera.backward());
+        let along = axis.cross(near);
+        let [from, to] = pixels.map(|pixel| on_plane(camera, size, pixel, middle).dot(along));
+        return (to - from) / radius;
+    }
+    let [from, to] = pixels.map(|pixel| {
+        let ray = camera.ray(pixel, size);
+        let slope = ray.direction.dot(axis);
+        let slope = slope.abs().max(1e-6).copysign(slope);
+        let along = (middle - ray.origin).dot(axis) / slope;
+        let way = ray.origin + along * ray.direction - middle;
+        // Where the ray passes the horizon of the ring's plane, the place at the other side of the eye is seen through it.
+        if along < 0.0 { -way } else { way }
+    });
+    from.cross(to).dot(axis).atan2(from.dot(to))
+}
+
+/// The cosine of the angle between an axis and the way to the eye up to which its ring is a line.
+const EDGE_ON: f32 = 0.17;
+
+/// The world length at a place that a pixel covers.
+fn length_of_pixel(camera: &Camera, size: Vec2, place: Vec3) -> f32 {
+    let depth = (camera.eye() - place).dot(camera.backward()).max(1e-6);
+    2.0 * depth * (0.5 * camera.vertical_fov).tan() / size.y.max(1.0)
 }
 
 /// Where a pixel's ray meets the plane of the picture through `middle`.
@@ -427,6 +464,60 @@ mod tests {
             let off = rotation(&after).angle_between(expected);
             assert!(off < 1e-5, "{off}");
             assert_eq!(after.position, before.position);
+        }
+    }
+
+    #[test]
+    fn rings_follow_the_pointer() {
+        let size = Vec2::new(640.0, 480.0);
+        let middle = Vec3::new(0.1, 0.2, -0.1);
+        for (yaw, pitch) in [(20.0_f32, 25.0_f32), (-130.0, 70.0), (65.0, -40.0)] {
+            let camera = Camera {
+                distance: 5.0,
+                yaw: yaw.to_radians(),
+                pitch: pitch.to_radians(),
+                ..Camera::default()
+            };
+            for axis in AXES {
+                let side = axis.any_orthonormal_vector();
+                let place = |angle: f32| {
+                    let (sin, cos) = angle.sin_cos();
+                    middle + 0.4 * (cos * side + sin * axis.cross(side))
+                };
+                for begin in [0.3_f32, 1.9, 4.4] {
+                    for turned in [-1.2_f32, 0.01, 0.8] {
+                        let pixels = [begin, begin + turned]
+                            .map(|angle| camera.pixel(place(angle), size).unwrap());
+                        let angle = angle_round(&camera, size, pixels, middle, axis, 0.4);
+                        assert!(
+                            (angle - turned).abs() < 2e-3,
+                            "{axis} from {yaw}, {pitch}: {angle} instead of {turned}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ring_that_is_a_line_is_drawn_along_it() {
+        let size = Vec2::new(640.0, 480.0);
+        let camera = Camera {
+            distance: 5.0,
+            yaw: 0.0,
+            pitch: 0.0,
+            ..Camera::default()
+        };
+        let middle = camera.target;
+        let at = camera.pixel(middle, size).unwrap();
+        // The ring about Y is seen from in front: to the right is the way that its near side goes round.
+        for begin in [-40.0, 0.0, 40.0] {
+            for way in [-30.0, 6.0, 60.0] {
+                let pixels = [begin, begin + way].map(|x| at + Vec2::new(x, 0.0));
+                let radius = 60.0 * length_of_pixel(&camera, size, middle);
+                let angle = angle_round(&camera, size, pixels, middle, Vec3::Y, radius);
+                assert!((angle - way / 60.0).abs() < 1e-3, "{begin}, {way}: {angle}");
+            }
         }
     }
 

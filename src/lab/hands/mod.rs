@@ -384,7 +384,10 @@ impl Interface {
                 if self.hands.tool == Tool::Food {
                     self.feed_at(ui.ctx(), under, facts, commands);
                 } else {
-                    self.hands.selected = under.map(|under| under.object);
+                    // Seen are the objects that run; the next ones may stand in other places already.
+                    let running = under.and_then(|under| self.running.objects.get(under.object));
+                    self.hands.selected =
+                        running.and_then(|object| place_among(&self.edited.objects, object));
                     self.hands.reveals = self.hands.selected.filter(|_| self.panel);
                     ui.ctx().request_repaint();
                 }

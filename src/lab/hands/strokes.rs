@@ -243,7 +243,7 @@ impl Lab {
     }
 
     /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
-    fn tell_unless_lost(
+    pub(super) fn tell_unless_lost(
         &mut self,
         context: &egui::Context,
         what: &str,

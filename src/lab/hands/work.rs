@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use super::super::interface::Command;
 use super::super::loading::Origin;
+use super::super::lost::is_loss;
 use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
@@ -152,6 +153,7 @@ impl Lab {
             Work::Scale(object, factor) => {
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
                     object.scale *= factor;
+                    self.interface.begin_renewal();
                     self.renew();
                 }
             }
@@ -162,8 +164,12 @@ impl Lab {
 
     /// Begins to load the objects that are edited; what has grown stays.
     fn renew(&mut self) {
+        self.interface.end_morph();
         let from = self.where_they_run(&self.interface.edited.objects);
-        self.restart();
+        let settings = self.interface.renewed_settings();
+        self.restart_as(settings.clone());
+        // What waits for a restart goes on waiting.
+        self.interface.asked = Some(settings);
         self.hand.carry = Some(from);
     }
 
@@ -270,7 +276,12 @@ impl Lab {
                     }
                 }
                 Err(Error::Invalid(problem)) => self.interface.notice(context, problem, true),
-                Err(error) => return Err(error),
+                // Nothing was painted, and the scene goes on.
+                Err(error) if is_loss(&error) => return Err(error),
+                Err(error) => {
+                    let text = format!("nothing was painted: {error}");
+                    self.interface.notice(context, text, true);
+                }
             }
         }
         Ok(())
@@ -291,7 +302,13 @@ impl Lab {
         };
         if self.interface.hands.probe {
             if self.hand.probe.is_none() {
-                self.hand.probe = Some(Probe::new(&self.ctx)?);
+                match Probe::new(&self.ctx) {
+                    Ok(probe) => self.hand.probe = Some(probe),
+                    Err(error) => {
+                        self.interface.hands.probe = false;
+                        return self.tell_unless_lost(context, "there is no probe", error.into());
+                    }
+                }
             }
             if let Some(probe) = &mut self.hand.probe {
                 let pitch = stage.simulation.setup().atlas.pitch;
@@ -388,7 +405,8 @@ impl Lab {
                 own.map(|place| pose.transform_point3(*place))
             });
         let place = beside(&self.interface.view.camera, points, NEW_OBJECT * radius);
-        let settings = self.interface.edited.clone();
+        let settings = self.interface.live_settings();
+        let asked = settings.clone();
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let count = settings.objects.len();
         let mut from = self.where_they_run(&settings.objects);
@@ -415,6 +433,8 @@ impl Lab {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
         from.push(None);
+        // What waits for a restart goes on waiting.
+        self.interface.asked = Some(asked);
         self.hand.carry = Some(from);
         self.hand.coming = Some((what, Some(Left::Command(again, [0; 2]))));
     }
@@ -426,7 +446,8 @@ impl Lab {
             self.left.push(Left::Removal(object));
             return;
         }
-        let settings = &self.interface.edited;
+        let asked = self.interface.live_settings();
+        let settings = &asked;
         let Some(place) = place_among(&settings.objects, &object) else {
             return;
         };
@@ -442,6 +463,7 @@ impl Lab {
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
+        self.interface.asked = Some(asked);
         self.hand.carry = Some(from);
         let what = format!("the removal of {}", object.name);
         self.hand.coming = Some((what, Some(Left::Removal(object))));

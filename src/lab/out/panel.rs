@@ -291,7 +291,7 @@ impl Interface {
         title(
             ui,
             "Export the state",
-            "Models, data and files to go on from, as `myxo export` writes them.",
+            "Models, data and files to go on from; all but checkpoints as `myxo export` writes them.",
         );
         ui.horizontal(|ui| {
             for model in Model::ALL {
@@ -342,7 +342,7 @@ fn words(model: Model) -> (&'static str, &'static str) {
         ),
         Model::Checkpoint => (
             "Checkpoint",
-            "Everything, to go on from by `myxo render --resume FILE`",
+            "Everything, to go on from: opened here, or by `myxo render --resume FILE`",
         ),
     }
 }

@@ -40,9 +40,28 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             !settings.picture.show.has_charts(),
             "The views Density, Wireframe, Charts, Distance and Nearest do not have it.",
         ),
-        "picture.color_map" | "picture.brightest" => because(
-            matches!(settings.picture.show, Show::Distance | Show::Nearest),
-            "The views Distance and Nearest have colours of their own.",
+        "picture.color_map" | "picture.brightest"
+            if matches!(settings.picture.show, Show::Distance | Show::Nearest) =>
+        {
+            Some("The views Distance and Nearest have colours of their own.")
+        }
+        "picture.brightest" => because(
+            matches!(
+                settings.picture.show,
+                Show::Particles | Show::Headings | Show::Density | Show::Charts
+            ),
+            "The views Particles, Headings, Density and Charts do not show the trail.",
+        ),
+        "picture.background" => because(
+            settings.picture.show.is_flat(),
+            "The atlas has a ground of its own.",
+        ),
+        "picture.food" | "picture.areas" if settings.picture.show.is_flat() => {
+            Some("The atlas does not show it.")
+        }
+        _ if key.starts_with("camera.") => because(
+            settings.picture.show.is_flat(),
+            "The atlas is flat, and seen without a camera.",
         ),
         "picture.light_azimuth" | "picture.light_elevation" | "picture.occlusion" => because(
             settings.picture.show.is_flat(),
