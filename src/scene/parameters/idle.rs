@@ -242,7 +242,11 @@ mod tests {
         settings.feeding.scattered = 2;
         assert_eq!(
             idle(&settings),
-            ["particles.start_food", "particles.start_mask"],
+            [
+                "particles.start_food",
+                "particles.start_mask",
+                "picture.brightest"
+            ],
             "all others have an effect"
         );
         settings.particles.start = Start::Mask;
@@ -260,7 +264,8 @@ mod tests {
             [
                 "particles.start_radius",
                 "particles.start_food",
-                "particles.start_direction"
+                "particles.start_direction",
+                "picture.brightest"
             ]
         );
         settings.particles.start_heading = Heading::Auto;
@@ -273,7 +278,8 @@ mod tests {
                 "particles.start_food",
                 "particles.start_mask",
                 "particles.start_direction",
-                "trail.diffusion_distance"
+                "trail.diffusion_distance",
+                "picture.brightest"
             ]
         );
     }
@@ -296,8 +302,19 @@ mod tests {
         assert_eq!(of(&settings, keys), [no; 6]);
         settings.picture.show = Show::Nearest;
         assert_eq!(of(&settings, keys), [yes, yes, no, no, no, no]);
+        settings.picture.show = Show::Density;
+        assert_eq!(of(&settings, keys), [no, yes, no, no, no, no]);
         settings.picture.show = Show::Atlas;
         assert_eq!(of(&settings, keys), [no, no, yes, yes, yes, no]);
+        let flat = [
+            "picture.background",
+            "picture.food",
+            "picture.areas",
+            "camera.azimuth",
+            "camera.distance",
+            "camera.field_of_view",
+        ];
+        assert_eq!(of(&settings, flat), [yes; 6]);
         settings.objects[0].physarum.gravity_weight = Some(2.0);
         assert!(of(&settings, keys)[5]);
         settings.physarum.gravity_weight = 2.0;
