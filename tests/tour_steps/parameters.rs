@@ -5,7 +5,7 @@ use crate::program::Folder;
 use myxo::scene::parameters::{
     FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle,
 };
-use myxo::scene::settings::{AtlasMethod, ObjectStart, Start};
+use myxo::scene::settings::{AtlasMethod, ObjectStart, Show, Start};
 use myxo::scene::{Overrides, Scene};
 
 /// A number that the parameter may have and does not have now, as people type it.
@@ -130,6 +130,8 @@ const PICTURE: &str = "ball.png";
 const MODEL: &str = "motion.model";
 const SENSING: &str = "physarum.sensing";
 const START_FOOD: &str = "particles.start_food";
+/// Particles are drawn without the trail.
+const BRIGHTEST: &str = "picture.brightest";
 
 /// These have buttons and a list instead of what can be typed; other tours use them.
 fn has_row(parameter: &Parameter) -> bool {
@@ -178,7 +180,14 @@ fn every_parameter_can_be_turned_by_hand() {
     lab.click("particles.start=mask");
     expected.particles.start = Start::Mask;
     let (of_food, idle): (Vec<_>, Vec<_>) = (idle.into_iter()).partition(|p| p.key == START_FOOD);
+    let (of_trail, idle): (Vec<_>, Vec<_>) = (idle.into_iter()).partition(|p| p.key == BRIGHTEST);
     for parameter in idle {
+        expected = turn(&lab, parameter, "", &expected, &before);
+    }
+    lab.key("Escape");
+    lab.key_until("1", "the surface", "show", "surface");
+    expected.picture.show = Show::Surface;
+    for parameter in of_trail {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
     // And only starts on food ask which.

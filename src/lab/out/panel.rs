@@ -239,7 +239,7 @@ impl Interface {
             let label = if is_on { "■ Stop" } else { "⏺ Record" };
             if ui
                 .button(label)
-                .on_hover_text("Begins to record what the window shows, or ends it (F9)")
+                .on_hover_text("Begins to record the picture as it is shown, without the atlas beside it, or ends it (F9)")
                 .marked("out.record")
                 .clicked()
             {
