@@ -306,7 +306,7 @@ impl Lab {
                     Ok(probe) => self.hand.probe = Some(probe),
                     Err(error) => {
                         self.interface.hands.probe = false;
-                        return self.tell_unless_lost(context, "there is no probe", error.into());
+                        return self.tell_unless_lost(context, "there is no probe", error);
                     }
                 }
             }

@@ -255,7 +255,8 @@ mod tests {
             [
                 "particles.start_at",
                 "particles.start_radius",
-                "particles.start_food"
+                "particles.start_food",
+                "picture.brightest"
             ]
         );
         settings.particles.start_heading = Heading::Radial;
