@@ -18,11 +18,12 @@ pub struct Counters {
     /// Particles that went into another object and were selected to change, the refused ones among them.
     #[serde(default)]
     pub selected: u64,
-    /// Particles that have arrived, on another object or, where texels knew no triangle of it, on their own; with the
-    /// strategy `respawn`, that began anew.
+    /// Particles that have arrived: on another object or, where they turned round at a no-go area or texels knew no triangle of
+    /// it, on their own; with the strategy `respawn`, that began anew.
     #[serde(default)]
     pub transferred: u64,
-    /// Particles that went on from where their walk met the other object; the others went to its nearest point.
+    /// Particles that went on from where their walk met the other object; the others went to its nearest point, or turned
+    /// round at a no-go area.
     #[serde(default)]
     pub crossed: u64,
     /// Particles under way from one object to another.
@@ -35,7 +36,7 @@ pub struct Counters {
     /// The transfer buffer size that would have done so far.
     #[serde(default)]
     pub transfer_buffer_wanted: u64,
-    /// How many particles have left each object for each other one, or have found none and come back to their own.
+    /// How many particles have left each object for each other one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flux: Vec<Flux>,
 }

@@ -32,7 +32,7 @@ use crate::render::output::Written;
 use crate::scene::Scene;
 use crate::scene::motion::MotionSettings;
 use crate::scene::settings::AreaSettings;
-use crate::sim::areas::{map_beside, picture_of, write as write_areas};
+use crate::sim::areas::{map_for, picture_of, write as write_areas};
 use crate::sim::checkpoint::Checkpoint;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
@@ -352,20 +352,6 @@ impl ExportFile {
         file.finish().map_err(failure(&path))?;
         Ok(Written { files, frames: 1 })
     }
-}
-
-/// The map of areas for a scene file: `NAME_areas.png` beside it or, where that is somebody else's, the next number that is free.
-fn map_for(scene_file: &Path) -> PathBuf {
-    let first = map_beside(scene_file);
-    let before = std::fs::read_to_string(scene_file).unwrap_or_default();
-    let is_ours = |map: &PathBuf| {
-        let name = map.file_name().unwrap_or_default().to_string_lossy();
-        !map.exists() || before.contains(&format!("\"{name}\""))
-    };
-    let stem = first.file_stem().unwrap_or_default().to_string_lossy();
-    let others = (2..).map(|number| first.with_file_name(format!("{stem}_{number}.png")));
-    let mut maps = std::iter::once(first.clone()).chain(others);
-    maps.find(is_ours).unwrap_or(first.clone())
 }
 
 /// Writes a state as a checkpoint, telling how far it is and stopping where it is told to.

@@ -344,6 +344,12 @@ impl Lab {
         // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         let is_new_scene = origin != Origin::Shown;
+        if is_new_scene {
+            self.interface.opening.leave_scene();
+        } else {
+            // It may have got another name meanwhile.
+            stage.scene.name.clone_from(&self.name);
+        }
         let left = if is_new_scene {
             self.keep_left()
         } else {

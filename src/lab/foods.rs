@@ -13,9 +13,11 @@ impl Interface {
     pub(super) fn food_sections(&mut self, ui: &mut Ui, before: &Settings, filter: &str) -> bool {
         let mut changed = false;
         let new = FoodSettings::default();
-        let count = self.edited.foods.len();
+        let foods = &self.edited.foods;
+        let loaded: Vec<_> = (0..foods.len())
+            .map(|i| as_loaded(&self.loaded.foods, i, foods))
+            .collect();
         for (i, food) in self.edited.foods.iter_mut().enumerate() {
-            let loaded = as_loaded(&self.loaded.foods, i, food, count);
             let parameters = FOOD_PARAMETERS.iter();
             let wanted = parameters.filter(|p| {
                 filter.is_empty()
@@ -30,7 +32,7 @@ impl Interface {
             let title = format!("{what} {i}: {}", food.object);
             section(ui, &title, false, !filter.is_empty(), |ui| {
                 let context = RowContext {
-                    loaded: &loaded,
+                    loaded: &loaded[i],
                     default: &new,
                     running: self.running.foods.get(i).unwrap_or(&new),
                     shared: &before.physarum,
@@ -47,16 +49,17 @@ impl Interface {
     }
 }
 
-/// What resets of a food return to: the scene's own one. Where foods have come or gone, that is the one that lay there; where
-/// none did, a usual one in the place where it was put.
-fn as_loaded(loaded: &[FoodSettings], i: usize, food: &FoodSettings, count: usize) -> FoodSettings {
-    let same = if loaded.len() == count {
-        loaded.get(i)
-    } else {
-        let lay_there = |old: &&FoodSettings| old.object == food.object && old.at == food.at;
-        loaded.iter().find(lay_there)
-    };
-    same.cloned().unwrap_or_else(|| FoodSettings {
+/// What resets of a food return to: what the scene has in its place, or had there before it was moved; where one was put by
+/// hand, a usual one in its place.
+fn as_loaded(loaded: &[FoodSettings], i: usize, foods: &[FoodSettings]) -> FoodSettings {
+    let food = &foods[i];
+    let lie_together = |a: &FoodSettings, b: &FoodSettings| a.object == b.object && a.at == b.at;
+    let there = loaded.iter().find(|old| lie_together(old, food));
+    // Where none lies there, it is the same if as many are there as were, and no other one is that.
+    let same = loaded.get(i).filter(|old| {
+        loaded.len() == foods.len() && !foods.iter().any(|food| lie_together(old, food))
+    });
+    there.or(same).cloned().unwrap_or_else(|| FoodSettings {
         object: food.object.clone(),
         at: food.at,
         ..FoodSettings::default()
@@ -77,11 +80,12 @@ mod tests {
         let loaded = [at(1.0), at(2.0)];
         let mut moved = at(1.0);
         moved.at[1] = 5.0;
-        assert_eq!(as_loaded(&loaded, 0, &moved, 2), loaded[0]);
-        // The first has gone.
-        assert_eq!(as_loaded(&loaded, 0, &at(2.0), 1), loaded[1]);
-        // One was put by hand.
-        let put = as_loaded(&loaded, 2, &at(3.0), 3);
+        assert_eq!(as_loaded(&loaded, 0, &[moved, at(2.0)]), loaded[0]);
+        // The first has gone; then one is put by hand, so that they are as many as before.
+        assert_eq!(as_loaded(&loaded, 0, &[at(2.0)]), loaded[1]);
+        let foods = [at(2.0), at(3.0)];
+        assert_eq!(as_loaded(&loaded, 0, &foods), loaded[1]);
+        let put = as_loaded(&loaded, 1, &foods);
         let usual = FoodSettings::default().strength;
         assert_eq!((put.at, put.strength), ([3.0, 0.0, 0.0], usual));
     }

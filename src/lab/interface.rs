@@ -26,7 +26,7 @@ use super::overlays::{show_ending, show_loading};
 use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
-use super::renewal::with_changes_since;
+use super::renewal::{take_back, with_changes_since};
 use super::rows::{take_refused, take_wanted};
 use super::theme;
 use super::undo::{self, Undo};
@@ -264,12 +264,7 @@ impl Interface {
         if !std::mem::take(&mut self.renews) {
             return;
         }
-        let Self {
-            edited, running, ..
-        } = self;
-        edited.objects.clone_from(&running.objects);
-        edited.foods.clone_from(&running.foods);
-        edited.particles.clone_from(&running.particles);
+        take_back(&mut self.edited, &self.running);
         self.hands.selected = None;
         self.undo.note(&self.edited, &self.view);
     }
@@ -282,20 +277,6 @@ impl Interface {
     /// The objects that are edited are on their way, at once.
     pub fn begin_renewal(&mut self) {
         self.renews = true;
-    }
-
-    /// The settings that run with the objects that are edited, whatever else waits for a restart.
-    pub fn renewed_settings(&self) -> Settings {
-        let mut settings = self.live_settings();
-        settings.objects.clone_from(&self.edited.objects);
-        // Where particles begin may be on an object that comes or goes.
-        let Settings { particles, .. } = &self.edited;
-        settings
-            .particles
-            .start_object
-            .clone_from(&particles.start_object);
-        settings.particles.start_food = particles.start_food;
-        settings
     }
 
     /// Shows everything for one frame.

@@ -44,7 +44,8 @@ const KINDS: Kinds = &[
     (ONLY_MESHES, &[MESHES]),
     ("checkpoints", &[&["ckpt"]]),
 ];
-const SCENES: Kinds = &[("scenes", &[&["toml"]])];
+/// The ending of scene files, by its name.
+const SCENES: (&str, &str) = ("scenes", "toml");
 const MASKS: Kinds = &[("PNG pictures", &[&["png"]])];
 
 /// What the dialog asks for.
@@ -80,6 +81,14 @@ impl Opening {
     /// The next time it begins in this folder.
     pub fn begin_in(&mut self, folder: &Path) {
         self.folder = folder.to_owned();
+    }
+
+    /// Another scene comes: nobody was asked where to save that one.
+    pub fn leave_scene(&mut self) {
+        if self.purpose == Purpose::Save {
+            self.purpose = Purpose::Open;
+            self.dialog = None;
+        }
     }
 
     /// Paths of pictures count from this folder.
@@ -121,7 +130,10 @@ impl Opening {
         let made = || match &purpose {
             Purpose::Open => dialog("Open a file", KINDS),
             Purpose::Mask(_) => dialog("Open a picture of the texture", MASKS),
-            Purpose::Save => dialog("Save the scene", SCENES).show_new_folder_button(true),
+            Purpose::Save => dialog("Save the scene", &[])
+                .add_save_extension(SCENES.0, SCENES.1)
+                .default_save_extension(SCENES.0)
+                .show_new_folder_button(true),
         };
         let dialog = (self.dialog).get_or_insert_with(|| Rc::new(made().into()));
         let dialog = Rc::clone(dialog);

@@ -445,7 +445,7 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
             .on_hover_text(format!(
                 "Particles that have changed objects so far. {} went on from where their walk met the other object; the \
-                 others went to its nearest point.",
+                 others went to its nearest point, or turned round at a no-go area.",
                 told(crossed.into())
             ));
     }

@@ -1,7 +1,7 @@
 //! What the hand has changed while the scene it works on was on its way once more: that is kept when the scene is there.
 
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
-use myxo::scene::settings::Settings;
+use myxo::scene::settings::{FoodSettings, ObjectSettings, ParticleSettings, Settings};
 
 use super::hands::place_among;
 
@@ -44,12 +44,65 @@ pub fn with_changes_since(asked: &Settings, edited: &Settings, arrived: &Setting
     settings
 }
 
+/// The settings that run, with the objects that are edited and as large as these, whatever else waits for a restart.
+pub fn renewed(live: &Settings, edited: &Settings) -> Settings {
+    let mut settings = live.clone();
+    let objects = edited.objects.iter();
+    settings.objects = objects
+        .map(|object| match place_among(&live.objects, object) {
+            Some(place) => ObjectSettings {
+                scale: object.scale,
+                ..live.objects[place].clone()
+            },
+            None => object.clone(),
+        })
+        .collect();
+    begin_where_they_are(&mut settings, live, &edited.particles);
+    settings
+}
+
+/// What was to come, go or grow does not: the objects that are edited are those that run again, with what else waits for a
+/// restart.
+pub fn take_back(edited: &mut Settings, running: &Settings) {
+    let objects = running.objects.iter();
+    edited.objects = objects
+        .map(|object| match place_among(&edited.objects, object) {
+            Some(place) => ObjectSettings {
+                scale: object.scale,
+                ..edited.objects[place].clone()
+            },
+            None => object.clone(),
+        })
+        .collect();
+    let names: Vec<&String> = running.objects.iter().map(|object| &object.name).collect();
+    let is_there = |food: &FoodSettings| food.object.is_empty() || names.contains(&&food.object);
+    if !edited.foods.iter().all(is_there) {
+        edited.foods.clone_from(&running.foods);
+    }
+    let was = edited.clone();
+    begin_where_they_are(edited, &was, &running.particles);
+}
+
+/// Where particles begin may be on an object that comes or goes: then it is where these say.
+fn begin_where_they_are(settings: &mut Settings, before: &Settings, say: &ParticleSettings) {
+    let has = |settings: &Settings, name: &String| {
+        name.is_empty() || settings.objects.iter().any(|object| object.name == *name)
+    };
+    let comes_back = !has(before, &say.start_object) && has(settings, &say.start_object);
+    if comes_back || !has(settings, &settings.particles.start_object) {
+        let start = &mut settings.particles.start_object;
+        start.clone_from(&say.start_object);
+    }
+    if settings.particles.start_food as usize >= settings.food_count() {
+        settings.particles.start_food = say.start_food;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::hands::{with_object, without_object};
     use super::*;
     use glam::Vec3;
-    use myxo::scene::settings::FoodSettings;
 
     fn food(object: &str) -> FoodSettings {
         FoodSettings {
@@ -87,5 +140,36 @@ mod tests {
         assert_eq!(kept.foods, [food("ring")]);
         assert_eq!(kept.objects, gone.objects);
         assert!(kept.particles.start_object.is_empty());
+    }
+
+    #[test]
+    fn what_waits_for_a_restart_waits_while_objects_come_go_and_grow() {
+        let mut live = with_object(&Settings::default(), "builtin:cube", 0.5, Vec3::X);
+        for (object, name) in live.objects.iter_mut().zip(["ring", "box"]) {
+            object.name = name.to_owned();
+        }
+        let mut edited = live.clone();
+        edited.particles.count += 5;
+        edited.objects[0].texel_weight = 4.0;
+        edited.objects[1].scale *= 3.0;
+        let scaled = edited.objects[1].scale;
+        let renewed_to = renewed(&live, &edited);
+        let mut wanted = live.clone();
+        wanted.objects[1].scale = scaled;
+        assert_eq!(renewed_to, wanted);
+        // It did not come: only its size is as it was.
+        take_back(&mut edited, &live);
+        assert_eq!(edited.objects[1].scale, live.objects[1].scale);
+        assert_eq!(edited.objects[0].texel_weight, 4.0);
+        assert_eq!(edited.particles.count, live.particles.count + 5);
+        // One that comes back brings what began on it.
+        let mut before = live.clone();
+        before.particles.start_object = "box".to_owned();
+        let gone = without_object(&before, 1);
+        assert!(gone.particles.start_object.is_empty());
+        assert_eq!(renewed(&gone, &before), before);
+        let mut undone = before.clone();
+        take_back(&mut undone, &gone);
+        assert_eq!(undone, gone);
     }
 }

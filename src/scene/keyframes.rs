@@ -56,6 +56,13 @@ pub(super) fn read(key: &str, value: &DeValue<'_>) -> Result<Vec<Keyframe>, Stri
 
 /// What is wrong with keyframes that were not read from a file.
 pub(super) fn check(key: &str, frames: &[Keyframe], problems: &mut Vec<OutOfRange>) {
+    if frames.len() > MOST {
+        problems.push(OutOfRange {
+            key: key.to_owned(),
+            value: format!("{} keyframes", frames.len()),
+            allowed: format!("at most {MOST}"),
+        });
+    }
     let mut before = None;
     for (i, frame) in frames.iter().enumerate() {
         let Keyframe {

@@ -167,7 +167,22 @@ pub fn map_beside(scene_file: &Path) -> PathBuf {
     scene_file.with_file_name(name)
 }
 
-/// What a scene file of this path says of areas as they are now, which are written [beside it](map_beside), so that both stay
+/// The map of areas for a scene file: `NAME_areas.png` beside it or, where that is somebody else's, the next number that is free.
+#[must_use]
+pub fn map_for(scene_file: &Path) -> PathBuf {
+    let first = map_beside(scene_file);
+    let before = std::fs::read_to_string(scene_file).unwrap_or_default();
+    let is_ours = |map: &PathBuf| {
+        let name = map.file_name().unwrap_or_default().to_string_lossy();
+        !map.exists() || before.contains(&format!("\"{name}\""))
+    };
+    let stem = first.file_stem().unwrap_or_default().to_string_lossy();
+    let others = (2..).map(|number| first.with_file_name(format!("{stem}_{number}.png")));
+    let mut maps = std::iter::once(first.clone()).chain(others);
+    maps.find(is_ours).unwrap_or(first.clone())
+}
+
+/// What a scene file of this path says of areas as they are now, which are written [beside it](map_for), so that both stay
 /// together. Gives that file, too, if there is one.
 ///
 /// # Errors
@@ -177,7 +192,7 @@ pub fn keep_beside(
     bias: &[f32],
     atlas: &Atlas,
 ) -> Result<(AreaSettings, Option<PathBuf>)> {
-    let path = map_beside(scene_file);
+    let path = map_for(scene_file);
     let Some(strength) = write(&path, bias, atlas)? else {
         return Ok((AreaSettings::default(), None));
     };

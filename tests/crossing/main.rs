@@ -39,6 +39,7 @@ fn pose(world_from_object: DAffine3) -> Pose {
 }
 
 /// What `transfer_out` is asked.
+#[derive(Clone, Copy)]
 struct Case<'a> {
     setup: &'a Setup,
     poses: &'a [Pose],
@@ -267,12 +268,21 @@ fn transfer_out_agrees_with_its_twin() {
         let (twin, twin_flux, twin_crossed) = case.by_twin();
         assert_eq!(flux.iter().sum::<u32>(), count - carried);
         let mut elsewhere = 0;
-        for (a, b) in kernel.iter().zip(&twin) {
+        // The same where nothing is painted.
+        let mut free = Case {
+            carried,
+            counted: 0,
+            ..case
+        };
+        free.constants.painted = false;
+        let (free, ..) = free.by_twin();
+        for ((a, b), freely) in kernel.iter().zip(&twin).zip(&free) {
             let whole = |t: &Transfer| (t.particle, t.source);
             assert_eq!(whole(a), whole(b));
             // Beside the edge of a no-go area rounding decides.
             assert!(painted || a.target == b.target);
-            back += u32::from(painted && a.target == a.source && b.target == b.source);
+            let turned = painted && a.target == a.source && b.target == b.source;
+            back += u32::from(turned && freely.target != freely.source);
             if a.triangle != b.triangle {
                 elsewhere += 1;
                 continue;

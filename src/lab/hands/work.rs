@@ -15,9 +15,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::interface::Command;
+use super::super::interface::Interface;
 use super::super::loading::Origin;
 use super::super::lost::is_loss;
 use super::super::own::preset_in;
+use super::super::renewal::renewed;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
@@ -166,7 +168,8 @@ impl Lab {
     fn renew(&mut self) {
         self.interface.end_morph();
         let from = self.where_they_run(&self.interface.edited.objects);
-        let settings = self.interface.renewed_settings();
+        let Interface { edited, .. } = &self.interface;
+        let settings = renewed(&self.interface.live_settings(), edited);
         self.restart_as(settings.clone());
         // What waits for a restart goes on waiting.
         self.interface.asked = Some(settings);

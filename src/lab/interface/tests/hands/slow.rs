@@ -216,6 +216,15 @@ fn what_was_picked_in_one_scene_is_not_picked_in_the_next() {
     (hands.selected, hands.food) = (Some(1), None);
     harness.interface.restarted(&scene);
     assert_eq!(harness.interface.hands.selected, Some(1), "it is the same");
+    // While the one before it goes, it comes to stand in that one's place.
+    let mut fewer = harness.interface.edited.clone();
+    let picked = fewer.objects[1].name.clone();
+    fewer.objects.remove(0);
+    let fewer = Scene::from_settings("pair".to_owned(), fewer, ".".into()).unwrap();
+    harness.interface.restarted(&fewer);
+    let hands = &harness.interface.hands;
+    assert_eq!(hands.selected, Some(0));
+    assert_eq!(harness.interface.edited.objects[0].name, picked);
     harness.interface.hands.food = Some(0);
     harness.interface.open(&scene);
     let hands = &harness.interface.hands;
