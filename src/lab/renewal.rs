@@ -47,16 +47,7 @@ pub fn with_changes_since(asked: &Settings, edited: &Settings, arrived: &Setting
 /// The settings that run, with the objects that are edited and as large as these, whatever else waits for a restart.
 pub fn renewed(live: &Settings, edited: &Settings) -> Settings {
     let mut settings = live.clone();
-    let objects = edited.objects.iter();
-    settings.objects = objects
-        .map(|object| match place_among(&live.objects, object) {
-            Some(place) => ObjectSettings {
-                scale: object.scale,
-                ..live.objects[place].clone()
-            },
-            None => object.clone(),
-        })
-        .collect();
+    settings.objects = as_many_and_as_large(&edited.objects, &live.objects);
     begin_where_they_are(&mut settings, live, &edited.particles);
     settings
 }
@@ -64,16 +55,7 @@ pub fn renewed(live: &Settings, edited: &Settings) -> Settings {
 /// What was to come, go or grow does not: the objects that are edited are those that run again, with what else waits for a
 /// restart.
 pub fn take_back(edited: &mut Settings, running: &Settings) {
-    let objects = running.objects.iter();
-    edited.objects = objects
-        .map(|object| match place_among(&edited.objects, object) {
-            Some(place) => ObjectSettings {
-                scale: object.scale,
-                ..edited.objects[place].clone()
-            },
-            None => object.clone(),
-        })
-        .collect();
+    edited.objects = as_many_and_as_large(&running.objects, &edited.objects);
     let names: Vec<&String> = running.objects.iter().map(|object| &object.name).collect();
     let is_there = |food: &FoodSettings| food.object.is_empty() || names.contains(&&food.object);
     if !edited.foods.iter().all(is_there) {
@@ -81,6 +63,21 @@ pub fn take_back(edited: &mut Settings, running: &Settings) {
     }
     let was = edited.clone();
     begin_where_they_are(edited, &was, &running.particles);
+}
+
+/// These objects in these sizes, which are otherwise as the others have them.
+fn as_many_and_as_large(
+    objects: &[ObjectSettings],
+    others: &[ObjectSettings],
+) -> Vec<ObjectSettings> {
+    let as_others_have = |object: &ObjectSettings| match place_among(others, object) {
+        Some(place) => ObjectSettings {
+            scale: object.scale,
+            ..others[place].clone()
+        },
+        None => object.clone(),
+    };
+    objects.iter().map(as_others_have).collect()
 }
 
 /// Where particles begin may be on an object that comes or goes: then it is where these say.
