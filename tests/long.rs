@@ -372,7 +372,12 @@ fn a_full_buffer_says_which_size_would_have_done() {
         assert_eq!(counters["transfer_overflow"], 0);
         let flux = counters["flux"].as_array().expect("it is a list");
         let left = flux.iter().filter_map(|pair| pair["particles"].as_u64());
-        assert!(left.sum::<u64>() >= counters["transferred"].as_u64().expect("it is counted"));
+        let count = |key: &str| counters[key].as_u64().expect(key);
+        assert_eq!(
+            left.sum::<u64>() + count("returned"),
+            count("transferred") + count("in_flight"),
+            "{scene}, {strategy}: who has left has arrived or is under way"
+        );
     }
 }
 

@@ -18,10 +18,14 @@ pub struct Counters {
     /// Particles that went into another object and were selected to change, the refused ones among them.
     #[serde(default)]
     pub selected: u64,
-    /// Particles that have arrived: on another object or, where they turned round at a no-go area or texels knew no triangle of
-    /// it, on their own; with the strategy `respawn`, that began anew.
+    /// Particles that have arrived: on another object, or back on their own (`returned`); with the strategy `respawn`, that
+    /// began anew.
     #[serde(default)]
     pub transferred: u64,
+    /// Particles that left for their own object, because they turned round at a no-go area or the texels around knew no triangle
+    /// of another one.
+    #[serde(default)]
+    pub returned: u64,
     /// Particles that went on from where their walk met the other object; the others went to its nearest point, or turned
     /// round at a no-go area.
     #[serde(default)]
@@ -60,9 +64,8 @@ impl Counters {
         let transfers = &snapshot.transfers;
         let flow = &transfers.flow;
         let pairs = transfers.flux.iter().enumerate();
-        let changed = |&(pair, count): &(usize, &u32)| {
-            *count > 0 && pair / objects.len() != pair % objects.len()
-        };
+        let (stayed, changed): (Vec<_>, Vec<_>) =
+            pairs.partition(|(pair, _)| pair / objects.len() == pair % objects.len());
         let flux = |(pair, &particles): (usize, &u32)| Flux {
             from: objects[pair / objects.len()].name.clone(),
             to: objects[pair % objects.len()].name.clone(),
@@ -74,12 +77,16 @@ impl Counters {
             trail_mass: snapshot.trail_mass(setup),
             selected: flow.selected.into(),
             transferred: flow.arrived.into(),
+            returned: stayed.into_iter().map(|(_, n)| u64::from(*n)).sum(),
             crossed: flow.crossed.into(),
             in_flight: transfers.in_flight.len() as u64,
             transfer_overflow: flow.refused.into(),
             transfer_buffer_wanted: flow.most_wanted.into(),
-            // Who turned round at a no-go area has changed nothing.
-            flux: pairs.filter(changed).map(flux).collect(),
+            flux: changed
+                .into_iter()
+                .filter(|(_, n)| **n > 0)
+                .map(flux)
+                .collect(),
         }
     }
 

@@ -483,6 +483,7 @@ mod tests {
             "trail_mass",
             "selected",
             "transferred",
+            "returned",
             "in_flight",
             "transfer_overflow",
             "transfer_buffer_wanted",
