@@ -12,7 +12,7 @@ use super::Outcome;
 use super::interrupt;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
-use crate::lab::{self, LabOptions, LeftScenes, Opened, Preferences};
+use crate::lab::{self, LabOptions, LeftScenes, Opened, Preferences, SceneFile};
 
 /// Open a window: look, play, turn parameters
 #[derive(Clone, Debug, Default, Args)]
@@ -60,6 +60,7 @@ impl Lab {
                     Some(file) => Some((file.clone(), Checkpoint::read(file)?)),
                     None => None,
                 },
+                file: self.scene.as_deref().and_then(SceneFile::opened),
             },
         };
         let size = self.size.map(|size| [size.width, size.height]);

@@ -17,7 +17,7 @@ use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};
 use super::lost::is_loss;
 use super::out::unnumbered;
-use super::saving::{chosen, save_scene, write_scene};
+use super::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
@@ -151,17 +151,31 @@ impl Lab {
         self.interface.notice(context, text, false);
     }
 
+    /// Into the file that was chosen for the scene, or else into a numbered one.
     fn save(&mut self, context: &egui::Context) {
-        let folder = PathBuf::from(self.interface.out.folder.trim());
-        let name = unnumbered(&self.name).to_owned();
-        self.save_by(context, |text| save_scene(&folder, &name, text));
+        match self.file.clone().filter(|file| file.is_chosen) {
+            Some(file) => self.save_by(context, |text| write_scene(&file.path, text)),
+            None => {
+                let folder = self.folder_out();
+                let name = unnumbered(&self.name).to_owned();
+                self.save_by(context, |text| save_scene(&folder, &name, text))
+            }
+        };
     }
 
     fn ask_where_to_save(&mut self, context: &egui::Context) {
-        if self.scene().is_some() {
-            let name = format!("{}.toml", unnumbered(&self.name));
-            self.interface.begin_to_save(context, name);
+        if self.scene().is_none() {
+            return;
         }
+        let file = self.file.as_ref().map(|file| file.path.as_path());
+        let name = file.and_then(Path::file_name);
+        let name = name.map_or_else(
+            || format!("{}.toml", unnumbered(&self.name)),
+            |name| name.to_string_lossy().into_owned(),
+        );
+        let folder = file.and_then(Path::parent).map(Path::to_owned);
+        let folder = folder.unwrap_or_else(|| self.folder_out());
+        self.interface.begin_to_save(context, &folder, name);
     }
 
     fn save_as(&mut self, context: &egui::Context, file: PathBuf) {
@@ -169,41 +183,42 @@ impl Lab {
             Ok(file) => file,
             Err(error) => return self.interface.notice(context, error.to_string(), true),
         };
-        if self.save_by(context, |text| write_scene(&file, text)) {
+        if let Some(file) = self.save_by(context, |text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
             self.name = name.to_string_lossy().into_owned();
+            self.file = Some(SceneFile::chosen(&file));
             self.clocks.facts.scene = self.name.clone();
             self.window.set_title(&title(&self.name));
         }
     }
 
-    /// Writes the scene, says so or why not, and whether it did.
+    /// Writes the scene, and says so or why not. Gives where it did.
     fn save_by(
         &mut self,
         context: &egui::Context,
         write: impl FnOnce(&mut dyn FnMut(&Path) -> Result<String>) -> Result<PathBuf>,
-    ) -> bool {
-        if self.scene().is_none() {
-            return false;
-        }
+    ) -> Option<PathBuf> {
+        self.scene()?;
         let (mut told, mut has_all) = (String::new(), false);
         let saved = write(&mut |file| {
             let scene = self.scene_text_at(file)?;
             (told, has_all) = (scene.told(), scene.has_all());
             Ok(scene.text)
         });
-        let is_saved = saved.is_ok();
         match saved {
             Ok(path) => {
                 if has_all {
                     self.interface.saved(Some(self.interface.state_to_save()));
                 }
-                let text = format!("Saved {}{told}", path.display());
+                let text = format!("Saved {}{told}", whole(&path).display());
                 self.interface.notice(context, text, false);
+                Some(path)
             }
-            Err(error) => self.interface.notice(context, error.to_string(), true),
+            Err(error) => {
+                self.interface.notice(context, error.to_string(), true);
+                None
+            }
         }
-        is_saved
     }
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
@@ -222,7 +237,11 @@ impl Lab {
             }
             let mut scene = Scene::load(&path, &Overrides::default())?;
             scene.name = name;
-            Ok(scene.into())
+            let file = SceneFile::opened(&path);
+            Ok(Opened {
+                file,
+                ..scene.into()
+            })
         });
     }
 
@@ -342,6 +361,7 @@ impl Lab {
     fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
         self.out.leave_stage();
         // What runs makes room only when the next one is there.
+        let file = loaded.file.clone();
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         let is_new_scene = origin != Origin::Shown;
         if is_new_scene {
@@ -392,6 +412,7 @@ impl Lab {
         self.interface.opening.count_from(&self.folder);
         self.window.set_title(&title(&scene.name));
         if is_new_scene {
+            self.file = file;
             self.interface.open(scene);
             if origin == Origin::Clipboard {
                 self.interface.saved(None);

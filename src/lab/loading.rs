@@ -15,6 +15,7 @@ use myxo::sim::{Setup, Simulation, Snapshot};
 use myxo::{Error, Result};
 
 use super::interface::Waiting;
+use super::saving::SceneFile;
 use super::worker::joined;
 
 /// What is to be shown.
@@ -23,11 +24,17 @@ pub struct Opened {
     pub scene: Scene,
     /// It goes on from here.
     pub from: Option<(PathBuf, Checkpoint)>,
+    /// The scene file that it was read from.
+    pub file: Option<SceneFile>,
 }
 
 impl From<Scene> for Opened {
     fn from(scene: Scene) -> Self {
-        Self { scene, from: None }
+        Self {
+            scene,
+            from: None,
+            file: None,
+        }
     }
 }
 
@@ -38,6 +45,7 @@ impl Opened {
         Ok(Self {
             scene: checkpoint.own_scene(&path, overrides)?,
             from: Some((path, checkpoint)),
+            file: None,
         })
     }
 }
@@ -52,6 +60,8 @@ pub struct Loaded {
     pub prepared: Prepared,
     /// The state that it goes on from, and what differs since.
     pub from: Option<(Snapshot, Vec<String>)>,
+    /// The scene file that it was read from.
+    pub file: Option<SceneFile>,
 }
 
 /// Where a scene on its way comes from.
@@ -90,7 +100,7 @@ impl Loading {
         let cancelled = Arc::new(AtomicBool::new(false));
         let (tell, stop, info) = (Arc::clone(&told), Arc::clone(&cancelled), info.clone());
         let worker = thread::spawn(move || {
-            let Opened { scene, from } = load()?.into();
+            let Opened { scene, from, file } = load()?.into();
             let control = Control {
                 progress: Some(&|doing, done| {
                     *tell.lock().unwrap_or_else(PoisonError::into_inner) = (doing, done);
@@ -120,6 +130,7 @@ impl Loading {
                 setup,
                 prepared,
                 from,
+                file,
             })
         });
         Self {

@@ -60,6 +60,7 @@ pub use loading::Opened;
 pub use looks::summary;
 pub use own::OwnPresets;
 pub use preferences::Preferences;
+pub use saving::SceneFile;
 
 /// How the lab is opened.
 #[derive(Clone, Debug)]

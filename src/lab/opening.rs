@@ -225,11 +225,10 @@ impl Interface {
         self.opening.open(ctx, kind, Purpose::Open);
     }
 
-    /// Asks where to save the scene, by this name at first, in the folder that everything is saved in.
-    pub(super) fn begin_to_save(&mut self, ctx: &egui::Context, name: String) {
+    /// Asks where to save the scene, in this folder and by this name at first.
+    pub(super) fn begin_to_save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
         self.gallery.open = false;
-        let folder = PathBuf::from(self.out.folder.trim());
-        self.opening.save(ctx, &folder, name);
+        self.opening.save(ctx, folder, name);
     }
 
     /// The same for the picture of a row.

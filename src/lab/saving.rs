@@ -6,7 +6,50 @@ use std::path::{Path, PathBuf};
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
+use super::left::LeftScenes;
 use super::out::Reserved;
+
+/// The file that a scene has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFile {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// It was chosen to save the scene in, so that it may be replaced. One that was opened may have comments, and it is asked
+    /// first.
+    pub is_chosen: bool,
+}
+
+impl SceneFile {
+    /// A file that was opened, if it is a scene's and somebody's own: no built-in name, model or checkpoint, and none of those
+    /// that are kept as they were left.
+    pub fn opened(path: &Path) -> Option<Self> {
+        if !(is_scene_file(path) && path.is_file()) || LeftScenes::name_of(path).is_some() {
+            return None;
+        }
+        Some(Self {
+            path: whole(path),
+            is_chosen: false,
+        })
+    }
+
+    /// One that was chosen to save the scene in.
+    pub fn chosen(path: &Path) -> Self {
+        Self {
+            path: whole(path),
+            is_chosen: true,
+        }
+    }
+}
+
+/// A path from the root, which can be found again.
+pub fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+fn is_scene_file(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
 
 /// Saves a scene's text, named after the scene. What makes the text knows the file's path, and may put others beside it.
 pub fn save_scene(
@@ -38,10 +81,7 @@ pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> R
 /// # Errors
 /// When it had no such ending, and the file with it is there already: nobody was asked about that one.
 pub fn chosen(path: PathBuf) -> Result<PathBuf> {
-    let has_ending = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    if has_ending {
+    if is_scene_file(&path) {
         return Ok(path);
     }
     let mut with = path.into_os_string();
@@ -84,5 +124,25 @@ mod tests {
         assert!(error.contains("fern.v2.toml is there already"), "{error}");
         let error = save_scene(&second, "torus", |_| Ok("".to_owned())).unwrap_err();
         assert!(error.to_string().contains("torus_000002.toml"), "{error}");
+    }
+
+    #[test]
+    fn scene_files_that_were_opened_are_not_replaced_unasked() {
+        let folder = tempfile::tempdir().unwrap();
+        let with = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            SceneFile::opened(&path)
+        };
+        for name in ["mine.toml", "MINE.TOML"] {
+            let opened = with(name, "# Mine.\nseed = 1\n").expect("it is a scene file");
+            assert_eq!(opened.path, folder.path().join(name));
+            assert!(!opened.is_chosen);
+            assert!(SceneFile::chosen(&opened.path).is_chosen);
+        }
+        assert_eq!(with("ball.obj", "v 0 0 0\n"), None);
+        for name in ["torus", "builtin:cube", "gone.toml"] {
+            assert_eq!(SceneFile::opened(Path::new(name)), None, "{name}");
+        }
     }
 }

@@ -70,6 +70,7 @@ impl Stage {
             setup,
             prepared,
             from,
+            file: _,
         } = loaded;
         let mut simulation = Simulation::from_setup(ctx, &scene, setup)?;
         let resumed = from.map(|(snapshot, changes)| {
@@ -280,6 +281,7 @@ mod tests {
             setup,
             prepared,
             from: None,
+            file: None,
         };
         let mut stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
         let mut frames = Frames::new(&ctx, 2).unwrap();

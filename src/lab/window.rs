@@ -30,6 +30,7 @@ use super::own::OwnPresets;
 use super::pacing::Pacer;
 use super::places::Places;
 use super::preferences::Preferences;
+use super::saving::SceneFile;
 use super::screen::Screen;
 use super::show::Shot;
 use super::stage::Stage;
@@ -100,6 +101,8 @@ pub struct Lab {
     /// The scene that is shown or, before there is one, on its way: its name, and where its paths begin.
     pub(super) name: String,
     pub(super) folder: PathBuf,
+    /// Where it is saved again.
+    pub(super) file: Option<SceneFile>,
     pub(super) ctx: Arc<Context>,
     pub window: Arc<Window>,
 }
@@ -185,6 +188,7 @@ impl Lab {
             places,
             name: scene.name.clone(),
             folder: scene.folder.clone(),
+            file: None,
             ctx,
             window,
         };

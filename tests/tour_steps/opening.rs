@@ -111,6 +111,19 @@ fn files_are_opened_by_a_dialog() {
     let mine = Scene::read(&lab.folder.file("mine.toml"), &Overrides::default());
     let (_, mine, _) = mine.expect("it is a scene");
     assert_eq!(mine.trail.decay, 0.375);
+    // From now on it is saved there; the file that was opened stays as it was.
+    let decay = |name: &str| {
+        let scene = Scene::read(&lab.folder.file(name), &Overrides::default());
+        scene.expect("it is a scene").1.trail.decay
+    };
+    let opened = decay("ball.toml");
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
+    lab.wait("it is changed", |seen| seen["state"]["unsaved"] == true);
+    lab.key_until("ctrl+s", "a file has it", "unsaved", false);
+    assert_eq!(decay("mine.toml"), 0.75);
+    assert_eq!(decay("ball.toml"), opened);
+    assert!(!lab.folder.file("mine_000001.toml").exists());
     // What went wrong is told until it is clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();

@@ -18,6 +18,7 @@ use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
 use super::interface::Interface;
+use super::saving::whole;
 use super::stage::Stage;
 use super::window::Lab;
 pub(super) use closing::say;
@@ -173,7 +174,7 @@ impl TakeOut {
 
 impl Lab {
     /// Where files go.
-    fn folder_out(&self) -> PathBuf {
+    pub(super) fn folder_out(&self) -> PathBuf {
         PathBuf::from(self.interface.out.folder.trim())
     }
 
@@ -381,7 +382,8 @@ impl Lab {
 
     fn tell_written(&mut self, context: &egui::Context, ended: Result<Written>, remarks: &str) {
         match ended {
-            Ok(written) => {
+            Ok(mut written) => {
+                (written.files.iter_mut()).for_each(|file| *file = whole(file));
                 let text = format!("Saved {written}{remarks}");
                 self.interface.notice(context, text, false);
             }
@@ -403,12 +405,18 @@ impl Lab {
     }
 }
 
-/// The view for a picture of another size: points of particles keep their share of it.
+/// The view for a picture of another size: it has all that the window shows, also where it is narrower, and points of particles
+/// keep their share of it.
 pub fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
     let mut view = *view;
-    if from[1] > 0 {
-        view.particle_size *= to[1] as f32 / from[1] as f32;
+    if from.contains(&0) || to.contains(&0) {
+        return view;
     }
+    let aspect = |[width, height]: [u32; 2]| width as f32 / height as f32;
+    let narrower = (aspect(from) / aspect(to)).max(1.0);
+    let fov = &mut view.camera.vertical_fov;
+    *fov = 2.0 * (narrower * (0.5 * *fov).tan()).atan();
+    view.particle_size *= to[1] as f32 / from[1] as f32 / narrower;
     view
 }
 
@@ -443,5 +451,35 @@ impl Stage {
         let mut settings = self.simulation.settings().clone();
         put_look(view, self.scene.center, &mut settings);
         settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+    use myxo::scene::{Overrides, Scene};
+
+    #[test]
+    fn what_the_window_shows_is_in_pictures_of_any_shape() {
+        let scene = Scene::load("cube".as_ref(), &Overrides::default()).unwrap();
+        let from = [1104, 876];
+        let view = View::of(&scene, Vec2::new(1104.0, 876.0));
+        // Of what lies at a distance of 1: half of the picture's width and height, and of a pixel.
+        let half = |view: &View, [width, height]: [u32; 2]| {
+            let up = (0.5 * view.camera.vertical_fov).tan();
+            let aspect = width as f32 / height as f32;
+            [up * aspect, up, up / height as f32]
+        };
+        let [across, up, pixel] = half(&view, from);
+        for to in [from, [2048, 2048], [1080, 1920], [3840, 2160], [1, 900]] {
+            let other = scaled(&view, from, to);
+            let [its_across, its_up, its_pixel] = half(&other, to);
+            let seen = [its_across / across, its_up / up];
+            assert!(seen.iter().all(|share| *share > 0.9999), "{to:?}: {seen:?}");
+            assert!(seen.iter().any(|share| *share < 1.0001), "{to:?}: {seen:?}");
+            let size = other.particle_size * its_pixel / (view.particle_size * pixel);
+            assert!((size - 1.0).abs() < 1e-3, "{to:?}: {size}");
+        }
     }
 }
