@@ -64,8 +64,11 @@ impl Counters {
         let transfers = &snapshot.transfers;
         let flow = &transfers.flow;
         let pairs = transfers.flux.iter().enumerate();
-        let (stayed, changed): (Vec<_>, Vec<_>) =
-            pairs.partition(|(pair, _)| pair / objects.len() == pair % objects.len());
+        let changed = |&(pair, count): &(usize, &u32)| {
+            *count > 0 && pair / objects.len() != pair % objects.len()
+        };
+        // From each object to itself.
+        let returned = transfers.flux.iter().step_by(objects.len() + 1);
         let flux = |(pair, &particles): (usize, &u32)| Flux {
             from: objects[pair / objects.len()].name.clone(),
             to: objects[pair % objects.len()].name.clone(),
@@ -77,16 +80,12 @@ impl Counters {
             trail_mass: snapshot.trail_mass(setup),
             selected: flow.selected.into(),
             transferred: flow.arrived.into(),
-            returned: stayed.into_iter().map(|(_, n)| u64::from(*n)).sum(),
+            returned: returned.map(|&count| u64::from(count)).sum(),
             crossed: flow.crossed.into(),
             in_flight: transfers.in_flight.len() as u64,
             transfer_overflow: flow.refused.into(),
             transfer_buffer_wanted: flow.most_wanted.into(),
-            flux: changed
-                .into_iter()
-                .filter(|(_, n)| **n > 0)
-                .map(flux)
-                .collect(),
+            flux: pairs.filter(changed).map(flux).collect(),
         }
     }
 

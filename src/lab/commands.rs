@@ -360,8 +360,8 @@ impl Lab {
 
     fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
         self.out.leave_stage();
-        // What runs makes room only when the next one is there.
         let file = loaded.file.clone();
+        // What runs makes room only when the next one is there.
         let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
         let is_new_scene = origin != Origin::Shown;
         if is_new_scene {

@@ -15,7 +15,7 @@ use myxo::{Error, Result};
 use super::LabOptions;
 use super::clocks::Clocks;
 use super::out::{say, unnumbered};
-use super::saving::save_scene;
+use super::saving::{save_scene, whole};
 use super::screen::Screen;
 use super::window::{Lab, log_messages};
 
@@ -98,8 +98,7 @@ impl Lab {
         if let Some((_, path)) = kept.filter(|(kept, path)| *kept == text && path.exists()) {
             return Some(Ok(path));
         }
-        let folder = PathBuf::from(self.interface.out.folder.trim());
-        let saved = save_scene(&folder, unnumbered(&self.name), |file| {
+        let saved = save_scene(&self.folder_out(), unnumbered(&self.name), |file| {
             Ok(self.scene_text_at(file)?.text)
         });
         let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
@@ -107,7 +106,7 @@ impl Lab {
             if has_all {
                 self.interface.saved(Some(self.interface.state_to_save()));
             }
-            let path = std::path::absolute(&path).unwrap_or(path);
+            let path = whole(&path);
             self.lost.get_or_insert_default().kept = Some((text, path.clone()));
             path
         }))

@@ -14,6 +14,7 @@ use myxo::scene::settings::Settings;
 
 use super::hands::{MESHES, ends_so};
 use super::interface::{Command, Interface};
+use super::saving::whole;
 use super::theme;
 
 /// What a control says that leads to it.
@@ -272,7 +273,7 @@ fn mask_of<'a>(settings: &'a mut Settings, key: &str) -> Option<&'a mut String> 
 fn as_written(path: &Path, folder: &Path) -> String {
     // An empty path is no folder to the system.
     let folder = std::path::absolute(Path::new(".").join(folder)).unwrap_or_default();
-    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let path = whole(path);
     let within = path.strip_prefix(&folder).unwrap_or(&path);
     within.to_string_lossy().into_owned()
 }

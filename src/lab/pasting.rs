@@ -11,6 +11,7 @@ use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::scene::{Scene, SceneError};
 
 use super::loading::Origin;
+use super::saving::whole;
 use super::window::Lab;
 
 impl Lab {
@@ -92,8 +93,7 @@ fn mesh_file(object: &ObjectSettings, folder: &Path) -> PathBuf {
     if object.mesh.starts_with("builtin:") {
         return PathBuf::from(&object.mesh);
     }
-    let path = folder.join(&object.mesh);
-    std::path::absolute(&path).unwrap_or(path)
+    whole(&folder.join(&object.mesh))
 }
 
 /// A scene's settings from text.

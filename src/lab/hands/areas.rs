@@ -1,7 +1,5 @@
 //! Painted areas when a scene begins anew: they stay where nothing else takes their place, and particles begin on them.
 
-use std::path::PathBuf;
-
 use myxo::Result;
 use myxo::scene::settings::{AreaSettings, ObjectStart, Start};
 use myxo::sim::Setup;
@@ -11,6 +9,7 @@ use myxo::sim::paint::Repainted;
 
 use super::super::lost::is_loss;
 use super::super::out::Reserved;
+use super::super::saving::whole;
 use super::super::stage::Stage;
 use super::super::window::Lab;
 
@@ -124,11 +123,11 @@ impl Lab {
             return Ok(());
         }
         self.paint_now(context)?;
+        let folder = self.folder_out();
         let Some(stage) = &mut self.stage else {
             return Ok(());
         };
         let bias = stage.simulation.areas()?;
-        let folder = PathBuf::from(self.interface.out.folder.trim());
         let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
         let atlas = &stage.simulation.setup().atlas;
         let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
@@ -144,9 +143,7 @@ impl Lab {
         let particles = &mut self.interface.edited.particles;
         particles.start = Start::Mask;
         particles.start_object.clear();
-        let mask = std::path::absolute(name.path());
-        let mask = mask.unwrap_or_else(|_| name.path().to_owned());
-        particles.start_mask = mask.to_string_lossy().into_owned();
+        particles.start_mask = whole(name.path()).to_string_lossy().into_owned();
         for object in &mut self.interface.edited.objects {
             object.start.place = ObjectStart::Scene;
         }

@@ -14,8 +14,6 @@ mod strokes;
 mod tool;
 mod work;
 
-use std::path::PathBuf;
-
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
@@ -24,6 +22,7 @@ use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
 use super::navigation::Drags;
+use super::saving::whole;
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
 pub use tool::Tool;
@@ -573,8 +572,7 @@ pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Optio
 
 /// A path as scenes name meshes.
 fn mesh_name(path: &std::path::Path) -> String {
-    let path = std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path));
-    path.to_string_lossy().into_owned()
+    whole(path).to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

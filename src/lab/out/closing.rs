@@ -12,6 +12,7 @@ use super::{Lab, Out, TakeOut};
 use crate::lab::hands::Work;
 use crate::lab::interface::Command;
 use crate::lab::loading::Origin;
+use crate::lab::saving::whole;
 use crate::lab::under_way::Left;
 
 /// A window that closes waits no longer for a picture to be drawn.
@@ -326,19 +327,19 @@ pub(super) fn told_of_recording(path: &Path, ended: &Result<Written>, remarks: &
     if is_whole { text + remarks } else { text }
 }
 
+/// The same with paths that can be found again from everywhere.
+pub(super) fn found_again(written: &Written) -> Written {
+    Written {
+        files: written.files.iter().map(|file| whole(file)).collect(),
+        ..*written
+    }
+}
+
 /// What became of a file, in a line.
 pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
-    let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let path = whole(path);
     match ended {
-        Ok(written) if !written.files.is_empty() => {
-            let mut written = written.clone();
-            written
-                .files
-                .iter_mut()
-                .for_each(|file| *file = whole(file));
-            format!("saved {written}")
-        }
+        Ok(written) if !written.files.is_empty() => format!("saved {}", found_again(written)),
         Err(error @ Error::Output(OutputError::Cut { .. })) => {
             format!("{} ends early: {error}", path.display())
         }

@@ -18,11 +18,10 @@ use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
 use super::interface::Interface;
-use super::saving::whole;
 use super::stage::Stage;
 use super::window::Lab;
 pub(super) use closing::say;
-use closing::{told_of, told_of_recording};
+use closing::{found_again, told_of, told_of_recording};
 use job::{ExportJob, Film, Job, Picture};
 pub use names::{Reserved, unnumbered};
 use recording::Recording;
@@ -382,9 +381,8 @@ impl Lab {
 
     fn tell_written(&mut self, context: &egui::Context, ended: Result<Written>, remarks: &str) {
         match ended {
-            Ok(mut written) => {
-                (written.files.iter_mut()).for_each(|file| *file = whole(file));
-                let text = format!("Saved {written}{remarks}");
+            Ok(written) => {
+                let text = format!("Saved {}{remarks}", found_again(&written));
                 self.interface.notice(context, text, false);
             }
             Err(error) => self.interface.notice(context, error.to_string(), true),
