@@ -61,7 +61,8 @@ pub struct Profile {
     /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds when it comes for the first
     /// time in the next step (with turns: in the first object's), with no other kernel between; what it changes is
     /// brought back before each run, which is not measured. Every kernel of the scene's step can be named, those that
-    /// take distances among them. The state hash and --checkpoint are those of the warm-up's end
+    /// take distances among them: they use what is known from the step before, or, where nothing has moved since, take all
+    /// distances as the first step does. The state hash and --checkpoint are those of the warm-up's end
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
     /// Measures this against the scene: another scene, or the same with a key that is set otherwise; may be repeated, once

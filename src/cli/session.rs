@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Alone, Calibration, Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Trace,
+    Calibration, Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Trace,
     default_cache_folder,
 };
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
-use myxo::sim::{FORMS_OF_ADVANCE, Simulation, Snapshot, memory};
+use myxo::sim::{FORMS_OF_ADVANCE, KernelAlone, Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
@@ -272,7 +272,7 @@ impl Session {
     }
 
     /// Does what the next step does before a kernel. No step is possible any more.
-    pub fn run_before(&mut self, kernel: &str) -> Result<Alone> {
+    pub fn run_before(&mut self, kernel: &str) -> Result<KernelAlone> {
         let mut alone = None;
         self.is_alone = true;
         self.submit(|simulation, rec| alone = Some(simulation.record_before(rec, kernel)))?;
@@ -280,7 +280,7 @@ impl Session {
     }
 
     /// Runs that kernel once, on what it would find in the next step.
-    pub fn run_alone(&mut self, alone: &Alone) -> Result<()> {
+    pub fn run_alone(&mut self, alone: &KernelAlone) -> Result<()> {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
