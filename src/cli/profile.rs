@@ -5,7 +5,6 @@ mod turns;
 use std::path::PathBuf;
 
 use clap::Args;
-use myxo::gpu::Timings;
 use myxo::scene::Scene;
 use myxo::scene::suggest::nearest;
 use myxo::{Error, Result};
@@ -14,7 +13,7 @@ use super::files::{Sink, check_distinct};
 use super::host::Watch;
 use super::options::CommonOptions;
 use super::report::{Repetition, Report, Times};
-use super::session::{Ending, Session};
+use super::session::{Earlier, Ending, Session};
 use super::times::Run;
 use super::{Outcome, console, interrupt, ratios};
 
@@ -117,12 +116,10 @@ impl Profile {
                 break (session, ending, completed);
             }
             session.check_messages()?;
-            let mut timings = session.frames.timings().clone();
-            timings.prepend(&measured.earlier);
-            measured.earlier = timings;
+            session.add_to(&mut measured.earlier, &ending);
         };
         let sinks = [report_sink, trace_sink];
-        self.tell(session, &ending, !completed, measured, sinks)
+        self.tell(session, ending, !completed, measured, sinks)
     }
 
     /// Does the whole measurement once; says whether it was not cut short.
@@ -179,7 +176,7 @@ impl Profile {
     fn tell(
         &self,
         mut session: Session,
-        ending: &Ending,
+        mut ending: Ending,
         interrupted: bool,
         measured: Measured,
         [report_sink, trace_sink]: [Option<Sink>; 2],
@@ -187,8 +184,9 @@ impl Profile {
         let (trace, agreement) = session.trace()?;
         session.check_messages()?;
         session.progress.finish();
-        session.frames.timings_mut().prepend(&measured.earlier);
-        let mut report = session.report(ending, interrupted);
+        let steps_before = ending.steps;
+        session.add_earlier(&measured.earlier, &mut ending);
+        let mut report = session.report(&ending, interrupted);
         let load = measured.watch.load();
         report.host_load = Some(load);
         if measured.rounds.len() > 1 {
@@ -200,6 +198,8 @@ impl Profile {
             report.gpu_step = Times::default();
             report.gpu_ms_between_kernels = None;
             report.host_step = None;
+            report.wall_ms_per_step = None;
+            report.steps = steps_before;
         }
         if let Some(warning) = load.warning() {
             console::message(&warning);
@@ -236,7 +236,7 @@ struct Measured {
     watch: Watch,
     rounds: Vec<Repetition>,
     /// Of all but the last one.
-    earlier: Timings,
+    earlier: Earlier,
 }
 
 impl Measured {
@@ -244,7 +244,7 @@ impl Measured {
         Self {
             watch: Watch::new(),
             rounds: Vec::new(),
-            earlier: Timings::default(),
+            earlier: Earlier::default(),
         }
     }
 }

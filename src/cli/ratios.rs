@@ -53,6 +53,7 @@ pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)
             ("scene", of.scene.clone()),
             ("seed", of.seed.to_string()),
             ("steps", of.steps.to_string()),
+            ("runs", of.alone.as_ref().and(of.samples).map_or(String::new(), |n| n.to_string())),
             ("particles", of.particles.to_string()),
             ("atlas", of.atlas_size.to_string()),
             ("triangles", of.triangles.to_string()),
@@ -107,15 +108,18 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
     }
     let has_other_work = differences(a, b)
         .iter()
-        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
+        .any(|(what, ..)| !["seed", "steps", "runs", "commit"].contains(what));
     if has_other_work {
         text.push_str(
             "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
         );
     }
-    if a.steps.min(b.steps) < 6 {
-        text.push_str(
-            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
+    let fewest = [a, b].into_iter().filter_map(Report::sample_count).min();
+    if fewest.is_some_and(|fewest| fewest < 6) {
+        let what = if a.alone.is_some() { "runs" } else { "steps" };
+        let _ = writeln!(
+            text,
+            "warning: of fewer than 6 {what} an interval is from the least to the most, and tells nothing of other {what}"
         );
     }
     if a.repetitions.is_empty() || b.repetitions.is_empty() {
@@ -129,22 +133,27 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
 /// The times of both: medians and their ratio where both have them, else means.
 pub fn table(a: &Report, b: &Report) -> String {
     let mut text = String::new();
+    let is_alone = a.alone.is_some() && b.alone.is_some();
+    let head = if is_alone { "ms per run" } else { "ms per step" };
     let _ = writeln!(
         text,
         "{:<20} {:>12} {:>12} {:>8}  {:>15}",
-        "ms per step", "first", "second", "ratio", "95 % interval"
+        head, "first", "second", "ratio", "95 % interval"
     );
     let of_step = |of: &Report| Times {
         mean_ms: of.gpu_ms_per_step,
         ..of.gpu_step
     };
     let wall = |of: &Report| Times {
-        mean_ms: Some(of.wall_ms_per_step),
+        mean_ms: of.wall_ms_per_step,
         ..Times::default()
     };
     let none = Times::default();
-    row(&mut text, "gpu", &of_step(a), &of_step(b));
-    row(&mut text, "wall", &wall(a), &wall(b));
+    // A kernel alone is no part of a step.
+    if !is_alone {
+        row(&mut text, "gpu", &of_step(a), &of_step(b));
+        row(&mut text, "wall", &wall(a), &wall(b));
+    }
     let find = |report: &Report, name: &str| {
         let kernel = report.kernels.iter().find(|kernel| kernel.name == name);
         kernel.map_or(none, KernelTime::in_each_step)
@@ -216,6 +225,32 @@ mod tests {
             None,
             "a rare kernel"
         );
+    }
+
+    /// Steps of the warm-up are not what a kernel alone was measured in.
+    #[test]
+    fn kernels_alone_are_judged_by_their_runs() {
+        let alone = |steps, samples| Report {
+            alone: Some("advance".to_owned()),
+            steps,
+            samples,
+            ..Report::default()
+        };
+        let few = "warning: of fewer than 6 runs";
+        let (many_runs, few_runs) = (alone(0, Some(200)), alone(50, Some(5)));
+        assert!(!doubts_text(&many_runs, &many_runs).contains(few));
+        assert!(doubts_text(&many_runs, &few_runs).contains(few));
+        assert!(!doubts_text(&many_runs, &alone(0, None)).contains(few), "an older report");
+        let text = differences_text(&many_runs, &few_runs);
+        assert!(text.contains("runs       differs   200 -> 5"), "{text}");
+        let text = table(&many_runs, &few_runs);
+        assert!(!text.contains("wall") && text.starts_with("ms per run "), "{text}");
+        let old = Report {
+            repetitions: vec![Default::default(); 2],
+            steps: 9,
+            ..Report::default()
+        };
+        assert_eq!(old.sample_count(), Some(9));
     }
 
     #[test]

@@ -35,8 +35,13 @@ pub struct Report {
     /// of programs that did not write it.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub settings: Value,
-    /// Steps that were run, fewer than asked for when interrupted.
+    /// Steps that were run, fewer than asked for when interrupted; of `profile` those after the warm-up, in all
+    /// repetitions. Of a kernel alone those before it, which the state is of.
     pub steps: u64,
+    /// How many steps the GPU times are of, or runs of a kernel alone, in all repetitions. Programs have written reports
+    /// without it; [`Report::sample_count`] knows of these, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u64>,
     /// Particles of all objects together.
     pub particles: u64,
     /// Texels of the atlas along a side.
@@ -60,11 +65,12 @@ pub struct Report {
     /// Of that mean what no kernel takes: barriers, timestamps, whatever else a device does between two of them.
     #[serde(default)]
     pub gpu_ms_between_kernels: Option<f64>,
-    /// What the host takes for a step, where it was measured: by `profile`, of the last repetition.
+    /// What the host takes for a step, where it was measured: by `profile`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub host_step: Option<HostTimes>,
-    /// Time of a step as people experience it.
-    pub wall_ms_per_step: f64,
+    /// Time of a step as people experience it: the mean of those that were run. `null` where none were, but a kernel alone.
+    #[serde(default)]
+    pub wall_ms_per_step: Option<f64>,
     /// Where the GPU time goes.
     pub kernels: Vec<KernelTime>,
     /// The kernel that `--kernel` ran alone: then the times of `kernels` are of its runs, and none are of steps.
@@ -352,6 +358,15 @@ impl Report {
             }
         }
         self.repetitions = repetitions;
+    }
+
+    /// How many steps its times are of, or runs of a kernel alone; `None` where an older report does not say.
+    #[must_use]
+    pub fn sample_count(&self) -> Option<u64> {
+        let repeated: usize = self.repetitions.iter().map(|one| one.steps).sum();
+        let repeated = (repeated > 0).then_some(repeated as u64);
+        let steps = self.alone.is_none().then_some(self.steps);
+        self.samples.or(repeated).or(steps)
     }
 
     /// Was any kernel timed?
