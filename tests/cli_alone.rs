@@ -84,7 +84,10 @@ fn comparisons_of_kernels_go_by_their_runs() {
     if reports[0]["kernels"][0]["mean_ms"].is_null() {
         return;
     }
-    assert_eq!((&reports[0]["samples"], &reports[1]["samples"]), (&8.into(), &3.into()));
+    assert_eq!(
+        (&reports[0]["samples"], &reports[1]["samples"]),
+        (&8.into(), &3.into())
+    );
     let of = |a: &std::path::Path, b: &std::path::Path| {
         let output = myxo(&["profile", "--compare", path(a), path(b)]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -92,10 +95,14 @@ fn comparisons_of_kernels_go_by_their_runs() {
     };
     let warning = "warning: of fewer than 6 runs";
     let table = of(&many, &many);
-    assert!(!table.contains(warning) && !table.contains("wall"), "{table}");
+    assert!(
+        !table.contains(warning) && !table.contains("wall"),
+        "{table}"
+    );
     let table = of(&many, &few);
     assert!(table.contains(warning), "{table}");
     assert!(table.contains("runs       differs   8 -> 3"), "{table}");
+    assert!(table.contains("warmup     differs   2 -> 9"), "{table}");
 }
 
 /// Those that a step of a scene has, as the answer to a wrong name lists them.

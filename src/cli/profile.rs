@@ -189,6 +189,7 @@ impl Profile {
         let mut report = session.report(&ending, interrupted);
         let load = measured.watch.load();
         report.host_load = Some(load);
+        report.warmup = Some(self.warmup.into());
         if measured.rounds.len() > 1 {
             report.add_repetitions(measured.rounds);
         }

@@ -42,6 +42,9 @@ pub struct Report {
     /// without it; [`Report::sample_count`] knows of these, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<u64>,
+    /// Steps before those that were measured, by `profile`. Programs have written reports without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warmup: Option<u64>,
     /// Particles of all objects together.
     pub particles: u64,
     /// Texels of the atlas along a side.

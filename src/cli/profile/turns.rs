@@ -271,6 +271,7 @@ impl Both {
             session.add_earlier(&earlier[which], &mut ending);
             let mut report = session.report(&ending, interrupted);
             report.host_load = Some(watch.load());
+            report.warmup = Some(profile.warmup.into());
             Ok::<Report, Error>(report)
         };
         let (first, second) = (report(0)?, report(1)?);
