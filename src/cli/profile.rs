@@ -253,15 +253,17 @@ impl Measured {
 /// A line with what the host takes for a step.
 fn host_time(report: &Report) -> String {
     let host = report.host_step.unwrap_or_default();
-    let [Some(recording), Some(submitting), Some(most)] = [
+    let [Some(all), Some(recording), Some(submitting), Some(most)] = [
+        host.all.median_ms,
         host.recording.median_ms,
         host.submitting.median_ms,
-        host.both.max_ms,
+        host.all.max_ms,
     ] else {
         return String::new();
     };
     format!(
-        "The host takes {recording:.3} ms to record and {submitting:.3} ms to submit it (medians), {most:.3} ms at the most.\n"
+        "The host takes {all:.3} ms, {recording:.3} of it to record and {submitting:.3} to submit (medians), {most:.3} ms at the \
+         most.\n"
     )
 }
 

@@ -189,31 +189,37 @@ pub struct Times {
     pub median_high_ms: Option<f64>,
 }
 
-/// What the host takes to record the commands of a step and to submit them. The device does not wait for it, unless it
-/// takes longer than the step.
+/// What the host takes for a step: all that it does from one step to the next but to wait for the device. The device does
+/// not wait for it, unless it takes longer than the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HostTimes {
-    /// Recording.
+    /// Beginning the frame: reading the times of the one before it in its place, freeing what nobody needs any more, and
+    /// making room for commands and times anew. Programs have written reports without it.
+    #[serde(default)]
+    pub beginning: Times,
+    /// Recording the commands, and what the step needs to know for that: poses, and which distances are taken.
     pub recording: Times,
     /// Submitting, once.
     pub submitting: Times,
-    /// Both.
-    pub both: Times,
+    /// All of it.
+    #[serde(alias = "both")]
+    pub all: Times,
 }
 
 impl HostTimes {
-    /// Of steps that took so many milliseconds to record and to submit; nothing of none.
+    /// Of steps that took so many milliseconds to begin, to record and to submit; nothing of none.
     #[must_use]
-    pub fn of(steps: &[[f64; 2]]) -> Option<Self> {
+    pub fn of(steps: &[[f64; 3]]) -> Option<Self> {
         if steps.is_empty() {
             return None;
         }
         let times =
-            |ms: fn(&[f64; 2]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
+            |ms: fn(&[f64; 3]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
         Some(Self {
-            recording: times(|step| step[0]),
-            submitting: times(|step| step[1]),
-            both: times(|step| step[0] + step[1]),
+            beginning: times(|step| step[0]),
+            recording: times(|step| step[1]),
+            submitting: times(|step| step[2]),
+            all: times(|step| step.iter().sum()),
         })
     }
 }

@@ -58,8 +58,8 @@ pub struct Session {
     is_alone: bool,
     /// What the device's own copies get through, once it was measured.
     bandwidth: Option<Bandwidth>,
-    /// While it is measured: what the host has taken for each frame, milliseconds, to record it and to submit it.
-    host_ms: Option<Vec<[f64; 2]>>,
+    /// While it is measured: what the host has taken for each frame, milliseconds, to begin it, to record it and to submit it.
+    host_ms: Option<Vec<[f64; 3]>>,
     /// Who else uses the host while times are taken.
     watch: Watch,
 }
@@ -80,7 +80,7 @@ pub struct Ending {
 #[derive(Default)]
 pub struct Earlier {
     timings: Timings,
-    host_ms: Vec<[f64; 2]>,
+    host_ms: Vec<[f64; 3]>,
     wall: Duration,
     steps: u64,
 }
@@ -197,7 +197,9 @@ impl Session {
     /// Records and submits a frame; how long the host takes for that is kept, and a trace shows it.
     fn submit(&mut self, record: impl FnOnce(&mut Simulation, &mut Recorder)) -> Result<()> {
         let trace = &mut self.trace;
+        let begun = Instant::now();
         let mut rec = spanned(trace, "wait", || self.frames.begin())?;
+        let beginning = begun.elapsed().saturating_sub(self.frames.waited());
         let begun = Instant::now();
         spanned(trace, "record", || record(&mut self.simulation, &mut rec));
         let recording = begun.elapsed();
@@ -206,7 +208,7 @@ impl Session {
         }
         let begun = Instant::now();
         spanned(trace, "submit", || self.frames.submit(rec))?;
-        let took = [recording, begun.elapsed()].map(|time| time.as_secs_f64() * 1e3);
+        let took = [beginning, recording, begun.elapsed()].map(|time| time.as_secs_f64() * 1e3);
         if let Some(host_ms) = &mut self.host_ms {
             host_ms.push(took);
         }
