@@ -25,15 +25,13 @@ use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
-use super::{settings, times};
+use super::{room, settings, times};
 use tracing::{Tracing, spanned};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
 /// Copies of which the median is taken.
 const COPIES: usize = 9;
-/// Scenes that take more device memory than this say so.
-const LARGE: u64 = 1 << 30;
 /// So much longer the device may take for each GiB.
 const SECONDS_A_GIB: Duration = Duration::from_secs(30);
 
@@ -118,7 +116,8 @@ impl Session {
             }
             _ => 0,
         };
-        tell_memory(ctx, &scene.name, memory::needed(&scene) + painted);
+        let on_device = memory::needed(&scene) + painted;
+        room::prepare(ctx, &scene.name, &[&scene], on_device)?;
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(ctx, &scene, control))?;
         if let Some(warning) = simulation.setup().atlas.warning() {
@@ -509,32 +508,12 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>>
         memory::check(ctx.info(), scene)?;
     }
     if scenes.len() > 1 {
-        tell_memory(&ctx, "all together", needed);
+        room::prepare(
+            &ctx,
+            "all together",
+            &scenes.iter().collect::<Vec<_>>(),
+            needed,
+        )?;
     }
     Ok(ctx)
-}
-
-/// Says what a large scene takes on the device, before it is taken; and if that is more than the device says that it has.
-fn tell_memory(ctx: &Context, what: &str, needed: u64) {
-    if needed <= LARGE {
-        return;
-    }
-    let heaps = ctx.info().heaps.iter();
-    let on_device: u64 = heaps
-        .filter(|heap| heap.device_local)
-        .map(|heap| heap.size)
-        .sum();
-    let more = if needed > on_device {
-        format!(
-            ", and {} says that it has {}",
-            ctx.info().name,
-            memory::human(on_device)
-        )
-    } else {
-        String::new()
-    };
-    console::message(&format!(
-        "{what} needs {} on the device{more}",
-        memory::human(needed)
-    ));
 }

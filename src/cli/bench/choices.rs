@@ -192,6 +192,10 @@ impl Compared {
         let scene =
             Scene::from_settings(self.name.to_owned(), self.settings.clone(), PathBuf::new())?;
         memory::check(rig.ctx.info(), &scene)?;
+        if let Err(error) = rig.check_room(&scene) {
+            self.skipped = Some(error.to_string());
+            return Ok(());
+        }
         let control = Control {
             cancelled: Some(interrupt::flag()),
             cache: rig.cache.as_deref(),

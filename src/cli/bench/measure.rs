@@ -5,8 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Context, ContextOptions, CopyBandwidth, DeviceKind, Frames, GpuError, Timings,
-    default_cache_folder,
+    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Timings, default_cache_folder,
 };
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
@@ -19,6 +18,7 @@ use crate::cli::interrupt;
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, atlas_cache};
 use crate::cli::report::{Bandwidth, Times};
+use crate::cli::room::{self, Free, LARGE};
 use crate::cli::times;
 
 /// Frames that the host may be ahead of the device.
@@ -27,8 +27,6 @@ const FRAMES_IN_FLIGHT: usize = 2;
 const COPIES: usize = 9;
 /// A step of a case may take this long before the device counts as lost.
 const PATIENCE: Duration = Duration::from_secs(900);
-/// Cases that take more memory than this say so before they take it.
-const LARGE: u64 = 1 << 30;
 /// So many steps are measured at least, however long they take.
 pub const FEWEST_STEPS: u32 = 3;
 
@@ -125,6 +123,19 @@ impl Rig {
         })
     }
 
+    /// Makes sure that there is memory for a scene, with some to spare: about how many bytes it takes.
+    pub fn check_room(&self, scene: &Scene) -> Result<u64> {
+        let needed = room::needed(memory::needed(scene), self.ctx.info().kind);
+        match Free::on(&self.ctx).map(Free::at_ease) {
+            Some(free) if needed > free => Err(Error::Invalid(format!(
+                "it takes about {}, and {} are free",
+                memory::human(needed),
+                memory::human(free)
+            ))),
+            _ => Ok(needed),
+        }
+    }
+
     /// Measures all cases once, those that can be.
     pub fn round(
         &self,
@@ -167,15 +178,7 @@ impl Rig {
         let settings = measured.case.settings.clone();
         let scene = Scene::from_settings(name, settings, PathBuf::new())?;
         memory::check(self.ctx.info(), &scene)?;
-        let needed = needed(&scene, self.ctx.info().kind);
-        let room = room(&self.ctx);
-        if room.is_some_and(|room| needed > room) {
-            return Err(Error::Invalid(format!(
-                "it takes about {}, and {} are free",
-                memory::human(needed),
-                memory::human(room.unwrap_or_default())
-            )));
-        }
+        let needed = self.check_room(&scene)?;
         if needed > LARGE && measured.point.is_none() {
             progress.say(&format!(
                 "{}: takes about {} of memory",
@@ -284,29 +287,6 @@ fn would_take_too_long(before: &[Measured], case: &Case, budget: &Budget) -> Opt
     })
 }
 
-/// About how many bytes a scene takes: on the device and, where that computes in the host's memory, as much again while it
-/// is set up and read back.
-fn needed(scene: &Scene, kind: DeviceKind) -> u64 {
-    let times = if kind == DeviceKind::Cpu { 2 } else { 1 };
-    times * memory::needed(scene)
-}
-
-/// Bytes that are free: of the host's memory for drivers that compute there, else of the device's. `None` where nobody
-/// says.
-fn room(ctx: &Context) -> Option<u64> {
-    let info = ctx.info();
-    if info.kind == DeviceKind::Cpu {
-        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-        let line = text
-            .lines()
-            .find(|line| line.starts_with("MemAvailable:"))?;
-        let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-        return Some(kibibytes * 1024 / 10 * 9);
-    }
-    let own = info.heaps.iter().filter(|heap| heap.device_local);
-    own.map(|heap| heap.size / 10 * 9).max()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -348,19 +328,5 @@ mod tests {
             ..next(500.0)
         };
         assert_eq!(would_take_too_long(&before, &other, &budget), None);
-    }
-
-    #[test]
-    fn memory_is_known_before_it_is_taken() {
-        let mut settings = Settings::default();
-        let mut of = |particles, size| {
-            settings.particles.count = particles;
-            settings.atlas.size = size;
-            let scene = Scene::from_settings("test".to_owned(), settings.clone(), PathBuf::new());
-            needed(&scene.expect("it loads"), DeviceKind::Cpu)
-        };
-        let small = of(1000, 256);
-        assert!(of(1_001_000, 256) - small == 1_000_000 * 136);
-        assert!(of(1000, 512) > small + 3 * 256 * 256 * 21);
     }
 }
