@@ -15,6 +15,9 @@ const LARGE: [&str; 5] = [
     "atlas.size=512",
 ];
 
+/// The part of a step of several objects that may lie between kernels.
+const MOST_BETWEEN: f64 = 0.4;
+
 #[test]
 fn kernels_account_for_the_step() {
     if no_device() {
@@ -398,6 +401,36 @@ fn a_trace_has_host_and_device_on_one_clock() {
         messages.contains("on one clock, within ") || messages.contains("first submit"),
         "{messages}"
     );
+}
+
+/// Kernels of which nobody took the time would be between the others. Turns of two objects are a dozen dispatches each, and
+/// these take some time of their own.
+#[test]
+fn kernels_of_several_objects_account_for_most_of_the_step() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let pair = small_pair(&folder);
+    for strategy in ["none", "parallel", "direct"] {
+        let strategy = format!("transfer.strategy={strategy}");
+        let options = ["--set", &strategy, "--set", "particles.count=60000"];
+        let steps = ["--steps", "6", "--warmup", "2", "--json"];
+        let mut parts = Vec::new();
+        // Somebody else may have had the processors between two kernels once, but not every time.
+        while parts.len() < 3 && parts.last().is_none_or(|part| *part > MOST_BETWEEN) {
+            let output = myxo(&[&["profile", path(&pair)], &options[..], &steps].concat());
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+            let Some(step) = report["gpu_ms_per_step"].as_f64() else {
+                return;
+            };
+            let between = report["gpu_ms_between_kernels"].as_f64();
+            parts.push(between.expect("the step was measured") / step);
+        }
+        println!("{strategy}: {parts:?} of the step lie between kernels");
+        assert!(parts.last() <= Some(&MOST_BETWEEN), "{strategy}: {parts:?}");
+    }
 }
 
 /// Each particle advances once a step, in however many turns.

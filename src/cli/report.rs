@@ -355,17 +355,22 @@ impl From<&myxo::gpu::Report> for Repetition {
     }
 }
 
+/// Widens the intervals of medians, of the step and of its kernels, by what changes from run to run.
+pub fn widen(step: &mut Times, kernels: &mut [KernelTime], repetitions: &[Repetition]) {
+    for repetition in repetitions {
+        step.include(repetition.step_ms);
+        for kernel in &mut *kernels {
+            if let Some(median_ms) = repetition.kernels_ms.get(&kernel.name) {
+                kernel.time.include(*median_ms);
+            }
+        }
+    }
+}
+
 impl Report {
     /// Adds the repetitions of which the report is the sum, and widens the intervals of medians by them.
     pub fn add_repetitions(&mut self, repetitions: Vec<Repetition>) {
-        for repetition in &repetitions {
-            self.gpu_step.include(repetition.step_ms);
-            for kernel in &mut self.kernels {
-                if let Some(median_ms) = repetition.kernels_ms.get(&kernel.name) {
-                    kernel.time.include(*median_ms);
-                }
-            }
-        }
+        widen(&mut self.gpu_step, &mut self.kernels, &repetitions);
         self.repetitions = repetitions;
     }
 
@@ -441,6 +446,31 @@ pub fn hash_text(hash: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn runs_widen_the_intervals_of_steps_and_kernels() {
+        let time = Times {
+            median_ms: Some(2.0),
+            median_low_ms: Some(1.9),
+            median_high_ms: Some(2.1),
+            ..Times::default()
+        };
+        let kernel = |name: &str| KernelTime {
+            name: name.to_owned(),
+            time,
+            ..KernelTime::default()
+        };
+        let run = |step_ms, advance| Repetition {
+            steps: 9,
+            step_ms,
+            kernels_ms: [("advance".to_owned(), advance)].into(),
+        };
+        let (mut step, mut kernels) = (time, [kernel("advance"), kernel("sort_scan")]);
+        widen(&mut step, &mut kernels, &[run(2.5, 1.5), run(2.0, 3.0)]);
+        assert_eq!(step.interval(), Some([2.0, 1.9, 2.5]));
+        assert_eq!(kernels[0].time.interval(), Some([2.0, 1.5, 3.0]));
+        assert_eq!(kernels[1].time, time);
+    }
 
     #[test]
     fn a_report_round_trips_and_has_the_agreed_keys() {

@@ -9,6 +9,7 @@ use myxo::gpu::{
 };
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
+use myxo::sim::sorting::{SORT_INTERVAL, SortParams};
 use myxo::sim::{Simulation, memory};
 use myxo::{Error, Result};
 
@@ -17,7 +18,7 @@ use crate::cli::host::Watch;
 use crate::cli::interrupt;
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, atlas_cache};
-use crate::cli::report::{Bandwidth, Times};
+use crate::cli::report::{Bandwidth, Repetition, Times, widen};
 use crate::cli::room::{self, Free, LARGE};
 use crate::cli::times;
 
@@ -29,6 +30,9 @@ const COPIES: usize = 9;
 const PATIENCE: Duration = Duration::from_secs(900);
 /// So many steps are measured at least, however long they take.
 pub const FEWEST_STEPS: u32 = 3;
+/// From one sort to the next steps become slower, and the one that sorts is the slowest: so all of them are measured, if that
+/// takes no longer than so many times what a case may take.
+pub const PATIENCE_FOR_SORTS: u32 = 4;
 
 /// How long a case may take.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +68,10 @@ impl Budget {
 pub struct Measured {
     pub case: Case,
     timings: Timings,
-    runs_ms: Vec<f64>,
+    /// Medians of each run, of the step and of each kernel.
+    runs: Vec<Repetition>,
+    /// For each place between two sorts, whether a step there was measured in any run.
+    places: [bool; SORT_INTERVAL as usize],
     /// Steps before those that were measured, in the run that had the fewest.
     warmup: u32,
     pub point: Option<Point>,
@@ -77,7 +84,8 @@ impl Measured {
         Self {
             case,
             timings: Timings::default(),
-            runs_ms: Vec::new(),
+            runs: Vec::new(),
+            places: [false; SORT_INTERVAL as usize],
             warmup: u32::MAX,
             point: None,
             skipped: None,
@@ -86,7 +94,7 @@ impl Measured {
 
     /// Runs that were measured.
     pub fn runs(&self) -> usize {
-        self.runs_ms.len()
+        self.runs.len()
     }
 }
 
@@ -193,10 +201,10 @@ impl Rig {
         };
         let mut simulation = Simulation::with_control(&self.ctx, &scene, &control)?;
         let mut frames = Frames::new(&self.ctx, FRAMES_IN_FLIGHT)?;
-        let mut steps = |most: u32, fewest: u32, time: Duration, frames: &mut Frames| {
+        let mut steps = |most: u32, whole: u32, time: Duration, frames: &mut Frames| {
             let begun = Instant::now();
             let mut done = 0;
-            while done < most && (done < fewest || begun.elapsed() < time) {
+            while done < most && goes_on(done, whole, begun.elapsed(), time) {
                 if interrupt::requested() {
                     break;
                 }
@@ -208,17 +216,21 @@ impl Rig {
             frames.wait_idle()?;
             Ok::<u32, Error>(done)
         };
-        let warmup = steps(budget.warmup, FEWEST_STEPS, budget.warmup_time, &mut frames)?;
+        let warmup = steps(budget.warmup, 0, budget.warmup_time, &mut frames)?;
         frames.timings_mut().clear();
         watch.begin();
-        let done = steps(budget.steps, FEWEST_STEPS, budget.time, &mut frames);
+        let done = steps(budget.steps, SORT_INTERVAL as u32, budget.time, &mut frames);
         watch.end();
         // Interrupted in the warm-up.
         if done? == 0 {
             return Ok(());
         }
         let own = frames.timings().report("step");
-        measured.runs_ms.push(own.step.median_ms);
+        measured.runs.push(Repetition::from(&own));
+        let end = simulation.step();
+        for step in end - own.steps.min(measured.places.len()) as u64..end {
+            measured.places[(step % SORT_INTERVAL) as usize] = true;
+        }
         let mut timings = frames.timings().clone();
         timings.prepend(&measured.timings);
         measured.timings = timings;
@@ -231,7 +243,7 @@ impl Rig {
     fn point(&self, measured: &Measured, simulation: &Simulation) -> Point {
         let setup = simulation.setup();
         let report = measured.timings.report("step");
-        let rows = times::rows(
+        let mut parts = times::rows(
             &report,
             times::Of {
                 setup,
@@ -240,9 +252,7 @@ impl Rig {
             },
         );
         let mut time = Times::from(&report.step);
-        for median in &measured.runs_ms {
-            time.include(*median);
-        }
+        widen(&mut time, &mut parts, &measured.runs);
         let case = &measured.case;
         Point {
             series: case.series.clone(),
@@ -255,12 +265,22 @@ impl Rig {
             memory_bytes: memory::size_in_bytes(setup, simulation.settings()),
             warmup: measured.warmup,
             steps: report.steps,
-            runs_ms: measured.runs_ms.clone(),
+            sort_places: match SortParams::new(simulation.settings(), setup) {
+                Some(_) => measured.places.iter().filter(|place| **place).count(),
+                None => 0,
+            },
+            runs_ms: measured.runs.iter().map(|run| run.step_ms).collect(),
             time,
-            parts: rows,
+            parts,
+            between_kernels_ms: Some(times::between_kernels(&report)),
             ..Point::default()
         }
     }
+}
+
+/// Is there time for another step after so many? Then there is more of it for the rest of a whole number that should be done.
+fn goes_on(done: u32, whole: u32, elapsed: Duration, time: Duration) -> bool {
+    done < FEWEST_STEPS || elapsed < time || done < whole && elapsed < PATIENCE_FOR_SORTS * time
 }
 
 /// After these nothing on the device can be measured any more.
@@ -300,6 +320,15 @@ mod tests {
             settings: Settings::default(),
             effort: x,
         }
+    }
+
+    #[test]
+    fn a_whole_interval_is_measured_where_that_takes_not_much_longer() {
+        let time = Duration::from_millis(100);
+        let goes_on = |done, elapsed: u64| goes_on(done, 16, Duration::from_millis(elapsed), time);
+        assert!(goes_on(2, 100_000), "so few tell nothing");
+        assert!(goes_on(20, 99) && !goes_on(20, 100));
+        assert!(goes_on(15, 399) && !goes_on(15, 400) && !goes_on(16, 399));
     }
 
     #[test]
