@@ -49,6 +49,10 @@ fn kernels(criterion: &mut Criterion) {
             .measurement_time(Duration::from_secs(1));
         for kernel in names {
             simulation.restore(&state).expect("it is of this scene");
+            // One step more: a state that was restored knows nothing of earlier distances, and steps do.
+            let mut rec = frames.begin().expect("the device works");
+            simulation.record_step(&mut rec);
+            frames.submit(rec).expect("the device works");
             let mut rec = frames.begin().expect("the device works");
             let alone = simulation.record_before(&mut rec, &kernel);
             let alone = alone.expect("the step has this kernel");

@@ -6,6 +6,7 @@ use common::{Gpu, TRIO, gpu, scene_of_several};
 use myxo::gpu::Recorder;
 use myxo::scene::Scene;
 use myxo::scene::settings::{DistanceMethod, Strategy};
+use myxo::sim::distance::UNKNOWN_MOVE;
 use myxo::sim::types::{Flow, Motion, Particle, Window};
 use myxo::sim::{FORMS_OF_ADVANCE, Simulation};
 
@@ -127,5 +128,75 @@ fn kernels_do_the_same_each_time_they_run_alone() {
         let known = changing.iter().any(|name| name == kernel);
         assert!(known, "{kernel} changes something: {changing:?}");
     }
+    gpu.finish();
+}
+
+/// Two that touch, one of which moves.
+fn moving_pair(method: DistanceMethod) -> Scene {
+    scene_of_several(&TRIO[..2], |s| {
+        s.particles.count = 500;
+        s.atlas.size = 128;
+        s.distance.method = method;
+        s.objects[1].motion.spin = [0.0, 60.0, 0.0];
+    })
+}
+
+/// What the tiles of distances leave: how far they are from others, and how many must be looked at.
+fn tiles(gpu: &Gpu, simulation: &Simulation) -> (Vec<f32>, Vec<u32>) {
+    let (ctx, s) = (&gpu.ctx, simulation.state());
+    let groups = ctx.download(&s.tile_groups).unwrap();
+    (
+        ctx.download(&s.margins).unwrap(),
+        bytemuck::cast_slice(&groups).to_vec(),
+    )
+}
+
+/// In a step that knows the one before, most tiles need no look. Alone, the kernels find no more and no fewer.
+#[test]
+fn distances_alone_use_what_the_step_before_knew() {
+    let Some(gpu) = gpu() else { return };
+    let scene = moving_pair(DistanceMethod::Bvh);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let before = |simulation: &mut Simulation, kernel: &str| {
+        let mut alone = None;
+        gpu.run(|rec| alone = Some(simulation.record_before(rec, kernel).unwrap()));
+        alone.unwrap()
+    };
+    // In the first step nothing is known.
+    assert!(before(&mut simulation, "distance").distances().is_first);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    for _ in 0..6 {
+        gpu.run(|rec| simulation.record_step(rec));
+    }
+    let cold = tiles(&gpu, &simulation);
+    let alone = before(&mut simulation, "distance_tiles");
+    let update = alone.distances();
+    assert!(!update.is_first && !update.jobs.is_empty());
+    assert!(update.moves.iter().all(|way| *way < UNKNOWN_MOVE));
+    gpu.run(|rec| simulation.record_alone(rec, &alone, "step"));
+    let found = tiles(&gpu, &simulation);
+    assert!(found != cold);
+
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    for _ in 0..7 {
+        gpu.run(|rec| simulation.record_step(rec));
+    }
+    assert!(tiles(&gpu, &simulation) == found, "as in the step");
+    gpu.finish();
+}
+
+/// Where nothing moves only the first step takes distances, and so they can be measured.
+#[test]
+fn distances_of_what_stands_still_are_those_of_the_first_step() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(Strategy::Parallel, DistanceMethod::Bvh);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    for _ in 0..3 {
+        gpu.run(|rec| simulation.record_step(rec));
+    }
+    let mut alone = None;
+    gpu.run(|rec| alone = Some(simulation.record_before(rec, "unfold").unwrap()));
+    let alone = alone.unwrap();
+    assert!(alone.distances().is_first && alone.distances().jobs.len() == 3);
     gpu.finish();
 }

@@ -14,7 +14,7 @@ use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
 use myxo::rng::{Purpose, random, unit};
 use myxo::sim::choices::draws::{DrawDepositsArgs, DrawDepositsDraw, DrawDepositsParams};
 use myxo::sim::choices::kernels::*;
-use myxo::sim::choices::sensor_places;
+use myxo::sim::choices::{sensor_places, turning_strips};
 use myxo::sim::twin::choices as twin;
 use myxo::sim::types::{Motion, Particle};
 use myxo::sim::{Setup, StepParams};
@@ -97,10 +97,9 @@ fn walks_agree_with_their_twins() {
     ] {
         for count in awkward_sizes(64) {
             let setup = start(mesh, count);
-            let surface = &setup.surface;
             let strips = texels(&gpu.ctx, "strips", &setup.strips);
-            let triangles = texels(&gpu.ctx, "triangles", &surface.triangles);
-            let halfedges = texels(&gpu.ctx, "halfedges", &surface.halfedges);
+            let turning = turning_strips(&setup.surface, &setup.strips);
+            let turning_texels = texels(&gpu.ctx, "turning", &turning);
             for (attempts, way) in [(10, 0.3), (1, 0.3), (0, 0.3), (10, 0.01)] {
                 let what = format!("{mesh}, {count}, {attempts} attempts, {way}");
                 let params = WalkExactlyParams {
@@ -138,8 +137,7 @@ fn walks_agree_with_their_twins() {
                         let args = WalkCorrectedArgs {
                             particles_before: before,
                             motions_before,
-                            triangles: &triangles,
-                            halfedges: &halfedges,
+                            strips: &turning_texels,
                             particles: to,
                             motions,
                         };
@@ -147,8 +145,7 @@ fn walks_agree_with_their_twins() {
                     },
                 );
                 let mut own = (setup.particles.clone(), setup.motions.clone());
-                let (t, h) = (&surface.triangles, &surface.halfedges);
-                twin::walk_corrected(&params, t, h, &mut own.0, &mut own.1);
+                twin::walk_corrected(&params, &turning, &mut own.0, &mut own.1);
                 compare(&format!("corrected: {what}"), &kernel, &own);
             }
         }
@@ -161,7 +158,7 @@ fn walks_agree_with_their_twins() {
 #[test]
 fn walks_that_are_corrected_are_off_at_corners_only() {
     let setup = start("builtin:torus?major=24&minor=16", 3000);
-    let (t, h) = (&setup.surface.triangles, &setup.surface.halfedges);
+    let turning = turning_strips(&setup.surface, &setup.strips);
     let way = 0.3;
     let place = |triangle: u32, u: f64, v: f64| {
         let corners = setup.surface.corners[triangle as usize];
@@ -212,7 +209,7 @@ fn walks_that_are_corrected_are_off_at_corners_only() {
             attempts,
             way,
         };
-        twin::walk_corrected(&params, t, h, &mut own.0, &mut own.1);
+        twin::walk_corrected(&params, &turning, &mut own.0, &mut own.1);
         for particle in &own.0 {
             assert!(particle.u >= 0.0 && particle.v >= 0.0 && particle.u + particle.v < 1.00001);
         }
@@ -286,6 +283,12 @@ fn counts_are_those_of_the_twin_however_particles_crowd() {
                 depth: None,
                 depth_test: DepthTest::Greatest,
                 clear: Some([0.0; 4]),
+            };
+            // Cleared in a pass of its own, as where ways are compared.
+            rec.pass("clear", &targets, |_| {});
+            let targets = Targets {
+                clear: None,
+                ..targets
             };
             rec.pass_as_kernel("draw_deposits", &targets, |pass| {
                 let args = DrawDepositsArgs {

@@ -137,6 +137,13 @@ fn repetitions_of_turns_are_put_together() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let turns = report(&file);
     let ratio = &turns["ratio"];
+    for which in ["first", "second"] {
+        let report = &turns[which];
+        assert_eq!(report["steps"], 12);
+        // Whatever the host waited for: the device's time of all repetitions is within it.
+        let [wall, gpu] = ["wall_ms_per_step", "gpu_ms_per_step"].map(|key| report[key].as_f64());
+        assert!(gpu.is_none_or(|gpu| wall > Some(gpu)), "{report}");
+    }
     if !ratio.is_null() {
         assert_eq!(ratio["pairs"], 12);
         let medians = turns["repetitions"].as_array().expect("they are listed");

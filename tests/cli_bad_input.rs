@@ -5,7 +5,7 @@ mod program;
 
 use program::{
     Folder, done, failed, failure, myxo, no_device, path, program, refusal, refused,
-    short_render as render,
+    short_render as render, text,
 };
 
 #[test]
@@ -53,6 +53,49 @@ fn without_a_driver_the_package_is_named() {
         }
     }
     assert_eq!(folder.names(), ["in.csv"]);
+}
+
+/// Where the device is the processor, what it has is the machine's memory, and setting up takes as much again.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_memory_does_not_hold_is_refused_before_it_is_taken() {
+    if no_device() || !text(&myxo(&["info"]).stdout).contains("llvmpipe") {
+        return;
+    }
+    // 22 GiB for the device.
+    let large = [
+        "--set",
+        "particles.count=134_000_000",
+        "--set",
+        "atlas.size=16384",
+    ];
+    let memory = std::fs::read_to_string("/proc/meminfo").expect("it is Linux");
+    let kibibytes = |key: &str| -> u64 {
+        let line = memory.lines().find(|line| line.starts_with(key));
+        let number = line.and_then(|line| line.split_whitespace().nth(1));
+        number.and_then(|number| number.parse().ok()).unwrap_or(0)
+    };
+    if (kibibytes("MemAvailable:") + kibibytes("SwapFree:")) >> 20 > 40 {
+        return;
+    }
+    let folder = Folder::new();
+    let picture = folder.file("x.png");
+    for command in [
+        render("torus", &picture, &large),
+        [&["profile", "torus", "--steps", "1"], &large[..]].concat(),
+    ] {
+        let message = failed(&command);
+        for part in [
+            "torus needs 22",
+            "about 45",
+            " are free",
+            "lower particles.count (it is 134,000,000) or atlas.size (it is 16,384)",
+        ] {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+    assert!(folder.names().is_empty());
 }
 
 #[test]

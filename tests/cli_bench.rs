@@ -101,6 +101,13 @@ fn check_points(results: &Value) -> Vec<Value> {
         }
         let parts = point["parts"].as_array().expect("they are listed");
         assert!(!parts.is_empty(), "{point}");
+        for part in parts {
+            let [low, median, high] =
+                ["median_low_ms", "median_ms", "median_high_ms"].map(|key| &part[key]);
+            if low.is_number() {
+                assert!([low, median, high].map(number).is_sorted(), "{part}");
+            }
+        }
         assert!(number(&point["triangles"]) > 0.0 && number(&point["steps"]) >= 2.0);
     }
     for pair in points.windows(2) {
@@ -154,6 +161,17 @@ fn particles_are_those_of_the_axis() {
         mean.is_some_and(|mean| sum <= mean && sum > 0.5 * mean),
         "{sum}, {steps:?}"
     );
+    // What lies between kernels is the rest of the mean step, and has its column.
+    let between = points[0]["between_kernels_ms"].as_f64();
+    let rest = mean.map(|mean| mean - sum);
+    assert!(
+        between.zip(rest).is_some_and(|(a, b)| (a - b).abs() < 1e-9),
+        "{between:?}, {rest:?}"
+    );
+    assert!(table.contains(" other  between  memory\n"), "{table}");
+    // Small steps are soon done: all places between two sorts are there.
+    assert!(points.iter().all(|point| point["sort_places"] == 16));
+    assert!(!table.contains("places between two sorts only"), "{table}");
     assert!(results["copy_bandwidth"]["gigabytes_per_second"].as_f64() > Some(0.0));
     for words in [
         "device ",
@@ -174,7 +192,9 @@ fn particles_are_those_of_the_axis() {
                 .into_owned()
         })
         .collect();
-    assert_eq!(names.len(), 5, "nothing else is left there: {names:?}");
+    assert_eq!(names.len(), 6, "nothing else is left there: {names:?}");
+    let file = std::fs::read_to_string(folder.file("results").join("particles.txt"));
+    assert_eq!(file.expect("it is written"), table);
 }
 
 #[test]

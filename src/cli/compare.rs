@@ -100,7 +100,7 @@ mod tests {
                 })
                 .collect(),
             gpu_ms_per_step: Some(ms),
-            wall_ms_per_step: 2.0 * ms,
+            wall_ms_per_step: Some(2.0 * ms),
             kernels: vec![kernel("advance", ms / 2.0), kernel("diffuse", ms / 4.0)],
             ..Report::default()
         }

@@ -5,7 +5,6 @@ mod turns;
 use std::path::PathBuf;
 
 use clap::Args;
-use myxo::gpu::Timings;
 use myxo::scene::Scene;
 use myxo::scene::suggest::nearest;
 use myxo::{Error, Result};
@@ -14,7 +13,7 @@ use super::files::{Sink, check_distinct};
 use super::host::Watch;
 use super::options::CommonOptions;
 use super::report::{Repetition, Report, Times};
-use super::session::{Ending, Session};
+use super::session::{Earlier, Ending, Session};
 use super::times::Run;
 use super::{Outcome, console, interrupt, ratios};
 
@@ -61,7 +60,8 @@ pub struct Profile {
     /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds when it comes for the first
     /// time in the next step (with turns: in the first object's), with no other kernel between; what it changes is
     /// brought back before each run, which is not measured. Every kernel of the scene's step can be named, those that
-    /// take distances among them. The state hash and --checkpoint are those of the warm-up's end
+    /// take distances among them: they use what is known from the step before, or, where nothing has moved since, take all
+    /// distances as the first step does. The state hash and --checkpoint are those of the warm-up's end
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
     /// Measures this against the scene: another scene, or the same with a key that is set otherwise; may be repeated, once
@@ -116,12 +116,10 @@ impl Profile {
                 break (session, ending, completed);
             }
             session.check_messages()?;
-            let mut timings = session.frames.timings().clone();
-            timings.prepend(&measured.earlier);
-            measured.earlier = timings;
+            session.add_to(&mut measured.earlier, &ending);
         };
         let sinks = [report_sink, trace_sink];
-        self.tell(session, &ending, !completed, measured, sinks)
+        self.tell(session, ending, !completed, measured, sinks)
     }
 
     /// Does the whole measurement once; says whether it was not cut short.
@@ -178,7 +176,7 @@ impl Profile {
     fn tell(
         &self,
         mut session: Session,
-        ending: &Ending,
+        mut ending: Ending,
         interrupted: bool,
         measured: Measured,
         [report_sink, trace_sink]: [Option<Sink>; 2],
@@ -186,10 +184,12 @@ impl Profile {
         let (trace, agreement) = session.trace()?;
         session.check_messages()?;
         session.progress.finish();
-        session.frames.timings_mut().prepend(&measured.earlier);
-        let mut report = session.report(ending, interrupted);
+        let steps_before = ending.steps;
+        session.add_earlier(&measured.earlier, &mut ending);
+        let mut report = session.report(&ending, interrupted);
         let load = measured.watch.load();
         report.host_load = Some(load);
+        report.warmup = Some(self.warmup.into());
         if measured.rounds.len() > 1 {
             report.add_repetitions(measured.rounds);
         }
@@ -199,6 +199,8 @@ impl Profile {
             report.gpu_step = Times::default();
             report.gpu_ms_between_kernels = None;
             report.host_step = None;
+            report.wall_ms_per_step = None;
+            report.steps = steps_before;
         }
         if let Some(warning) = load.warning() {
             console::message(&warning);
@@ -235,7 +237,7 @@ struct Measured {
     watch: Watch,
     rounds: Vec<Repetition>,
     /// Of all but the last one.
-    earlier: Timings,
+    earlier: Earlier,
 }
 
 impl Measured {
@@ -243,7 +245,7 @@ impl Measured {
         Self {
             watch: Watch::new(),
             rounds: Vec::new(),
-            earlier: Timings::default(),
+            earlier: Earlier::default(),
         }
     }
 }
@@ -251,15 +253,17 @@ impl Measured {
 /// A line with what the host takes for a step.
 fn host_time(report: &Report) -> String {
     let host = report.host_step.unwrap_or_default();
-    let [Some(recording), Some(submitting), Some(most)] = [
+    let [Some(all), Some(recording), Some(submitting), Some(most)] = [
+        host.all.median_ms,
         host.recording.median_ms,
         host.submitting.median_ms,
-        host.both.max_ms,
+        host.all.max_ms,
     ] else {
         return String::new();
     };
     format!(
-        "The host takes {recording:.3} ms to record and {submitting:.3} ms to submit it (medians), {most:.3} ms at the most.\n"
+        "The host takes {all:.3} ms, {recording:.3} of it to record and {submitting:.3} to submit (medians), {most:.3} ms at the \
+         most.\n"
     )
 }
 

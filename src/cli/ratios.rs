@@ -6,6 +6,9 @@ use std::fmt::Write as _;
 use super::report::{KernelTime, Report, Times};
 use super::settings;
 
+/// Copies that differ by more than this factor are of a machine that was not as fast both times.
+const APART: f64 = 1.15;
+
 /// A ratio of medians, and where it lies with the confidence that the medians' own intervals have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
@@ -48,11 +51,15 @@ impl std::fmt::Display for Ratio {
 
 /// What two runs were made of that differs: the name, and what each has.
 pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)> {
+    let number = |known: Option<u64>| known.map_or("unknown".to_owned(), |n| n.to_string());
     let setup = |of: &Report| {
         [
             ("scene", of.scene.clone()),
             ("seed", of.seed.to_string()),
-            ("steps", of.steps.to_string()),
+            // What came before a kernel that ran alone is its warm-up.
+            ("steps", number(of.alone.is_none().then_some(of.steps))),
+            ("runs", number(of.alone.as_ref().and(of.samples))),
+            ("warmup", number(of.warmup)),
             ("particles", of.particles.to_string()),
             ("atlas", of.atlas_size.to_string()),
             ("triangles", of.triangles.to_string()),
@@ -105,17 +112,27 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
             let _ = writeln!(text, "warning: {which}: {doubt}");
         }
     }
+    if let Some((first, second)) = speeds_apart(a, b) {
+        let _ = writeln!(
+            text,
+            "warning: the device was not as fast both times: its own copies got through {first:.1} GB/s in the first and \
+             {second:.1} in the second; at such times measure both in turn, by `myxo profile --against`"
+        );
+    }
     let has_other_work = differences(a, b)
         .iter()
-        .any(|(what, ..)| !["seed", "steps", "commit"].contains(what));
+        .any(|(what, ..)| !["seed", "steps", "runs", "commit"].contains(what));
     if has_other_work {
         text.push_str(
             "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
         );
     }
-    if a.steps.min(b.steps) < 6 {
-        text.push_str(
-            "warning: of fewer than 6 steps an interval is from the least to the most, and tells nothing of other steps\n",
+    let fewest = [a, b].into_iter().filter_map(Report::sample_count).min();
+    if fewest.is_some_and(|fewest| fewest < 6) {
+        let what = if a.alone.is_some() { "runs" } else { "steps" };
+        let _ = writeln!(
+            text,
+            "warning: of fewer than 6 {what} an interval is from the least to the most, and tells nothing of other {what}"
         );
     }
     if a.repetitions.is_empty() || b.repetitions.is_empty() {
@@ -126,25 +143,41 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
     text
 }
 
+/// What the device's own copies got through, where that tells that the machine was faster when one of the two was measured.
+fn speeds_apart(a: &Report, b: &Report) -> Option<(f64, f64)> {
+    let [a, b] = [a, b].map(|of| of.copy_bandwidth.map(|copy| copy.gigabytes_per_second));
+    let (a, b) = a.zip(b)?;
+    (a.max(b) > APART * a.min(b)).then_some((a, b))
+}
+
 /// The times of both: medians and their ratio where both have them, else means.
 pub fn table(a: &Report, b: &Report) -> String {
     let mut text = String::new();
+    let is_alone = a.alone.is_some() && b.alone.is_some();
+    let head = if is_alone {
+        "ms per run"
+    } else {
+        "ms per step"
+    };
     let _ = writeln!(
         text,
         "{:<20} {:>12} {:>12} {:>8}  {:>15}",
-        "ms per step", "first", "second", "ratio", "95 % interval"
+        head, "first", "second", "ratio", "95 % interval"
     );
     let of_step = |of: &Report| Times {
         mean_ms: of.gpu_ms_per_step,
         ..of.gpu_step
     };
     let wall = |of: &Report| Times {
-        mean_ms: Some(of.wall_ms_per_step),
+        mean_ms: of.wall_ms_per_step,
         ..Times::default()
     };
     let none = Times::default();
-    row(&mut text, "gpu", &of_step(a), &of_step(b));
-    row(&mut text, "wall", &wall(a), &wall(b));
+    // A kernel alone is no part of a step.
+    if !is_alone {
+        row(&mut text, "gpu", &of_step(a), &of_step(b));
+        row(&mut text, "wall", &wall(a), &wall(b));
+    }
     let find = |report: &Report, name: &str| {
         let kernel = report.kernels.iter().find(|kernel| kernel.name == name);
         kernel.map_or(none, KernelTime::in_each_step)
@@ -185,6 +218,7 @@ fn row(text: &mut String, name: &str, a: &Times, b: &Times) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::report::Bandwidth;
 
     fn times(median: f64, low: f64, high: f64) -> Times {
         Times {
@@ -216,6 +250,82 @@ mod tests {
             None,
             "a rare kernel"
         );
+    }
+
+    #[test]
+    fn another_warmup_and_another_hour_are_told() {
+        let copies = |gigabytes_per_second| {
+            Some(Bandwidth {
+                gigabytes_per_second,
+                ..Bandwidth::default()
+            })
+        };
+        let a = Report {
+            warmup: Some(50),
+            copy_bandwidth: copies(36.0),
+            ..Report::default()
+        };
+        let b = Report {
+            warmup: Some(5),
+            copy_bandwidth: copies(32.0),
+            ..Report::default()
+        };
+        let text = differences_text(&a, &b);
+        assert!(text.contains("warmup     differs   50 -> 5\n"), "{text}");
+        let older = Report::default();
+        let text = differences_text(&older, &a);
+        assert!(
+            text.contains("warmup     differs   unknown -> 50\n"),
+            "{text}"
+        );
+        let hour = "its own copies got through 36.0 GB/s in the first and 19.0 in the second";
+        assert!(
+            !doubts_text(&a, &b).contains("its own copies"),
+            "within 15 %"
+        );
+        let slow = Report {
+            copy_bandwidth: copies(19.0),
+            ..b
+        };
+        let text = doubts_text(&a, &slow);
+        assert!(text.contains(hour) && text.contains("--against"), "{text}");
+        assert!(doubts_text(&slow, &a).contains("19.0 GB/s in the first and 36.0"));
+        assert!(
+            !doubts_text(&a, &older).contains("its own copies"),
+            "not known"
+        );
+    }
+
+    /// Steps of the warm-up are not what a kernel alone was measured in.
+    #[test]
+    fn kernels_alone_are_judged_by_their_runs() {
+        let alone = |steps, samples| Report {
+            alone: Some("advance".to_owned()),
+            steps,
+            samples,
+            ..Report::default()
+        };
+        let few = "warning: of fewer than 6 runs";
+        let (many_runs, few_runs) = (alone(0, Some(200)), alone(50, Some(5)));
+        assert!(!doubts_text(&many_runs, &many_runs).contains(few));
+        assert!(doubts_text(&many_runs, &few_runs).contains(few));
+        assert!(
+            !doubts_text(&many_runs, &alone(0, None)).contains(few),
+            "an older report"
+        );
+        let text = differences_text(&many_runs, &few_runs);
+        assert!(text.contains("runs       differs   200 -> 5"), "{text}");
+        let text = table(&many_runs, &few_runs);
+        assert!(
+            !text.contains("wall") && text.starts_with("ms per run "),
+            "{text}"
+        );
+        let old = Report {
+            repetitions: vec![Default::default(); 2],
+            steps: 9,
+            ..Report::default()
+        };
+        assert_eq!(old.sample_count(), Some(9));
     }
 
     #[test]

@@ -35,8 +35,16 @@ pub struct Report {
     /// of programs that did not write it.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub settings: Value,
-    /// Steps that were run, fewer than asked for when interrupted.
+    /// Steps that were run, fewer than asked for when interrupted; of `profile` those after the warm-up, in all
+    /// repetitions. Of a kernel alone those before it, which the state is of.
     pub steps: u64,
+    /// How many steps the GPU times are of, or runs of a kernel alone, in all repetitions. Programs have written reports
+    /// without it; [`Report::sample_count`] knows of these, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u64>,
+    /// Steps before those that were measured, by `profile`. Programs have written reports without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warmup: Option<u64>,
     /// Particles of all objects together.
     pub particles: u64,
     /// Texels of the atlas along a side.
@@ -60,11 +68,12 @@ pub struct Report {
     /// Of that mean what no kernel takes: barriers, timestamps, whatever else a device does between two of them.
     #[serde(default)]
     pub gpu_ms_between_kernels: Option<f64>,
-    /// What the host takes for a step, where it was measured: by `profile`, of the last repetition.
+    /// What the host takes for a step, where it was measured: by `profile`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub host_step: Option<HostTimes>,
-    /// Time of a step as people experience it.
-    pub wall_ms_per_step: f64,
+    /// Time of a step as people experience it: the mean of those that were run. `null` where none were, but a kernel alone.
+    #[serde(default)]
+    pub wall_ms_per_step: Option<f64>,
     /// Where the GPU time goes.
     pub kernels: Vec<KernelTime>,
     /// The kernel that `--kernel` ran alone: then the times of `kernels` are of its runs, and none are of steps.
@@ -180,31 +189,37 @@ pub struct Times {
     pub median_high_ms: Option<f64>,
 }
 
-/// What the host takes to record the commands of a step and to submit them. The device does not wait for it, unless it
-/// takes longer than the step.
+/// What the host takes for a step: all that it does from one step to the next but to wait for the device. The device does
+/// not wait for it, unless it takes longer than the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HostTimes {
-    /// Recording.
+    /// Beginning the frame: reading the times of the one before it in its place, freeing what nobody needs any more, and
+    /// making room for commands and times anew. Programs have written reports without it.
+    #[serde(default)]
+    pub beginning: Times,
+    /// Recording the commands, and what the step needs to know for that: poses, and which distances are taken.
     pub recording: Times,
     /// Submitting, once.
     pub submitting: Times,
-    /// Both.
-    pub both: Times,
+    /// All of it.
+    #[serde(alias = "both")]
+    pub all: Times,
 }
 
 impl HostTimes {
-    /// Of steps that took so many milliseconds to record and to submit; nothing of none.
+    /// Of steps that took so many milliseconds to begin, to record and to submit; nothing of none.
     #[must_use]
-    pub fn of(steps: &[[f64; 2]]) -> Option<Self> {
+    pub fn of(steps: &[[f64; 3]]) -> Option<Self> {
         if steps.is_empty() {
             return None;
         }
         let times =
-            |ms: fn(&[f64; 2]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
+            |ms: fn(&[f64; 3]) -> f64| Times::from(&Statistics::of(steps.iter().map(ms).collect()));
         Some(Self {
-            recording: times(|step| step[0]),
-            submitting: times(|step| step[1]),
-            both: times(|step| step[0] + step[1]),
+            beginning: times(|step| step[0]),
+            recording: times(|step| step[1]),
+            submitting: times(|step| step[2]),
+            all: times(|step| step.iter().sum()),
         })
     }
 }
@@ -340,18 +355,32 @@ impl From<&myxo::gpu::Report> for Repetition {
     }
 }
 
+/// Widens the intervals of medians, of the step and of its kernels, by what changes from run to run.
+pub fn widen(step: &mut Times, kernels: &mut [KernelTime], repetitions: &[Repetition]) {
+    for repetition in repetitions {
+        step.include(repetition.step_ms);
+        for kernel in &mut *kernels {
+            if let Some(median_ms) = repetition.kernels_ms.get(&kernel.name) {
+                kernel.time.include(*median_ms);
+            }
+        }
+    }
+}
+
 impl Report {
     /// Adds the repetitions of which the report is the sum, and widens the intervals of medians by them.
     pub fn add_repetitions(&mut self, repetitions: Vec<Repetition>) {
-        for repetition in &repetitions {
-            self.gpu_step.include(repetition.step_ms);
-            for kernel in &mut self.kernels {
-                if let Some(median_ms) = repetition.kernels_ms.get(&kernel.name) {
-                    kernel.time.include(*median_ms);
-                }
-            }
-        }
+        widen(&mut self.gpu_step, &mut self.kernels, &repetitions);
         self.repetitions = repetitions;
+    }
+
+    /// How many steps its times are of, or runs of a kernel alone; `None` where an older report does not say.
+    #[must_use]
+    pub fn sample_count(&self) -> Option<u64> {
+        let repeated: usize = self.repetitions.iter().map(|one| one.steps).sum();
+        let repeated = (repeated > 0).then_some(repeated as u64);
+        let steps = self.alone.is_none().then_some(self.steps);
+        self.samples.or(repeated).or(steps)
     }
 
     /// Was any kernel timed?
@@ -417,6 +446,31 @@ pub fn hash_text(hash: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn runs_widen_the_intervals_of_steps_and_kernels() {
+        let time = Times {
+            median_ms: Some(2.0),
+            median_low_ms: Some(1.9),
+            median_high_ms: Some(2.1),
+            ..Times::default()
+        };
+        let kernel = |name: &str| KernelTime {
+            name: name.to_owned(),
+            time,
+            ..KernelTime::default()
+        };
+        let run = |step_ms, advance| Repetition {
+            steps: 9,
+            step_ms,
+            kernels_ms: [("advance".to_owned(), advance)].into(),
+        };
+        let (mut step, mut kernels) = (time, [kernel("advance"), kernel("sort_scan")]);
+        widen(&mut step, &mut kernels, &[run(2.5, 1.5), run(2.0, 3.0)]);
+        assert_eq!(step.interval(), Some([2.0, 1.9, 2.5]));
+        assert_eq!(kernels[0].time.interval(), Some([2.0, 1.5, 3.0]));
+        assert_eq!(kernels[1].time, time);
+    }
 
     #[test]
     fn a_report_round_trips_and_has_the_agreed_keys() {

@@ -1,17 +1,19 @@
 //! A scene that runs without a window: what `render` and `profile` have in common.
 
+mod tracing;
+
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Alone, Calibration, Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Trace,
+    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Timings,
     default_cache_folder,
 };
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
-use myxo::sim::{FORMS_OF_ADVANCE, Simulation, Snapshot, memory};
+use myxo::sim::{FORMS_OF_ADVANCE, KernelAlone, Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
 use super::console;
@@ -23,14 +25,13 @@ use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
-use super::{settings, times};
+use super::{room, settings, times};
+use tracing::{Tracing, spanned};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
 /// Copies of which the median is taken.
 const COPIES: usize = 9;
-/// Scenes that take more device memory than this say so.
-const LARGE: u64 = 1 << 30;
 /// So much longer the device may take for each GiB.
 const SECONDS_A_GIB: Duration = Duration::from_secs(30);
 
@@ -55,17 +56,10 @@ pub struct Session {
     is_alone: bool,
     /// What the device's own copies get through, once it was measured.
     bandwidth: Option<Bandwidth>,
-    /// While it is measured: what the host has taken for each frame, milliseconds, to record it and to submit it.
-    host_ms: Option<Vec<[f64; 2]>>,
+    /// While it is measured: what the host has taken for each frame, milliseconds, to begin it, to record it and to submit it.
+    host_ms: Option<Vec<[f64; 3]>>,
     /// Who else uses the host while times are taken.
     watch: Watch,
-}
-
-/// The host's side of a trace, and what brings the device's to the same clock.
-struct Tracing {
-    trace: Trace,
-    calibration: Option<Calibration>,
-    first_submit: Option<Instant>,
 }
 
 /// How a session ended.
@@ -74,10 +68,19 @@ pub struct Ending {
     pub snapshot: Snapshot,
     /// From the first step to the last, compiling of kernels included.
     pub wall: Duration,
-    /// Steps that this session did.
+    /// Steps that this session did; with earlier repetitions, those of all.
     pub steps: u64,
     /// Could the checkpoint not be written? Why has been told.
     pub lacks_checkpoint: bool,
+}
+
+/// What earlier repetitions of a measurement have taken.
+#[derive(Default)]
+pub struct Earlier {
+    timings: Timings,
+    host_ms: Vec<[f64; 3]>,
+    wall: Duration,
+    steps: u64,
 }
 
 impl Session {
@@ -113,7 +116,8 @@ impl Session {
             }
             _ => 0,
         };
-        tell_memory(ctx, &scene.name, memory::needed(&scene) + painted);
+        let on_device = memory::needed(&scene) + painted;
+        room::prepare(ctx, &scene.name, &[&scene], on_device)?;
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(ctx, &scene, control))?;
         if let Some(warning) = simulation.setup().atlas.warning() {
@@ -192,16 +196,18 @@ impl Session {
     /// Records and submits a frame; how long the host takes for that is kept, and a trace shows it.
     fn submit(&mut self, record: impl FnOnce(&mut Simulation, &mut Recorder)) -> Result<()> {
         let trace = &mut self.trace;
+        let begun = Instant::now();
         let mut rec = spanned(trace, "wait", || self.frames.begin())?;
+        let beginning = begun.elapsed().saturating_sub(self.frames.waited());
         let begun = Instant::now();
         spanned(trace, "record", || record(&mut self.simulation, &mut rec));
         let recording = begun.elapsed();
         if let Some(tracing) = trace {
-            tracing.first_submit.get_or_insert_with(Instant::now);
+            tracing.submits();
         }
         let begun = Instant::now();
         spanned(trace, "submit", || self.frames.submit(rec))?;
-        let took = [recording, begun.elapsed()].map(|time| time.as_secs_f64() * 1e3);
+        let took = [beginning, recording, begun.elapsed()].map(|time| time.as_secs_f64() * 1e3);
         if let Some(host_ms) = &mut self.host_ms {
             host_ms.push(took);
         }
@@ -224,11 +230,7 @@ impl Session {
         self.host_ms = Some(Vec::with_capacity(steps));
         self.frames.timings_mut().set_window(steps);
         if traced {
-            self.trace = Some(Tracing {
-                calibration: self.ctx.calibrate()?,
-                trace: Trace::new(),
-                first_submit: None,
-            });
+            self.trace = Some(Tracing::begin(&self.ctx)?);
         }
         self.started = Instant::now();
         self.first_step = self.simulation.step();
@@ -272,7 +274,7 @@ impl Session {
     }
 
     /// Does what the next step does before a kernel. No step is possible any more.
-    pub fn run_before(&mut self, kernel: &str) -> Result<Alone> {
+    pub fn run_before(&mut self, kernel: &str) -> Result<KernelAlone> {
         let mut alone = None;
         self.is_alone = true;
         self.submit(|simulation, rec| alone = Some(simulation.record_before(rec, kernel)))?;
@@ -280,7 +282,7 @@ impl Session {
     }
 
     /// Runs that kernel once, on what it would find in the next step.
-    pub fn run_alone(&mut self, alone: &Alone) -> Result<()> {
+    pub fn run_alone(&mut self, alone: &KernelAlone) -> Result<()> {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
@@ -332,6 +334,26 @@ impl Session {
         })
     }
 
+    /// Adds what this repetition has measured to the earlier ones.
+    pub fn add_to(&self, earlier: &mut Earlier, ending: &Ending) {
+        let mut timings = self.frames.timings().clone();
+        timings.prepend(&earlier.timings);
+        earlier.timings = timings;
+        earlier.host_ms.extend(self.host_ms.iter().flatten());
+        earlier.wall += ending.wall;
+        earlier.steps += ending.steps;
+    }
+
+    /// Puts what earlier repetitions have measured before what this one has: all of it counts alike.
+    pub fn add_earlier(&mut self, earlier: &Earlier, ending: &mut Ending) {
+        self.frames.timings_mut().prepend(&earlier.timings);
+        if let Some(host_ms) = &mut self.host_ms {
+            host_ms.splice(0..0, earlier.host_ms.iter().copied());
+        }
+        ending.wall += earlier.wall;
+        ending.steps += earlier.steps;
+    }
+
     /// Measures the network, and tells of it.
     fn measure(&mut self, snapshot: &Snapshot) {
         let network = Network::of(snapshot, self.simulation.setup());
@@ -376,6 +398,7 @@ impl Session {
             seed: self.scene.settings.seed,
             settings: settings::of(&self.scene),
             steps: ending.steps,
+            samples: Some(times.steps as u64),
             particles: setup.particles.len() as u64,
             atlas_size: setup.atlas.size,
             triangles: setup.surface.triangles.len() as u64,
@@ -391,7 +414,7 @@ impl Session {
             gpu_ms_between_kernels: (!times.is_empty()).then(|| times::between_kernels(&times)),
             copy_bandwidth: self.bandwidth,
             host_step: self.host_ms.as_deref().and_then(HostTimes::of),
-            wall_ms_per_step: ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64,
+            wall_ms_per_step: Some(ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64),
             kernels: self.kernel_times(),
             counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),
             foods: FoodLeft::all(
@@ -451,46 +474,10 @@ impl Session {
     /// The trace as JSON, and how well its tracks agree.
     pub fn trace(&mut self) -> Result<(Vec<u8>, String)> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
-        let Some(tracing) = &self.trace else {
-            return Ok((Vec::new(), "nothing was measured".to_owned()));
-        };
-        let timings = self.frames.timings();
-        let first_span = timings.frames().next().and_then(|frame| frame.first());
-        let (calibration, agreement) = match (tracing.calibration, first_span) {
-            (Some(first), Some(_)) => {
-                let last = self.ctx.calibrate()?;
-                let calibration = last.map_or(first, |last| between(first, last));
-                let within = calibration.deviation_ns.ceil();
-                (
-                    Some(calibration),
-                    format!("host and GPU on one clock, within {within:.0} ns"),
-                )
-            }
-            (None, Some(span)) => (
-                tracing.first_submit.map(|host| Calibration {
-                    device_ns: span.begin_ns,
-                    host,
-                    deviation_ns: f64::INFINITY,
-                }),
-                "the device lacks VK_EXT_calibrated_timestamps: the GPU's track is shifted so that it begins with the \
-                 first submit"
-                    .to_owned(),
-            ),
-            (_, None) => (
-                None,
-                "the device has no timestamps: the GPU's track is empty".to_owned(),
-            ),
-        };
-        let mut json = Vec::new();
-        tracing
-            .trace
-            .write(&mut json, timings, calibration.as_ref())
-            .map_err(|source| Error::Io {
-                action: "write",
-                path: "the trace".into(),
-                source,
-            })?;
-        Ok((json, agreement))
+        match &self.trace {
+            Some(tracing) => tracing.json(&self.ctx, self.frames.timings()),
+            None => Ok((Vec::new(), "nothing was measured".to_owned())),
+        }
     }
 }
 
@@ -504,25 +491,6 @@ fn counted(names: Vec<String>) -> Vec<(String, u32)> {
         }
     }
     counted
-}
-
-/// Clocks run apart: the offset half-way from one calibration to the other is at most half the difference wrong.
-fn between(first: Calibration, last: Calibration) -> Calibration {
-    let host_ns = last.host.duration_since(first.host).as_nanos() as f64;
-    let drift_ns = host_ns - (last.device_ns - first.device_ns);
-    Calibration {
-        device_ns: first.device_ns - 0.5 * drift_ns,
-        host: first.host,
-        deviation_ns: first.deviation_ns.max(last.deviation_ns) + 0.5 * drift_ns.abs(),
-    }
-}
-
-/// Does something of which a trace shows how long it takes.
-fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R) -> R {
-    match trace {
-        Some(tracing) => tracing.trace.span(name, |_| work()),
-        None => work(),
-    }
 }
 
 /// Opens the device for scenes that are on it at the same time, and makes sure that it has room for each.
@@ -540,53 +508,12 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>>
         memory::check(ctx.info(), scene)?;
     }
     if scenes.len() > 1 {
-        tell_memory(&ctx, "all together", needed);
+        room::prepare(
+            &ctx,
+            "all together",
+            &scenes.iter().collect::<Vec<_>>(),
+            needed,
+        )?;
     }
     Ok(ctx)
-}
-
-/// Says what a large scene takes on the device, before it is taken; and if that is more than the device says that it has.
-fn tell_memory(ctx: &Context, what: &str, needed: u64) {
-    if needed <= LARGE {
-        return;
-    }
-    let heaps = ctx.info().heaps.iter();
-    let on_device: u64 = heaps
-        .filter(|heap| heap.device_local)
-        .map(|heap| heap.size)
-        .sum();
-    let more = if needed > on_device {
-        format!(
-            ", and {} says that it has {}",
-            ctx.info().name,
-            memory::human(on_device)
-        )
-    } else {
-        String::new()
-    };
-    console::message(&format!(
-        "{what} needs {} on the device{more}",
-        memory::human(needed)
-    ));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn clocks_that_run_apart_are_taken_in_the_middle() {
-        let epoch = Instant::now();
-        let at = |device_ns, host_ms| Calibration {
-            device_ns,
-            host: epoch + Duration::from_millis(host_ms),
-            deviation_ns: 10.0,
-        };
-        // In 100 ms of the host the device counts 600 ns less.
-        let (first, last) = (at(5000.0, 0), at(5000.0 + 1e8 - 600.0, 100));
-        let middle = between(first, last);
-        assert_eq!(middle.since(epoch, first.device_ns), 300.0);
-        assert_eq!(middle.since(epoch, last.device_ns), 1e8 - 300.0);
-        assert_eq!(middle.deviation_ns, 310.0);
-    }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use ash::vk;
 
@@ -24,6 +25,8 @@ pub struct Frames {
     slots: Vec<Slot>,
     next: usize,
     timings: Timings,
+    /// How long the frame that was begun last has waited for the device.
+    waited: Duration,
 }
 
 struct Slot {
@@ -31,6 +34,8 @@ struct Slot {
     pending: Option<Pending>,
     /// How many queries the last frame wanted.
     wanted: u32,
+    /// So many, from the first on, may have been written since they were reset, or never were.
+    unset: u32,
 }
 
 /// What is known of a frame that was submitted.
@@ -70,6 +75,7 @@ impl Frames {
                     resources,
                     pending: None,
                     wanted: 0,
+                    unset: u32::MAX,
                 })
             })
             .collect::<GpuResult<Vec<_>>>()?;
@@ -78,6 +84,7 @@ impl Frames {
             slots,
             next: 0,
             timings: Timings::default(),
+            waited: Duration::ZERO,
         })
     }
 
@@ -89,6 +96,7 @@ impl Frames {
     /// # Panics
     /// If a frame that was begun in this place was neither submitted nor dropped.
     pub fn begin(&mut self) -> GpuResult<Recorder> {
+        self.waited = Duration::ZERO;
         self.wait_slot(self.next)?;
         let slot = &mut self.slots[self.next];
         assert!(
@@ -100,9 +108,12 @@ impl Frames {
                 &self.ctx,
                 slot.wanted.next_power_of_two(),
             )?);
+            slot.unset = u32::MAX;
         }
         self.ctx.collect_garbage();
-        slot.resources.start()?;
+        slot.resources.start(slot.unset)?;
+        // Until it is submitted: a frame that is dropped resets nothing, and parts of it may have run.
+        slot.unset = u32::MAX;
         let recorder = Recorder::new(Arc::clone(&slot.resources));
         self.next = (self.next + 1) % self.slots.len();
         Ok(recorder)
@@ -168,6 +179,7 @@ impl Frames {
         let slot = &mut self.slots[index];
         slot.wanted = recorder.queries_wanted;
         let queries = recorder.queries_used();
+        slot.unset = queries;
         slot.pending = Some(Pending {
             ticket: recorder.ticket,
             spans: std::mem::take(&mut recorder.spans),
@@ -189,6 +201,12 @@ impl Frames {
         }
         self.ctx.collect_garbage();
         Ok(())
+    }
+
+    /// How long [`Frames::begin`] has waited for the device the last time. What else it takes is the host's own work.
+    #[must_use]
+    pub fn waited(&self) -> Duration {
+        self.waited
     }
 
     /// Times of the frames that have finished and been waited for.
@@ -232,9 +250,13 @@ impl Frames {
         if slot.pending.is_none() {
             return Ok(());
         }
-        if let Err(error) = wait_for(&self.ctx, slot.resources.fence, "a frame") {
+        let begun = Instant::now();
+        let finished = wait_for(&self.ctx, slot.resources.fence, "a frame");
+        self.waited += begun.elapsed();
+        if let Err(error) = finished {
             return Err(self.blame(error));
         }
+        let slot = &mut self.slots[index];
         if let Some(pending) = slot.pending.take() {
             self.ctx.graveyard.end(pending.ticket);
             if !pending.debug_kernels.is_empty() {
@@ -325,7 +347,8 @@ impl FrameResources {
         })
     }
 
-    fn start(&self) -> GpuResult<()> {
+    /// Begins to record, with the first of the queries reset: what others a frame uses were never written since they were.
+    fn start(&self, unset: u32) -> GpuResult<()> {
         if let Some(crumbs) = &self.crumbs {
             crumbs
                 .lock()
@@ -343,8 +366,9 @@ impl FrameResources {
             device
                 .begin_command_buffer(self.cmd, &begin)
                 .check("vkBeginCommandBuffer", "a frame")?;
-            if self.query_capacity > 0 {
-                device.cmd_reset_query_pool(self.cmd, self.queries, 0, self.query_capacity);
+            let unset = unset.min(self.query_capacity);
+            if unset > 0 {
+                device.cmd_reset_query_pool(self.cmd, self.queries, 0, unset);
             }
         }
         Ok(())

@@ -21,6 +21,7 @@ pub mod draws {
     include!(concat!(env!("OUT_DIR"), "/choices_draws.rs"));
 }
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
@@ -31,6 +32,62 @@ use super::twin::trail::atlas_position;
 use super::twin::walk::WALK_DONE;
 use super::twin::{AdvanceInputs, straight_places};
 use super::types::{Motion, Particle, Physarum};
+use crate::mesh::strip::StripTriangle;
+use crate::mesh::surface::{AtlasMap, NONE, Surface, Triangle};
+
+/// The triangle behind an edge, for a walk that turns its heading at edges.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TurningEdge {
+    /// Its triangle times 4 plus its corner; [`NONE`] at an open border.
+    pub twin: u32,
+    /// As that of the half-edge.
+    pub cos: f32,
+    /// Likewise.
+    pub sin: f32,
+    /// Always 0.
+    pub pad: u32,
+}
+
+/// As [`StripTriangle`], which it is compared with: the same things side by side, as large and in the same places.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TurningTriangle {
+    /// From corner A to B, from B to C, from C to A.
+    pub edges: [TurningEdge; 3],
+    /// Its own shape.
+    pub shape: Triangle,
+    /// Its place in the atlas.
+    pub map: AtlasMap,
+    /// Always 0.
+    pub pad: [f32; 2],
+}
+
+const _: () = assert!(size_of::<TurningTriangle>() == size_of::<StripTriangle>());
+
+/// The table of all triangles for walks that turn their heading at edges.
+#[must_use]
+pub fn turning_strips(surface: &Surface, strips: &[StripTriangle]) -> Vec<TurningTriangle> {
+    let all = strips.iter().enumerate();
+    all.map(|(triangle, strip)| TurningTriangle {
+        edges: [0, 1, 2].map(|corner| {
+            let edge = surface.halfedges[3 * triangle + corner];
+            TurningEdge {
+                twin: match edge.twin {
+                    NONE => NONE,
+                    twin => 4 * (twin / 3) + twin % 3,
+                },
+                cos: edge.cos,
+                sin: edge.sin,
+                pad: 0,
+            }
+        }),
+        shape: strip.shape,
+        map: strip.map,
+        pad: [0.0; 2],
+    })
+    .collect()
+}
 
 /// Where the sensors of each particle read, atlas positions: left and middle, then right and nothing. As in a step, they
 /// look straight ahead in the atlas where nothing of their chart is hidden on the way, and walk elsewhere. Values that objects

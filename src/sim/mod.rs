@@ -45,7 +45,7 @@ pub mod types;
 pub use params::{StepConstants, StepParams, TINY_TRAIL, deposit_factor};
 pub use pipelines::{FORMS_OF_ADVANCE, Kernels};
 pub use setup::{Setup, atlas_options};
-pub use simulation::{Areas, FoodOrder, PreparedFood, Simulation, SnapshotCopy};
+pub use simulation::{Areas, FoodOrder, KernelAlone, PreparedFood, Simulation, SnapshotCopy};
 pub use snapshot::{Census, Distances, Snapshot};
 pub use state::{PingPong, State};
 pub use surroundings::{COVERED, NEAR};

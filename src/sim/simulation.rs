@@ -31,6 +31,7 @@ use crate::scene::Scene;
 use crate::scene::file::Problem;
 use crate::scene::parameters::{out_of_range, restarting};
 use crate::scene::settings::Settings;
+pub use alone::KernelAlone;
 pub use copying::SnapshotCopy;
 pub use feeding::{FoodOrder, PreparedFood};
 pub use painting::Areas;

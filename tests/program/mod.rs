@@ -214,3 +214,13 @@ pub fn shown_of(film: &Path) -> ([u32; 2], u64) {
     };
     ([width, height].map(|side| side as u32), frames)
 }
+
+/// Two small objects in one another, so that some particles change.
+pub fn small_pair(folder: &Folder) -> PathBuf {
+    let file = folder.file("pair.toml");
+    let text = "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 64\n\
+        [transfer]\nthreshold = 0.01\n[[object]]\nmesh = \"builtin:cube?divisions=3\"\n\
+        [[object]]\nmesh = \"builtin:icosphere?subdivisions=2\"\nposition = [0.9, 0.3, 0.2]\n";
+    std::fs::write(&file, text).expect("there is room");
+    file
+}

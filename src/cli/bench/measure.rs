@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Context, ContextOptions, CopyBandwidth, DeviceKind, Frames, GpuError, Timings,
-    default_cache_folder,
+    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Timings, default_cache_folder,
 };
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
+use myxo::sim::sorting::{SORT_INTERVAL, SortParams};
 use myxo::sim::{Simulation, memory};
 use myxo::{Error, Result};
 
@@ -18,7 +18,8 @@ use crate::cli::host::Watch;
 use crate::cli::interrupt;
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, atlas_cache};
-use crate::cli::report::{Bandwidth, Times};
+use crate::cli::report::{Bandwidth, Repetition, Times, widen};
+use crate::cli::room::{self, Free, LARGE};
 use crate::cli::times;
 
 /// Frames that the host may be ahead of the device.
@@ -27,10 +28,11 @@ const FRAMES_IN_FLIGHT: usize = 2;
 const COPIES: usize = 9;
 /// A step of a case may take this long before the device counts as lost.
 const PATIENCE: Duration = Duration::from_secs(900);
-/// Cases that take more memory than this say so before they take it.
-const LARGE: u64 = 1 << 30;
 /// So many steps are measured at least, however long they take.
 pub const FEWEST_STEPS: u32 = 3;
+/// From one sort to the next steps become slower, and the one that sorts is the slowest: so all of them are measured, if that
+/// takes no longer than so many times what a case may take.
+pub const PATIENCE_FOR_SORTS: u32 = 4;
 
 /// How long a case may take.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +68,10 @@ impl Budget {
 pub struct Measured {
     pub case: Case,
     timings: Timings,
-    runs_ms: Vec<f64>,
+    /// Medians of each run, of the step and of each kernel.
+    runs: Vec<Repetition>,
+    /// For each place between two sorts, whether a step there was measured in any run.
+    places: [bool; SORT_INTERVAL as usize],
     /// Steps before those that were measured, in the run that had the fewest.
     warmup: u32,
     pub point: Option<Point>,
@@ -79,7 +84,8 @@ impl Measured {
         Self {
             case,
             timings: Timings::default(),
-            runs_ms: Vec::new(),
+            runs: Vec::new(),
+            places: [false; SORT_INTERVAL as usize],
             warmup: u32::MAX,
             point: None,
             skipped: None,
@@ -88,7 +94,7 @@ impl Measured {
 
     /// Runs that were measured.
     pub fn runs(&self) -> usize {
-        self.runs_ms.len()
+        self.runs.len()
     }
 }
 
@@ -123,6 +129,19 @@ impl Rig {
             cache: atlas_cache(),
             ctx,
         })
+    }
+
+    /// Makes sure that there is memory for a scene, with some to spare: about how many bytes it takes.
+    pub fn check_room(&self, scene: &Scene) -> Result<u64> {
+        let needed = room::needed(memory::needed(scene), self.ctx.info().kind);
+        match Free::on(&self.ctx).map(Free::at_ease) {
+            Some(free) if needed > free => Err(Error::Invalid(format!(
+                "it takes about {}, and {} are free",
+                memory::human(needed),
+                memory::human(free)
+            ))),
+            _ => Ok(needed),
+        }
     }
 
     /// Measures all cases once, those that can be.
@@ -167,15 +186,7 @@ impl Rig {
         let settings = measured.case.settings.clone();
         let scene = Scene::from_settings(name, settings, PathBuf::new())?;
         memory::check(self.ctx.info(), &scene)?;
-        let needed = needed(&scene, self.ctx.info().kind);
-        let room = room(&self.ctx);
-        if room.is_some_and(|room| needed > room) {
-            return Err(Error::Invalid(format!(
-                "it takes about {}, and {} are free",
-                memory::human(needed),
-                memory::human(room.unwrap_or_default())
-            )));
-        }
+        let needed = self.check_room(&scene)?;
         if needed > LARGE && measured.point.is_none() {
             progress.say(&format!(
                 "{}: takes about {} of memory",
@@ -190,10 +201,10 @@ impl Rig {
         };
         let mut simulation = Simulation::with_control(&self.ctx, &scene, &control)?;
         let mut frames = Frames::new(&self.ctx, FRAMES_IN_FLIGHT)?;
-        let mut steps = |most: u32, fewest: u32, time: Duration, frames: &mut Frames| {
+        let mut steps = |most: u32, whole: u32, time: Duration, frames: &mut Frames| {
             let begun = Instant::now();
             let mut done = 0;
-            while done < most && (done < fewest || begun.elapsed() < time) {
+            while done < most && goes_on(done, whole, begun.elapsed(), time) {
                 if interrupt::requested() {
                     break;
                 }
@@ -205,17 +216,21 @@ impl Rig {
             frames.wait_idle()?;
             Ok::<u32, Error>(done)
         };
-        let warmup = steps(budget.warmup, FEWEST_STEPS, budget.warmup_time, &mut frames)?;
+        let warmup = steps(budget.warmup, 0, budget.warmup_time, &mut frames)?;
         frames.timings_mut().clear();
         watch.begin();
-        let done = steps(budget.steps, FEWEST_STEPS, budget.time, &mut frames);
+        let done = steps(budget.steps, SORT_INTERVAL as u32, budget.time, &mut frames);
         watch.end();
         // Interrupted in the warm-up.
         if done? == 0 {
             return Ok(());
         }
         let own = frames.timings().report("step");
-        measured.runs_ms.push(own.step.median_ms);
+        measured.runs.push(Repetition::from(&own));
+        let end = simulation.step();
+        for step in end - own.steps.min(measured.places.len()) as u64..end {
+            measured.places[(step % SORT_INTERVAL) as usize] = true;
+        }
         let mut timings = frames.timings().clone();
         timings.prepend(&measured.timings);
         measured.timings = timings;
@@ -228,7 +243,7 @@ impl Rig {
     fn point(&self, measured: &Measured, simulation: &Simulation) -> Point {
         let setup = simulation.setup();
         let report = measured.timings.report("step");
-        let rows = times::rows(
+        let mut parts = times::rows(
             &report,
             times::Of {
                 setup,
@@ -237,9 +252,7 @@ impl Rig {
             },
         );
         let mut time = Times::from(&report.step);
-        for median in &measured.runs_ms {
-            time.include(*median);
-        }
+        widen(&mut time, &mut parts, &measured.runs);
         let case = &measured.case;
         Point {
             series: case.series.clone(),
@@ -252,12 +265,22 @@ impl Rig {
             memory_bytes: memory::size_in_bytes(setup, simulation.settings()),
             warmup: measured.warmup,
             steps: report.steps,
-            runs_ms: measured.runs_ms.clone(),
+            sort_places: match SortParams::new(simulation.settings(), setup) {
+                Some(_) => measured.places.iter().filter(|place| **place).count(),
+                None => 0,
+            },
+            runs_ms: measured.runs.iter().map(|run| run.step_ms).collect(),
             time,
-            parts: rows,
+            parts,
+            between_kernels_ms: Some(times::between_kernels(&report)),
             ..Point::default()
         }
     }
+}
+
+/// Is there time for another step after so many? Then there is more of it for the rest of a whole number that should be done.
+fn goes_on(done: u32, whole: u32, elapsed: Duration, time: Duration) -> bool {
+    done < FEWEST_STEPS || elapsed < time || done < whole && elapsed < PATIENCE_FOR_SORTS * time
 }
 
 /// After these nothing on the device can be measured any more.
@@ -284,29 +307,6 @@ fn would_take_too_long(before: &[Measured], case: &Case, budget: &Budget) -> Opt
     })
 }
 
-/// About how many bytes a scene takes: on the device and, where that computes in the host's memory, as much again while it
-/// is set up and read back.
-fn needed(scene: &Scene, kind: DeviceKind) -> u64 {
-    let times = if kind == DeviceKind::Cpu { 2 } else { 1 };
-    times * memory::needed(scene)
-}
-
-/// Bytes that are free: of the host's memory for drivers that compute there, else of the device's. `None` where nobody
-/// says.
-fn room(ctx: &Context) -> Option<u64> {
-    let info = ctx.info();
-    if info.kind == DeviceKind::Cpu {
-        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-        let line = text
-            .lines()
-            .find(|line| line.starts_with("MemAvailable:"))?;
-        let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-        return Some(kibibytes * 1024 / 10 * 9);
-    }
-    let own = info.heaps.iter().filter(|heap| heap.device_local);
-    own.map(|heap| heap.size / 10 * 9).max()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -320,6 +320,15 @@ mod tests {
             settings: Settings::default(),
             effort: x,
         }
+    }
+
+    #[test]
+    fn a_whole_interval_is_measured_where_that_takes_not_much_longer() {
+        let time = Duration::from_millis(100);
+        let goes_on = |done, elapsed: u64| goes_on(done, 16, Duration::from_millis(elapsed), time);
+        assert!(goes_on(2, 100_000), "so few tell nothing");
+        assert!(goes_on(20, 99) && !goes_on(20, 100));
+        assert!(goes_on(15, 399) && !goes_on(15, 400) && !goes_on(16, 399));
     }
 
     #[test]
@@ -348,19 +357,5 @@ mod tests {
             ..next(500.0)
         };
         assert_eq!(would_take_too_long(&before, &other, &budget), None);
-    }
-
-    #[test]
-    fn memory_is_known_before_it_is_taken() {
-        let mut settings = Settings::default();
-        let mut of = |particles, size| {
-            settings.particles.count = particles;
-            settings.atlas.size = size;
-            let scene = Scene::from_settings("test".to_owned(), settings.clone(), PathBuf::new());
-            needed(&scene.expect("it loads"), DeviceKind::Cpu)
-        };
-        let small = of(1000, 256);
-        assert!(of(1_001_000, 256) - small == 1_000_000 * 136);
-        assert!(of(1000, 512) > small + 3 * 256 * 256 * 21);
     }
 }

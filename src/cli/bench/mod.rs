@@ -16,6 +16,7 @@ use clap::builder::PossibleValuesParser;
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::file::Reader;
 use myxo::scene::parameters::grouped;
+use myxo::sim::sorting::SORT_INTERVAL;
 use myxo::{Error, Result};
 
 use super::files::{Sink, check_writable};
@@ -35,7 +36,7 @@ const RUNS_WHEN_QUICK: u32 = 2;
 /// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes; and what else
 /// could have been built
 ///
-/// Each suite prints a table, and leaves SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or would
+/// Each suite prints a table, and leaves that as SUITE.txt, SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or would
 /// take too long, are left out with a line that says why. Ctrl-C ends early, and keeps what was measured.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
@@ -250,7 +251,9 @@ impl Bench {
             }
         }
         Sink::create(&self.file(suite.name, "json"))?.write(results.to_json())?;
-        console::print(results.text(suite.parts))?;
+        let text = results.text(suite.parts);
+        Sink::create(&self.file(suite.name, "txt"))?.write(text.clone())?;
+        console::print(text)?;
         let warning = results.host_load.warning();
         if let Some(warning) = warning.filter(|_| !results.points.is_empty()) {
             console::message(&format!("{}: {warning}", suite.name));
@@ -367,13 +370,16 @@ fn method(work: &Work, runs: u32, budget: &Budget) -> String {
         );
     }
     format!(
-        "{runs}, each from the beginning: {} steps to warm up (fewer after {:.0} s), then {} (fewer after {:.1} s, but {} at \
-         least) by the device's timestamps\nmedians of all runs' steps; intervals hold the true median with 95 % where there \
-         are 6 steps or more, and at least the median of every run",
+        "{runs}, each from the beginning: {} steps to warm up (fewer after {:.0} s), then {} by the device's timestamps (fewer \
+         after {:.1} s, but {SORT_INTERVAL} up to {:.1} s, at all places between two sorts, and {} at least)\n\
+         medians of all runs' steps; intervals hold the true median with 95 % where there are 6 steps or more, and at least the \
+         median of every run\n\
+         other: kernels without a column; between: what lies between kernels, of the mean step",
         budget.warmup,
         budget.warmup_time.as_secs_f64(),
         budget.steps,
         budget.time.as_secs_f64(),
+        (measure::PATIENCE_FOR_SORTS * budget.time).as_secs_f64(),
         measure::FEWEST_STEPS,
     )
 }

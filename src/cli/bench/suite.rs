@@ -6,6 +6,7 @@ use myxo::Result;
 use myxo::scene::Settings;
 use myxo::scene::parameters::grouped;
 use myxo::sim::memory::human;
+use myxo::sim::sorting::SORT_INTERVAL;
 use serde::Serialize;
 
 use super::plot::{Dot, Line, Plot};
@@ -76,12 +77,15 @@ pub struct Case {
 impl Case {
     /// As people call it: `auto, 10,000`.
     pub fn name(&self) -> String {
-        let also = self.also.iter();
-        let also: String = also
-            .map(|(what, value)| format!(", {what} {}", grouped(*value)))
-            .collect();
+        let also = also_text(&self.also);
         format!("{}, {}{also}", self.series, grouped(self.x))
     }
+}
+
+fn also_text(also: &BTreeMap<&'static str, f64>) -> String {
+    let all = also.iter();
+    all.map(|(what, value)| format!(", {what} {}", grouped(*value)))
+        .collect()
 }
 
 /// A case that was measured.
@@ -102,12 +106,18 @@ pub struct Point {
     pub warmup: u32,
     /// Of all runs together.
     pub steps: usize,
+    /// At how many places between one sort of the particles and the next steps were measured, of the 16 that there are; 0 where
+    /// none are sorted.
+    pub sort_places: usize,
     /// The median of each run; each begins anew.
     pub runs_ms: Vec<f64>,
     /// Of the whole.
     pub time: Times,
     /// Where it goes.
     pub parts: Vec<KernelTime>,
+    /// Of the mean step what lies between kernels; on the device only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between_kernels_ms: Option<f64>,
     /// What else was found out.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub found: BTreeMap<&'static str, f64>,
@@ -247,10 +257,28 @@ impl Results {
                 grouped(point.x)
             );
         }
+        text += &self.unlike_sorts();
         for Skipped { case, why } in &self.skipped {
             text += &format!("left out: {case}: {why}\n");
         }
         text
+    }
+
+    /// Lines about points whose steps are not of a whole interval between sorts: they leave out the slowest.
+    fn unlike_sorts(&self) -> String {
+        let places = SORT_INTERVAL as usize;
+        let parted = self.points.iter();
+        let parted = parted.filter(|point| (1..places).contains(&point.sort_places));
+        let line = |point: &Point| {
+            format!(
+                "measured at {} of {places} places between two sorts only, for want of time: {}, {}{}\n",
+                point.sort_places,
+                point.series,
+                grouped(point.x),
+                also_text(&point.also)
+            )
+        };
+        parted.map(line).collect()
     }
 
     fn table(&self, parts: &[&str]) -> String {
@@ -267,6 +295,8 @@ impl Results {
         // Parts are kernels on the device, and some have no column; on the host they are all that there is.
         let has_rest = on_device && !parts.is_empty();
         header.extend(owned(if has_rest { &["other"] } else { &[] }));
+        let has_between = self.points.iter().any(|p| p.between_kernels_ms.is_some());
+        header.extend(owned(if has_between { &["between"] } else { &[] }));
         header.extend(owned(if on_device { &["memory"] } else { &[] }));
         let mut rows: Vec<Vec<String>> = vec![header];
         for point in &self.points {
@@ -287,8 +317,12 @@ impl Results {
                 median => milliseconds(median),
             }));
             if has_rest {
-                let rest = point.whole().y - point.parts(parts).y;
-                row.push(milliseconds(rest.max(0.0)));
+                let others = point.parts.iter().map(|part| part.name.as_str());
+                let others: Vec<&str> = others.filter(|name| !parts.contains(name)).collect();
+                row.push(milliseconds(point.parts(&others).y));
+            }
+            if has_between {
+                row.push(ms(point.between_kernels_ms));
             }
             if on_device {
                 row.push(human(point.memory_bytes));
@@ -393,6 +427,7 @@ mod tests {
         let mut point = point("a", 1.0, 8.0);
         point.parts[0].time.median_ms = Some(3.0);
         point.parts[1].time.median_ms = Some(1.5);
+        point.between_kernels_ms = Some(3.5);
         let results = |device: Option<&str>| Results {
             device: device.map(str::to_owned),
             points: vec![point.clone()],
@@ -400,13 +435,37 @@ mod tests {
         };
         let table = results(Some("abacus")).table(&["advance"]);
         let words: Vec<&str> = table.split_whitespace().collect();
-        for pair in [["advance", "other"], ["3.00", "5.00"]] {
-            assert!(words.windows(2).any(|words| words == pair), "{table}");
+        for columns in [["advance", "other", "between"], ["3.00", "1.50", "3.50"]] {
+            assert!(words.windows(3).any(|words| words == columns), "{table}");
         }
+        point.between_kernels_ms = None;
+        let results = |device: Option<&str>| Results {
+            device: device.map(str::to_owned),
+            points: vec![point.clone()],
+            ..Results::default()
+        };
         let table = results(None).table(&["advance"]);
         assert!(!table.contains("other"), "{table}");
         let table = results(Some("abacus")).table(&[]);
         assert!(!table.contains("other"), "{table}");
+    }
+
+    #[test]
+    fn part_of_an_interval_between_sorts_is_told() {
+        let of = |sort_places| Results {
+            points: vec![Point {
+                sort_places,
+                ..point("auto", 1e6, 8.0)
+            }],
+            ..Results::default()
+        };
+        for whole in [0, 16] {
+            assert_eq!(of(whole).unlike_sorts(), "");
+        }
+        assert_eq!(
+            of(9).unlike_sorts(),
+            "measured at 9 of 16 places between two sorts only, for want of time: auto, 1,000,000\n"
+        );
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::{Profile, repeat};
 use crate::cli::files::Sink;
 use crate::cli::host::Watch;
 use crate::cli::report::{KernelTime, Report, Times};
-use crate::cli::session::{self, Session};
+use crate::cli::session::{self, Earlier, Ending, Session};
 use crate::cli::table::aligned;
 use crate::cli::{Outcome, console};
 
@@ -153,7 +153,7 @@ pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result
         );
     }
     let ctx = session::device(device, scenes)?;
-    let mut earlier = [Timings::default(), Timings::default()];
+    let mut earlier = [Earlier::default(), Earlier::default()];
     let mut medians = Vec::new();
     let mut rounds = 0;
     let (both, completed) = loop {
@@ -245,13 +245,12 @@ impl Both {
     }
 
     /// Ends a repetition that is not the last one; its times come behind the earlier ones.
-    fn end(self, earlier: &mut [Timings; 2]) -> Result<()> {
-        for (mut session, earlier) in self.sessions.into_iter().zip(earlier) {
-            session.finish()?;
+    fn end(self, earlier: &mut [Earlier; 2]) -> Result<()> {
+        let all = self.sessions.into_iter().zip(self.wall).zip(earlier);
+        for ((mut session, wall), earlier) in all {
+            let ending = session.finish()?;
             session.progress.finish();
-            let mut timings = session.frames.timings().clone();
-            timings.prepend(earlier);
-            *earlier = timings;
+            session.add_to(earlier, &Ending { wall, ..ending });
         }
         Ok(())
     }
@@ -260,19 +259,19 @@ impl Both {
         mut self,
         profile: &Profile,
         watch: &Watch,
-        earlier: &[Timings; 2],
+        earlier: &[Earlier; 2],
         medians: Vec<f64>,
         interrupted: bool,
     ) -> Result<Turns> {
         let mut report = |which: usize| {
             let session = &mut self.sessions[which];
-            let ending = session.finish()?;
+            let mut ending = session.finish()?;
+            ending.wall = self.wall[which];
             session.progress.finish();
-            session.frames.timings_mut().prepend(&earlier[which]);
+            session.add_earlier(&earlier[which], &mut ending);
             let mut report = session.report(&ending, interrupted);
             report.host_load = Some(watch.load());
-            let steps = ending.steps.max(1) as f64;
-            report.wall_ms_per_step = self.wall[which].as_secs_f64() * 1e3 / steps;
+            report.warmup = Some(profile.warmup.into());
             Ok::<Report, Error>(report)
         };
         let (first, second) = (report(0)?, report(1)?);

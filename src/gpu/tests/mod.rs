@@ -6,6 +6,7 @@ mod draw;
 mod frames;
 mod hazards;
 mod kernels;
+mod queries;
 #[cfg(target_os = "linux")]
 mod window;
 

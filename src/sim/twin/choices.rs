@@ -6,7 +6,8 @@ use super::strip::StripWalk;
 use super::trail::{atlas_position, texel_at, trail_at};
 use super::walk::WALK_DONE;
 use crate::mesh::strip::StripTriangle;
-use crate::mesh::surface::{HalfEdge, NONE, Triangle};
+use crate::mesh::surface::NONE;
+use crate::sim::choices::TurningTriangle;
 use crate::sim::choices::kernels::{CountDepositsParams, WalkCorrectedParams, WalkExactlyParams};
 use crate::sim::types::{Motion, Particle};
 
@@ -37,8 +38,7 @@ pub fn walk_exactly(
 /// Twin of `shaders/choices/walk_corrected.comp`.
 pub fn walk_corrected(
     params: &WalkCorrectedParams,
-    triangles: &[Triangle],
-    halfedges: &[HalfEdge],
+    strips: &[TurningTriangle],
     particles: &mut [Particle],
     motions: &mut [Motion],
 ) {
@@ -50,7 +50,8 @@ pub fn walk_corrected(
         let mut remaining = motion.pending + params.way;
         let mut attempts = params.attempts;
         loop {
-            let shape = triangles[triangle as usize];
+            let strip = &strips[triangle as usize];
+            let shape = strip.shape;
             let a = (1.0 - b) - c;
             let way_c = remaining * h / shape.ch;
             let way_b = (remaining * p - way_c * shape.cp) / shape.ab;
@@ -73,13 +74,13 @@ pub fn walk_corrected(
             let part = before / (before - least.min(-1e-30));
             let along = (from + part * (to - from)).clamp(0.0, 1.0);
             let rest = 1.0 - along;
-            let edge = halfedges[3 * triangle as usize + corner];
+            let edge = strip.edges[corner];
             let at_border = edge.twin == NONE;
             let (next, start, end) = if at_border {
                 (corner as u32, rest, along)
             } else {
-                triangle = edge.twin / 3;
-                (edge.twin % 3, along, rest)
+                triangle = edge.twin >> 2;
+                (edge.twin & 3, along, rest)
             };
             (b, c) = match next {
                 0 => (end, 0.0),

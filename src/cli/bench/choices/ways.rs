@@ -16,7 +16,7 @@ use myxo::sim::choices::kernels::{
     ReadTexels, ReadTexelsArgs, ReadTexelsParams, WalkCorrected, WalkCorrectedArgs,
     WalkCorrectedParams, WalkExactly, WalkExactlyArgs, WalkExactlyParams,
 };
-use myxo::sim::choices::sensor_places;
+use myxo::sim::choices::{sensor_places, turning_strips};
 use myxo::sim::types::{Motion, Particle};
 use myxo::sim::{Simulation, Snapshot, StepParams};
 use myxo::{Error, Result};
@@ -103,6 +103,8 @@ pub struct Ways<'a> {
     start: Walkers,
     ends: Walkers,
     walks: [[WalkPipelines; 3]; 2],
+    /// What walks that are corrected read, laid out as what the program's own read.
+    turning: Texels<u32>,
     count: Pipeline<CountDeposits>,
     draw: RasterPipeline<DrawDepositsDraw>,
     deposits: Buffer<u32>,
@@ -172,6 +174,8 @@ impl<'a> Ways<'a> {
         let params = step.turn.advance;
         let places = sensor_places(setup, &params, &snapshot.particles, &snapshot.motions);
         let place_buffer = Buffer::from_slice_in(ctx, "choices.places", &places, Domain::Texels)?;
+        let turning = turning_strips(&setup.surface, &setup.strips);
+        let turning = Buffer::from_slice_in(ctx, "choices.turning", &turning, Domain::Texels)?;
         let walks = |reach| {
             let pipeline = |walking| {
                 let name = Way::Walk(reach, walking).kernel();
@@ -209,6 +213,7 @@ impl<'a> Ways<'a> {
             start: Walkers::new(ctx, &snapshot.particles, &snapshot.motions)?,
             ends: Walkers::new(ctx, &snapshot.particles, &snapshot.motions)?,
             walks: [walks(Reach::Step)?, walks(Reach::Sensor)?],
+            turning: Texels::new(&turning, 4)?,
             count: Pipeline::new(ctx, &())?,
             draw: RasterPipeline::new(ctx, &(), options)?,
             deposits: Buffer::zeroed(ctx, "choices.deposits", snapshot.deposits.len())?,
@@ -281,8 +286,7 @@ impl<'a> Ways<'a> {
                 WalkCorrectedArgs {
                     particles_before: &from.particle_texels,
                     motions_before: &from.motion_texels,
-                    triangles: &state.triangles,
-                    halfedges: &state.halfedges,
+                    strips: &self.turning,
                     particles: &to.particle_texels,
                     motions: &to.motion_texels,
                 },
@@ -353,6 +357,12 @@ impl<'a> Ways<'a> {
             depth: None,
             depth_test: DepthTest::Greatest,
             clear: Some([0.0; 4]),
+        };
+        // A step's kernels leave zeros behind, whichever way deposits come, so clearing is on neither side.
+        rec.pass("clear", &targets, |_| {});
+        let targets = Targets {
+            clear: None,
+            ..targets
         };
         rec.pass_as_kernel(Way::Draw.kernel(), &targets, |pass| {
             pass.draw(

@@ -1,0 +1,340 @@
+//! Whether there is memory for scenes, told before it is taken: on the device, and where the device is the processor, in the
+//! host's memory, of which as much again goes to setting up and reading back.
+
+use std::path::Path;
+
+use myxo::gpu::{Context, DeviceKind};
+use myxo::scene::Scene;
+use myxo::scene::parameters::grouped;
+use myxo::sim::memory::human;
+use myxo::{Error, Result};
+
+use super::console;
+
+/// Scenes that take more memory than this say so.
+pub const LARGE: u64 = 1 << 30;
+
+/// About how many bytes are needed for so many on the device: where that computes in the host's memory, as much again while
+/// a scene is set up and read back.
+pub fn needed(on_device: u64, kind: DeviceKind) -> u64 {
+    let times = if kind == DeviceKind::Cpu { 2 } else { 1 };
+    times * on_device
+}
+
+/// Bytes that nobody uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Free {
+    /// Of memory.
+    pub memory: u64,
+    /// What the system would bring to a disk, which is slow.
+    pub swap: u64,
+}
+
+impl Free {
+    /// Of the host's memory for drivers that compute there, else of the device's; `None` where nobody says.
+    pub fn on(ctx: &Context) -> Option<Self> {
+        let info = ctx.info();
+        if info.kind == DeviceKind::Cpu {
+            return on_host(Path::new("/"));
+        }
+        let own = info.heaps.iter().filter(|heap| heap.device_local);
+        let memory = own.map(|heap| heap.size).max()?;
+        Some(Self { memory, swap: 0 })
+    }
+
+    /// What may be taken without slowing down whatever else runs.
+    pub fn at_ease(self) -> u64 {
+        self.memory / 10 * 9
+    }
+}
+
+/// Refuses scenes for which the host has no memory, and says what large ones take; before any of it is taken. `on_device` is
+/// what all of them take there together.
+pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> Result<()> {
+    let info = ctx.info();
+    let heaps = info.heaps.iter().filter(|heap| heap.device_local);
+    let device = Device {
+        name: &info.name,
+        kind: info.kind,
+        size: heaps.map(|heap| heap.size).sum(),
+    };
+    let told = verdict(what, on_device, &device, Free::on(ctx), &advice(scenes))?;
+    told.iter().for_each(|text| console::message(text));
+    Ok(())
+}
+
+/// What to set lower.
+fn advice(scenes: &[&Scene]) -> String {
+    let keys = |particles: &str, size: &str| {
+        format!("lower particles.count{particles} or atlas.size{size}")
+    };
+    match scenes {
+        [scene] => {
+            let is = |value: u32| format!(" (it is {})", grouped(value.into()));
+            let settings = &scene.settings;
+            keys(&is(settings.particles.count), &is(settings.atlas.size))
+        }
+        _ => keys("", ""),
+    }
+}
+
+struct Device<'a> {
+    name: &'a str,
+    kind: DeviceKind,
+    /// Of the memory that it says it has.
+    size: u64,
+}
+
+/// What to tell of a scene that takes so much, if it is worth telling; an error where there is not as much.
+fn verdict(
+    what: &str,
+    on_device: u64,
+    device: &Device<'_>,
+    free: Option<Free>,
+    advice: &str,
+) -> Result<Option<String>> {
+    let is_processor = device.kind == DeviceKind::Cpu;
+    let needed = needed(on_device, device.kind);
+    let takes = if is_processor {
+        format!(
+            "{what} needs {} on the device, which is the processor, and with what setting up and reading back take about {} of \
+             memory",
+            human(on_device),
+            human(needed)
+        )
+    } else {
+        format!("{what} needs {} on the device", human(on_device))
+    };
+    if let Some(free) = free.filter(|_| is_processor) {
+        if needed > free.memory.saturating_add(free.swap) {
+            let swap = match free.swap {
+                0 => String::new(),
+                swap => format!(", and {} to swap to", human(swap)),
+            };
+            return Err(Error::Invalid(format!(
+                "{takes}, but only {} are free{swap}: {advice}, or end other programs",
+                human(free.memory)
+            )));
+        }
+        if needed > free.at_ease() {
+            let memory = human(free.memory);
+            return Ok(Some(format!(
+                "{takes}, and {memory} are free: it may become slow, or be ended by the system; if it does, {advice}"
+            )));
+        }
+    }
+    let more = if on_device > device.size {
+        format!(
+            ", and {} says that it has {}",
+            device.name,
+            human(device.size)
+        )
+    } else {
+        String::new()
+    };
+    Ok((on_device > LARGE).then(|| takes + &more))
+}
+
+/// Of the host's memory, with all files under a root.
+fn on_host(root: &Path) -> Option<Free> {
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).ok();
+    let mut free = system(&read("proc/meminfo")?)?;
+    // Containers may have less than the machine. The names of version 2 of control groups, and those of version 1.
+    let groups = [
+        ("sys/fs/cgroup", ["memory.max", "memory.current"]),
+        (
+            "sys/fs/cgroup/memory",
+            ["memory.limit_in_bytes", "memory.usage_in_bytes"],
+        ),
+    ];
+    for (folder, names) in groups {
+        let [limit, usage] = names.map(|name| read(&format!("{folder}/{name}")));
+        let stat = read(&format!("{folder}/memory.stat")).unwrap_or_default();
+        let left = limit.and_then(|limit| left_in_group(&limit, &usage.unwrap_or_default(), &stat));
+        if let Some(left) = left.filter(|left| *left < free.memory) {
+            // Whether a group may swap is not known from these.
+            free = Free {
+                memory: left,
+                swap: 0,
+            };
+        }
+    }
+    Some(free)
+}
+
+/// From the text of `/proc/meminfo`.
+fn system(meminfo: &str) -> Option<Free> {
+    let bytes = |key: &str| {
+        let line = meminfo.lines().find(|line| line.starts_with(key))?;
+        let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+        Some(kibibytes * 1024)
+    };
+    Some(Free {
+        memory: bytes("MemAvailable:")?,
+        swap: bytes("SwapFree:").unwrap_or(0),
+    })
+}
+
+/// What a control group may still take, from the texts of its limit, its usage and its statistics; `None` without a limit.
+/// Files that the system keeps in memory count as used, and give way.
+fn left_in_group(limit: &str, usage: &str, stat: &str) -> Option<u64> {
+    let limit: u64 = limit.trim().parse().ok()?;
+    let used: u64 = usage.trim().parse().unwrap_or(0);
+    // Version 1 has sums over the groups below beside the group's own.
+    let is_total = stat.lines().any(|line| line.starts_with("total_"));
+    let files = ["inactive_file", "active_file"].map(|name| {
+        let mut lines = stat.lines().filter_map(|line| line.split_once(' '));
+        let found = lines.find(|(key, _)| {
+            let own = if is_total {
+                key.strip_prefix("total_")
+            } else {
+                Some(*key)
+            };
+            own == Some(name)
+        });
+        let bytes: Option<u64> = found.and_then(|(_, bytes)| bytes.trim().parse().ok());
+        bytes.unwrap_or(0)
+    });
+    let kept = used.saturating_sub(files.iter().sum());
+    Some(limit.saturating_sub(kept))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GIB: u64 = 1 << 30;
+    const MEMINFO: &str = "MemTotal:       24576000 kB\nMemFree:  2000 kB\nMemAvailable:   16777216 kB\n\
+                           SwapTotal: 5 kB\nSwapFree:        1048576 kB\n";
+
+    #[test]
+    fn what_is_free_is_read_as_the_system_writes_it() {
+        let free = Free {
+            memory: 16 * GIB,
+            swap: GIB,
+        };
+        assert_eq!(system(MEMINFO), Some(free));
+        assert_eq!(system("MemTotal: 5 kB\n"), None, "an old system");
+        let without_swap = system("MemAvailable: 1024 kB\n");
+        assert_eq!(
+            without_swap.map(|free| (free.memory, free.swap)),
+            Some((1 << 20, 0))
+        );
+    }
+
+    #[test]
+    fn groups_have_what_their_limit_leaves_but_for_files() {
+        let stat = "anon 5\ninactive_file 1000\nactive_file 200\nfile 9999\n";
+        assert_eq!(left_in_group("8000\n", "3000\n", stat), Some(6200));
+        assert_eq!(left_in_group("8000\n", "", ""), Some(8000));
+        assert_eq!(left_in_group("8000\n", "9500\n", ""), Some(0));
+        assert_eq!(left_in_group("max\n", "3000\n", stat), None);
+        let first = "cache 7\ninactive_file 1\nactive_file 2\ntotal_inactive_file 1000\ntotal_active_file 200\n";
+        assert_eq!(left_in_group("8000\n", "3000\n", first), Some(6200));
+    }
+
+    #[test]
+    fn the_least_of_all_limits_counts() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let write = |path: &str, text: &str| {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().expect("it has one")).expect("there is room");
+            std::fs::write(path, text).expect("there is room");
+        };
+        let free = || on_host(folder.path()).map(|free| (free.memory, free.swap));
+        assert_eq!(free(), None, "nobody says");
+        write("proc/meminfo", MEMINFO);
+        assert_eq!(free(), Some((16 * GIB, GIB)));
+        // No limit, in either version's words.
+        write("sys/fs/cgroup/memory.max", "max\n");
+        write(
+            "sys/fs/cgroup/memory/memory.limit_in_bytes",
+            "9223372036854771712\n",
+        );
+        assert_eq!(free(), Some((16 * GIB, GIB)));
+        write("sys/fs/cgroup/memory/memory.limit_in_bytes", "8589934592\n");
+        assert_eq!(free(), Some((8 * GIB, 0)));
+        write("sys/fs/cgroup/memory.max", "4294967296\n");
+        write("sys/fs/cgroup/memory.current", "1073741824\n");
+        assert_eq!(free(), Some((3 * GIB, 0)));
+    }
+
+    fn verdict_of(
+        on_device: u64,
+        kind: DeviceKind,
+        memory: u64,
+        swap: u64,
+    ) -> Result<Option<String>> {
+        let device = Device {
+            name: "abacus",
+            kind,
+            size: 6 * GIB,
+        };
+        let free = Some(Free { memory, swap });
+        verdict("torus", on_device, &device, free, "lower particles.count")
+    }
+
+    #[test]
+    fn the_processor_takes_twice_as_much_and_no_more_than_there_is() {
+        let cpu = |on_device, memory, swap| verdict_of(on_device, DeviceKind::Cpu, memory, swap);
+        assert_eq!(cpu(GIB / 2, 16 * GIB, 0).expect("it fits"), None);
+        let told = cpu(4 * GIB, 16 * GIB, 0)
+            .expect("it fits")
+            .expect("it is large");
+        assert!(
+            told.starts_with("torus needs 4.0 GiB on the device"),
+            "{told}"
+        );
+        assert!(told.ends_with("about 8.0 GiB of memory"), "{told}");
+        let tight = cpu(4 * GIB, 8 * GIB, 0)
+            .expect("it just fits")
+            .expect("it is told");
+        assert!(
+            tight.contains("8.0 GiB are free: it may become slow"),
+            "{tight}"
+        );
+        let slow = cpu(4 * GIB, 7 * GIB, GIB).expect("it can be swapped");
+        assert!(slow.is_some_and(|text| text.contains("may become slow")));
+        let error = cpu(5 * GIB, 8 * GIB, GIB)
+            .expect_err("it does not fit")
+            .to_string();
+        assert!(
+            error.contains(
+                "about 10.0 GiB of memory, but only 8.0 GiB are free, and 1.0 GiB to swap to: lower"
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn devices_of_their_own_are_asked_for_what_they_have() {
+        let card = |on_device| verdict_of(on_device, DeviceKind::Discrete, 6 * GIB, 0);
+        assert_eq!(card(GIB / 2).expect("it fits"), None);
+        let told = card(4 * GIB).expect("it fits");
+        assert_eq!(told.as_deref(), Some("torus needs 4.0 GiB on the device"));
+        // Drivers may have more than they say.
+        let told = card(7 * GIB)
+            .expect("the driver decides")
+            .expect("it is told");
+        assert!(
+            told.ends_with("on the device, and abacus says that it has 6.0 GiB"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn memory_is_known_before_it_is_taken() {
+        use myxo::scene::Settings;
+        use myxo::sim::memory;
+        let mut settings = Settings::default();
+        let mut of = |particles, size| {
+            settings.particles.count = particles;
+            settings.atlas.size = size;
+            let scene = Scene::from_settings("test".to_owned(), settings.clone(), ".".into());
+            needed(memory::needed(&scene.expect("it loads")), DeviceKind::Cpu)
+        };
+        let small = of(1000, 256);
+        assert!(of(1_001_000, 256) - small == 1_000_000 * 136);
+        assert!(of(1000, 512) > small + 3 * 256 * 256 * 21);
+    }
+}
