@@ -38,6 +38,8 @@ pub enum Command {
     Apply,
     /// Begin again at step 0, with the settings as they are edited.
     Restart,
+    /// Go on from what had grown before a reset, or in another scene.
+    GoBack,
     /// Take one step.
     Step,
     /// Write the picture to a file.

@@ -2,6 +2,8 @@
 
 #[path = "areas.rs"]
 mod areas;
+#[path = "back.rs"]
+mod back;
 #[path = "objects.rs"]
 mod objects;
 

@@ -24,6 +24,7 @@ use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
 use super::navigation::Drags;
+pub use areas::CarriedOver;
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
 pub use tool::Tool;
