@@ -286,7 +286,8 @@ impl Lab {
     fn make_room(&mut self, name: &str, origin: Origin) {
         let is_same = origin == Origin::Shown;
         if !is_same {
-            self.left.retain(|left| !matches!(left, Left::Removal(_)));
+            self.left
+                .retain(|left| !matches!(left, Left::Copy(_) | Left::Removal(_)));
         }
         let coming = self.hand.coming.take();
         let loading = self.loading.as_ref();

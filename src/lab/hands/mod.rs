@@ -9,6 +9,7 @@ mod depths;
 mod food;
 mod gizmo;
 mod hold;
+pub(super) mod objects;
 mod overlay;
 mod strokes;
 mod tool;
@@ -42,6 +43,8 @@ const LONGEST_FRAME: f32 = 0.4;
 const LONGEST_PRESS: f32 = 0.1;
 /// Why hands rest in a view that is flat.
 const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
+/// What those who have picked nothing are told.
+const PICK_FIRST: &str = "Pick an object first: click on it";
 
 /// What lies under the pointer.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,6 +121,8 @@ pub enum Work {
     Remove(usize),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.
     Add(String),
+    /// Puts an object into the scene once more.
+    Duplicate(usize),
     /// Multiplies an object's scale.
     Scale(usize, f32),
     /// Undo or redo has brought other objects than those that run: they take over what has grown.
@@ -465,7 +470,7 @@ impl Interface {
             return self.remove_food(ctx, commands);
         }
         let Some(object) = self.hands.selected else {
-            self.notice(ctx, "Pick an object first: click on it", false);
+            self.notice(ctx, PICK_FIRST, false);
             return;
         };
         if self.running.objects.len() < 2 {
@@ -475,6 +480,14 @@ impl Interface {
         }
         self.hands.selected = None;
         commands.push(Command::Hand(Work::Remove(object)));
+    }
+
+    /// The picked object comes once more.
+    pub(super) fn duplicate_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        match self.hands.selected {
+            Some(object) => commands.push(Command::Hand(Work::Duplicate(object))),
+            None => self.notice(ctx, PICK_FIRST, false),
+        }
     }
 }
 
@@ -504,37 +517,6 @@ pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
     };
     let mut known = endings.iter().copied().flatten();
     known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-/// The settings with one object more.
-pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: Vec3) -> Settings {
-    let mut settings = settings.clone();
-    settings.objects.push(ObjectSettings {
-        mesh: mesh.to_owned(),
-        position: position.to_array(),
-        scale,
-        ..Default::default()
-    });
-    settings
-}
-
-/// The settings without an object; others no longer ask for their distance to it, and particles do not begin on it.
-pub fn without_object(settings: &Settings, object: usize) -> Settings {
-    let mut settings = settings.clone();
-    let gone = settings.objects.remove(object);
-    for other in &mut settings.objects {
-        // Whose distances were taken to nobody else now has them taken to all.
-        other.distance_to.retain(|name| *name != gone.name);
-    }
-    if settings.particles.start_object == gone.name {
-        settings.particles.start_object.clear();
-    }
-    for food in (0..settings.foods.len()).rev() {
-        if settings.foods[food].object == gone.name {
-            remove_food(&mut settings, food);
-        }
-    }
-    settings
 }
 
 /// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.

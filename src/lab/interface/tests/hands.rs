@@ -1,5 +1,6 @@
 //! Brushes, picked objects and their handles, by events of a pointer and keys.
 
+mod objects;
 mod slow;
 
 use glam::Affine3A;
@@ -326,23 +327,6 @@ fn a_click_picks_and_escape_lets_go() {
     assert_eq!(harness.interface.hands.selected, None, "on nothing");
 }
 
-#[test]
-fn the_last_object_stays() {
-    let mut harness = harness();
-    harness.press(Key::Delete);
-    let notice = |harness: &Harness| harness.interface.notices.text();
-    assert!(notice(&harness).is_some_and(|text| text.contains("Pick an object first")));
-    harness.interface.hands.selected = Some(1);
-    let commands = harness.press(Key::Delete);
-    assert_eq!(commands, [Command::Hand(Work::Remove(1))]);
-    harness.interface.running.objects.pop();
-    harness.interface.edited.objects.pop();
-    harness.interface.hands.selected = Some(0);
-    assert_eq!(harness.press(Key::Delete), []);
-    assert!(notice(&harness).is_some_and(|text| text.contains("The last object stays")));
-    assert_eq!(harness.interface.hands.selected, Some(0));
-}
-
 /// Where the middle of the first object is seen.
 fn middle(harness: &mut Harness) -> Pos2 {
     let picture = harness.frame(vec![]).picture;
@@ -540,7 +524,7 @@ fn food_is_put_picked_changed_and_taken_away() {
     assert_eq!(harness.interface.edited.foods.len(), 1);
     // Objects take theirs along.
     let name = harness.interface.edited.objects[0].name.clone();
-    let without = super::super::super::hands::without_object(&harness.interface.edited, 0);
+    let without = super::super::super::hands::objects::without_object(&harness.interface.edited, 0);
     assert!(without.foods.is_empty(), "{name}");
     harness.press(Key::Escape);
     harness.press(Key::Escape);
