@@ -348,7 +348,7 @@ impl Interface {
         self.show_notices(ui, picture);
         self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
-        if !is_busy {
+        if !is_busy && !self.hands.has_food_in_hand() {
             self.note_changes();
         }
         Shown {

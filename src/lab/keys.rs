@@ -388,6 +388,7 @@ pub const MOUSE: &[(&str, &str)] = &[
         "pick an object; its handles move, turn and scale it",
     ),
     ("Drag with a brush", "paint; right drag still pans"),
+    ("Drag food with its tool", "move it over the surfaces"),
     ("Shift wheel", "size of the brush"),
     (
         "Ctrl C, Ctrl V",

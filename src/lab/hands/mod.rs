@@ -26,6 +26,7 @@ use myxo::sim::paint::Brush;
 use super::interface::{Command, Facts, Interface};
 use super::navigation::Drags;
 pub use areas::CarriedOver;
+use food::FoodDrag;
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
 pub use tool::Tool;
@@ -148,6 +149,8 @@ pub struct Hands {
     pub food: Option<usize>,
     /// What the next food will be like.
     pub next_food: FoodSettings,
+    /// What a press with the tool for food has come to.
+    food_drag: FoodDrag,
     /// A handle of the gizmo that is held.
     grab: Option<Grab>,
     /// What the pointer is on, pixels of the picture, while that is asked for.
@@ -185,6 +188,7 @@ impl Hands {
             selected: None,
             food: None,
             next_food: FoodSettings::default(),
+            food_drag: FoodDrag::None,
             grab: None,
             pointer: None,
             click: None,
@@ -214,6 +218,7 @@ impl Hands {
                 own.step_by(stride).copied().collect()
             })
             .collect();
+        self.food_drag = FoodDrag::None;
         self.grab = None;
         self.click = None;
         self.reveals = None;
@@ -230,6 +235,7 @@ impl Hands {
 
     /// Leaves a tool or an object; false where there was nothing to leave.
     pub fn back(&mut self) -> bool {
+        self.food_drag = FoodDrag::None;
         if self.food.take().is_some() {
             return true;
         }
@@ -244,12 +250,18 @@ impl Hands {
     pub fn take(&mut self, tool: Tool) {
         self.tool = tool;
         self.food = None;
+        self.food_drag = FoodDrag::None;
         if tool != Tool::Look {
             self.selected = None;
         }
         if tool.is_brush() {
             self.last_brush = tool;
         }
+    }
+
+    /// Is a food held, or on its way to where it was let go of?
+    pub fn has_food_in_hand(&self) -> bool {
+        self.food_drag != FoodDrag::None
     }
 
     /// The brush used last, or none.
@@ -347,6 +359,7 @@ impl Interface {
             ui.ctx().request_repaint();
         }
         if !is_solid {
+            self.hands.food_drag = FoodDrag::None;
             self.hands.grab = None;
             self.hands.click = None;
             return false;
@@ -378,6 +391,8 @@ impl Interface {
         if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, &held, commands) {
             return true;
         }
+        let drags =
+            self.hands.tool == Tool::Food && self.drag_food(ui, response, facts, &held, commands);
         if response.clicked_by(PointerButton::Primary) {
             // The pointer may be elsewhere already.
             self.hands.click = self.hands.hold.pressed().map(to_pixel);
@@ -402,7 +417,7 @@ impl Interface {
                 ui.ctx().request_repaint();
             }
         }
-        false
+        drags
     }
 
     /// What a brush does along a way that took so many seconds.
