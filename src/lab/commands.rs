@@ -11,6 +11,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
+use super::hands::CarriedOver;
 use super::interface::Command;
 use super::interface::Interface;
 use super::left::LeftScenes;
@@ -35,6 +36,7 @@ impl Lab {
                 self.apply(context);
             }
             Command::Restart => self.restart(),
+            Command::GoBack => self.go_back(),
             Command::Step => self.single_steps += u32::from(self.stage.is_some()),
             Command::Screenshot => self.picture(context, picture_size),
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
@@ -290,6 +292,7 @@ impl Lab {
     ) {
         self.make_room(&name, origin);
         self.hand.carry = None;
+        self.back.stays();
         let asked = (origin == Origin::Shown).then(|| self.interface.edited.clone());
         self.interface.asked = asked;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
@@ -302,7 +305,8 @@ impl Lab {
     fn make_room(&mut self, name: &str, origin: Origin) {
         let is_same = origin == Origin::Shown;
         if !is_same {
-            self.left.retain(|left| !matches!(left, Left::Removal(_)));
+            self.left
+                .retain(|left| !matches!(left, Left::Copy(_) | Left::Removal(_)));
         }
         let coming = self.hand.coming.take();
         let loading = self.loading.as_ref();
@@ -375,7 +379,10 @@ impl Lab {
         } else {
             (self.loses_areas_to(&stage)).then(|| self.keep_as_left())
         };
-        let has_same_texels = !is_new_scene && self.carry_over(&mut stage)?;
+        let carried_over = match is_new_scene {
+            true => CarriedOver::default(),
+            false => self.carry_over(&mut stage)?,
+        };
         let mut is_error = false;
         let mut texts: Vec<String> = left
             .map(|left| match left {
@@ -400,6 +407,17 @@ impl Lab {
         let new = stage.remarks.iter().filter(|text| !told.contains(text));
         texts.extend(new.cloned());
         texts.extend(stage.resumed.take());
+        let back = self.back.take_coming();
+        if !carried_over.state {
+            match self.keep_grown(back.is_some()) {
+                Ok(()) => {}
+                Err(error) if is_loss(&error) => return Err(error),
+                Err(error) => {
+                    is_error = true;
+                    texts.push(format!("There is no way back to what had grown: {error}"));
+                }
+            }
+        }
         if !texts.is_empty() {
             let context = self.egui.egui_ctx().clone();
             self.interface.notice(&context, texts.join("\n"), is_error);
@@ -417,12 +435,13 @@ impl Lab {
             if origin == Origin::Clipboard {
                 self.interface.saved(None);
             }
+            self.shows_another(back.as_deref());
         } else {
             self.interface.restarted(scene);
         }
         self.clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
-        if !has_same_texels {
+        if !carried_over.strokes {
             self.forget_strokes();
         }
         self.runs_again();

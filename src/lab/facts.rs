@@ -35,6 +35,15 @@ pub struct KernelTime {
     pub share: f64,
 }
 
+/// What had grown, and can come back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Before {
+    /// Of its scene.
+    pub name: String,
+    /// Steps taken.
+    pub step: u64,
+}
+
 /// What the interface shows and cannot change.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
@@ -74,6 +83,8 @@ pub struct Facts {
     pub texels: usize,
     /// Does anything attract, repel or forbid?
     pub has_areas: bool,
+    /// What was left and can come back, if anything.
+    pub before: Option<Before>,
     /// What is being loaded, if anything is.
     pub loading: Option<Waiting>,
     /// What the hands need to know.

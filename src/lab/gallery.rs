@@ -6,6 +6,7 @@ use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOp
 use indicatif::HumanDuration;
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
+use super::facts::Before;
 use super::interface::{Command, Facts, Interface};
 use super::looks::summary;
 use super::opening::{EVERYTHING, OPEN};
@@ -119,7 +120,7 @@ impl Interface {
                 area.show(ui, |ui| {
                     // Room for the bar, which floats over the content.
                     ui.set_max_width(ui.available_width() - theme::SCROLL_BAR - 4.0);
-                    self.left_scenes(ui, commands);
+                    self.left_scenes(ui, facts.before.as_ref(), commands);
                     ui.horizontal(|ui| {
                         ui.label(RichText::new("Scenes").strong());
                         let open = ui.button("Open…").on_hover_text(OPEN);
@@ -171,16 +172,21 @@ impl Interface {
         clicked
     }
 
-    /// Scenes as they were left, the last one first.
-    fn left_scenes(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
-        if self.left.all().is_empty() {
+    /// Scenes as they were left, the last one first; before them what had grown and can go on.
+    fn left_scenes(&mut self, ui: &mut Ui, before: Option<&Before>, commands: &mut Vec<Command>) {
+        if self.left.all().is_empty() && before.is_none() {
             return;
         }
         ui.label(RichText::new("As you left them").strong())
             .on_hover_text(
-                "Scenes that you left with changes that you had not saved; the oldest go first",
+                "Scenes that you left with changes that you had not saved; the oldest go first. ↶ is what had grown before the \
+                 last reset or scene, as long as the window is open",
             );
         ui.horizontal_wrapped(|ui| {
+            if before.is_some_and(|before| before.entry(ui).clicked()) {
+                commands.push(Command::GoBack);
+                self.gallery.open = false;
+            }
             for (i, left) in self.left.all().iter().enumerate() {
                 let age = left.since.elapsed().unwrap_or_default();
                 let label = format!("{} · {} ago", left.name, HumanDuration(age));

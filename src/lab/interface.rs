@@ -38,6 +38,8 @@ pub enum Command {
     Apply,
     /// Begin again at step 0, with the settings as they are edited.
     Restart,
+    /// Go on from what had grown before a reset, or in another scene.
+    GoBack,
     /// Take one step.
     Step,
     /// Write the picture to a file.
@@ -346,7 +348,7 @@ impl Interface {
         self.show_notices(ui, picture);
         self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
-        if !is_busy {
+        if !is_busy && !self.hands.has_food_in_hand() {
             self.note_changes();
         }
         Shown {

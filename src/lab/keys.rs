@@ -67,6 +67,8 @@ pub enum KeyAction {
     Food,
     /// Shows or hides what lies under the pointer.
     Probe,
+    /// Puts the picked object into the scene once more.
+    Duplicate,
     /// Takes the picked object out of the scene.
     Remove,
     /// Leaves what lies on top.
@@ -337,6 +339,13 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         "what lies under the pointer",
     ),
     (
+        Modifiers::COMMAND,
+        &[Key::D],
+        "Ctrl D",
+        KeyAction::Duplicate,
+        "copy the picked object",
+    ),
+    (
         Modifiers::NONE,
         &[Key::Delete],
         "Delete",
@@ -379,6 +388,7 @@ pub const MOUSE: &[(&str, &str)] = &[
         "pick an object; its handles move, turn and scale it",
     ),
     ("Drag with a brush", "paint; right drag still pans"),
+    ("Drag food with its tool", "move it over the surfaces"),
     ("Shift wheel", "size of the brush"),
     (
         "Ctrl C, Ctrl V",
@@ -472,6 +482,7 @@ impl Interface {
                 KeyAction::Brush => self.hands.toggle_brush(),
                 KeyAction::Food => self.hands.toggle_food(),
                 KeyAction::Probe => self.hands.probe = !self.hands.probe,
+                KeyAction::Duplicate => self.duplicate_selected(ctx, commands),
                 KeyAction::Remove => self.remove_selected(ctx, commands),
                 KeyAction::Back => self.back(ctx, commands),
                 KeyAction::Quit => commands.push(Command::Quit),

@@ -197,6 +197,7 @@ impl Lab {
         // What is at work ends by itself, and nobody waits for what it measures.
         self.feeder = Default::default();
         self.hand.leave_device();
+        self.forget_grown();
         self.report_messages();
         let lost = self.lost.get_or_insert_default();
         lost.runs_since = None;

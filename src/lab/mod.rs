@@ -1,6 +1,7 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
 mod app;
+mod back;
 mod checks;
 mod clocks;
 mod commands;

@@ -228,6 +228,13 @@ impl Interface {
                 ui.label(RichText::new(format!("{seconds:.1} s")).monospace())
                     .on_hover_text("Time of the objects' motion");
             }
+            if let Some(before) = &facts.before {
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    if before.button(ui).clicked() {
+                        commands.push(Command::GoBack);
+                    }
+                });
+            }
         });
         // A part of its own: what comes and goes in it leaves alone what is being typed below.
         ui.scope(|ui| self.conditions(ui, facts, commands));

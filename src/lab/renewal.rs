@@ -97,7 +97,7 @@ fn begin_where_they_are(settings: &mut Settings, before: &Settings, say: &Partic
 
 #[cfg(test)]
 mod tests {
-    use super::super::hands::{with_object, without_object};
+    use super::super::hands::objects::{with_object, without_object};
     use super::*;
     use glam::Vec3;
 

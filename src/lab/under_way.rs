@@ -44,7 +44,9 @@ pub(super) enum Left {
     Command(Command, [u32; 2]),
     /// A file that was dropped onto the window.
     File(std::path::PathBuf),
-    /// An object that is to go, wherever it stands then.
+    /// An object that is to come once more, wherever it stands then.
+    Copy(Box<ObjectSettings>),
+    /// An object that is to go, likewise.
     Removal(Box<ObjectSettings>),
 }
 
@@ -114,6 +116,10 @@ impl Lab {
                 }
                 Left::File(path) => {
                     self.take_file(path);
+                    Ok(())
+                }
+                Left::Copy(object) => {
+                    self.duplicate_object(object);
                     Ok(())
                 }
                 Left::Removal(object) => {

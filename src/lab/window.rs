@@ -16,6 +16,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::LabOptions;
+use super::back::Back;
 use super::checks::Checks;
 use super::clocks::Clocks;
 use super::feeding::Feeder;
@@ -73,6 +74,8 @@ pub struct Lab {
     pub(super) order: Order,
     /// Steps that were asked for one by one.
     pub(super) single_steps: u32,
+    /// What had grown before.
+    pub(super) back: Back,
     /// What the hands have on the device.
     pub(super) hand: Hand,
     /// Food that was changed and is not there yet.
@@ -173,6 +176,7 @@ impl Lab {
             pacer: Pacer::default(),
             order: Order::default(),
             single_steps: 0,
+            back: Back::default(),
             hand: Hand::default(),
             feeder: Feeder::default(),
             closing: false,

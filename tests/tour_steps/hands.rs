@@ -2,8 +2,12 @@
 
 #[path = "areas.rs"]
 mod areas;
+#[path = "back.rs"]
+mod back;
 #[path = "objects.rs"]
 mod objects;
+
+use myxo::scene::settings::FoodSettings;
 
 use super::*;
 
@@ -439,9 +443,38 @@ fn hands_put_food_there_and_take_it_away() {
     lab.point("picture", 0.5);
     lab.press();
     lab.wait("it is picked", |seen| seen["values"]["picked.food"] == "0");
+
+    // Dragged, the picture stands still; back in one go.
+    let camera = lab.value("camera");
+    let lay = lab.save("pair", 3).foods;
+    lab.pull("picture", ["9", "5"]);
+    foods("1");
+    let dragged = lab.save("pair", 4).foods;
+    let [food] = &dragged[..] else {
+        panic!("{dragged:?}")
+    };
+    let way = |food: &FoodSettings, other: &FoodSettings| {
+        let both = food.at.iter().zip(other.at);
+        both.map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt()
+    };
+    assert!(way(food, &lay[0]) > 0.05, "{food:?}, and {lay:?} before");
+    let away = food.at.iter().map(|x| x * x).sum::<f32>().sqrt();
+    assert!((away - 1.0).abs() < 0.02, "{food:?} is not on the ball");
+    assert_eq!(lab.value("camera"), camera);
+    lab.key("ctrl+z");
+    foods("1");
+    assert_eq!(lab.save("pair", 5).foods, lay);
+
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.wait("it is picked", |seen| seen["values"]["picked.food"] == "0");
     lab.click("food.remove");
     foods("0");
-    assert_eq!(lab.save("pair", 3).foods, []);
+    assert_eq!(lab.save("pair", 6).foods, []);
+    // There is no food any more: the picture turns.
+    lab.pull("picture", ["9", "5"]);
+    lab.wait("it turns", |seen| seen["values"]["camera"] != camera);
+    foods("0");
     lab.key("ctrl+z");
     foods("1");
     lab.key("ctrl+shift+z");

@@ -38,6 +38,65 @@ fn add(lab: &Lab, name: &str) {
 }
 
 #[test]
+fn hands_duplicate_objects() {
+    if !can_tour() {
+        return;
+    }
+    let folder = Folder::new();
+    let ball = "icosphere?subdivisions=3\"\n";
+    let turning = SCENE.replace(
+        ball,
+        &format!("{ball}motion = {{ spin = [0.0, 40.0, 0.0] }}\n"),
+    );
+    let file = folder.with("pair.toml", &turning);
+    let lab = Lab::open(&[path(&file)]);
+    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(20));
+    lab.key_until("space", "it is held", "playing", false);
+    let grown = step(&lab);
+    there_are(&lab, "2", grown);
+    let start = lab.save("pair", 1);
+    lab.pick("ball");
+    lab.click("duplicate");
+    there_are(&lab, "3", grown);
+    lab.wait("it is picked", |seen| seen["values"]["picked"] == "ball 2");
+    let twice = lab.save("pair", 2);
+    assert_eq!(twice.objects[..2], start.objects);
+    let [ball, _, copy] = &twice.objects[..] else {
+        panic!("{:?}", twice.objects)
+    };
+    assert_eq!((&copy.mesh, copy.scale), (&ball.mesh, ball.scale));
+    assert_eq!(copy.motion.spin, [0.0, 40.0, 0.0]);
+    let way = (copy.position.iter())
+        .zip(ball.position)
+        .map(|(a, b)| a - b);
+    let away = way.map(|x| x * x).sum::<f32>().sqrt();
+    // Balls of radius 1.
+    assert!(away > 2.0, "{away}: one is in the other");
+
+    // By its key, the copy.
+    lab.key("ctrl+d");
+    there_are(&lab, "4", grown);
+    lab.wait("it is picked", |seen| seen["values"]["picked"] == "ball 3");
+    let thrice = lab.save("pair", 3);
+    assert_eq!(thrice.objects[..3], twice.objects);
+    // Undone, one after the other, and there again.
+    for (key, number, wanted) in [
+        ("ctrl+z", 4, &twice),
+        ("ctrl+z", 5, &start),
+        ("ctrl+shift+z", 6, &twice),
+    ] {
+        lab.key(key);
+        there_are(&lab, &wanted.objects.len().to_string(), grown);
+        assert_eq!(lab.save("pair", number).objects, wanted.objects);
+    }
+    lab.key_until("space", "it runs", "playing", true);
+    lab.wait("it goes on", |seen| {
+        seen["state"]["step"].as_u64() > Some(grown)
+    });
+    lab.quit();
+}
+
+#[test]
 fn hands_scale_add_and_remove_objects() {
     if !can_tour() {
         return;

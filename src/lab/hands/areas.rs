@@ -55,6 +55,15 @@ fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     carried_bias(bias, left.setup, next.setup, &from)
 }
 
+/// What a stage has of the one before it.
+#[derive(Clone, Copy, Default)]
+pub struct CarriedOver {
+    /// All that has grown.
+    pub state: bool,
+    /// Strokes go on being known, because texels and areas are the same.
+    pub strokes: bool,
+}
+
 impl Lab {
     /// Would what was painted be gone with this stage, because it brings another map?
     pub(in super::super) fn loses_areas_to(&self, next: &Stage) -> bool {
@@ -62,28 +71,37 @@ impl Lab {
             let (here, there) = (Areas::of(left), Areas::of(next));
             // What cannot be read is lost in any case.
             let bias = left.simulation.areas().unwrap_or_default();
-            here.settings != there.settings && !bias.is_empty() && bias != here.setup.bias
+            let has_other_map = here.settings != there.settings;
+            // For a state that goes on, with areas of its own, the one that is left is kept.
+            let begins = next.resumed.is_none();
+            begins && has_other_map && !bias.is_empty() && bias != here.setup.bias
         })
     }
 
-    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. Do strokes
-    /// go on being known, because texels are the same?
-    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<bool> {
+    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. A state that
+    /// goes on has its own.
+    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
         let carry = self.hand.carry.take();
+        let mut carried_over = CarriedOver::default();
         let Some(left) = &self.stage else {
-            return Ok(false);
+            return Ok(carried_over);
         };
         let (here, there) = (Areas::of(left), Areas::of(next));
         let has_other_map = here.settings != there.settings;
         let Some(from) = carry else {
             let bias = left.simulation.areas()?;
+            let has_texels = there.has_texels_of(here);
+            if next.resumed.is_some() {
+                carried_over.strokes = has_texels && bias == next.simulation.areas()?;
+                return Ok(carried_over);
+            }
             let kept = kept(&bias, here, there);
             let are_same = kept.is_some() || bias == there.setup.bias;
-            let goes_on = are_same && there.has_texels_of(here);
+            carried_over.strokes = are_same && has_texels;
             if let Some(bias) = kept {
                 next.simulation.set_areas(&bias)?;
             }
-            return Ok(goes_on);
+            return Ok(carried_over);
         };
         let state = left.simulation.snapshot()?;
         let (old, new) = (here.setup, there.setup);
@@ -93,6 +111,7 @@ impl Lab {
                     state.bias.clone_from(&new.bias);
                 }
                 next.simulation.restore(&state)?;
+                carried_over.state = true;
             }
             None if has_other_map => {}
             None => {
@@ -101,7 +120,7 @@ impl Lab {
                 }
             }
         }
-        Ok(false)
+        Ok(carried_over)
     }
 
     /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.

@@ -8,7 +8,7 @@ use super::super::opening::{ONLY_MESHES, OPEN_MESH};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{RADII, Tool, Work};
+use super::{PICK_FIRST, RADII, Tool, Work};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
@@ -135,9 +135,9 @@ impl Interface {
     }
 
     fn object_controls(&mut self, ui: &mut Ui, is_narrow: bool, commands: &mut Vec<Command>) {
-        let [add, remove] = match is_narrow {
-            true => ["📦", "🗑"],
-            false => ["+ object", "− object"],
+        let [add, duplicate, remove] = match is_narrow {
+            true => ["📦", "🗐", "🗑"],
+            false => ["+ object", "🗐 duplicate", "− object"],
         };
         let menu = ui.menu_button(add, |ui| {
             ui.set_min_width(150.0);
@@ -161,11 +161,21 @@ impl Interface {
             )
             .marked("add");
         let has_picked = self.hands.selected.is_some();
+        let duplicate = egui::Button::new(duplicate);
+        let duplicate = ui
+            .add_enabled(has_picked, duplicate)
+            .on_hover_text("A copy of the picked object beside it, with its parameters and its motion (Ctrl D)")
+            .on_disabled_hover_text(PICK_FIRST)
+            .marked("duplicate");
+        if duplicate.clicked() {
+            let ctx = ui.ctx().clone();
+            self.duplicate_selected(&ctx, commands);
+        }
         let remove = egui::Button::new(remove);
         let remove = ui
             .add_enabled(has_picked, remove)
             .on_hover_text("Takes the picked object out of the scene (Delete)")
-            .on_disabled_hover_text("Pick an object first: click on it")
+            .on_disabled_hover_text(PICK_FIRST)
             .marked("remove");
         if remove.clicked() {
             let ctx = ui.ctx().clone();

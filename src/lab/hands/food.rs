@@ -1,7 +1,7 @@
-//! Food and markers by hand: put on a surface, picked, changed and taken away.
+//! Food and markers by hand: put on a surface, picked, dragged, changed and taken away.
 
-use egui::{RichText, Slider, SliderClamping, Ui};
-use glam::{Affine3A, Vec3};
+use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui};
+use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
 use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings};
 use myxo::sim::types::Mark;
@@ -10,7 +10,7 @@ use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{Under, remove_food};
+use super::{Held, Under, remove_food};
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;
@@ -48,7 +48,136 @@ const CONTROLS: [Control; 4] = [
     ),
 ];
 
+/// What becomes of a press with the tool for food.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FoodDrag {
+    /// Nothing: it turns the picture, or is over.
+    #[default]
+    None,
+    /// It was at a pixel of which it is not known yet whether food lies there.
+    Asks {
+        at: Vec2,
+        /// What was dragged meanwhile, points.
+        waits: egui::Vec2,
+        /// It is over already, at this pixel.
+        let_go: Option<Vec2>,
+    },
+    /// It holds this food.
+    Holds(usize),
+    /// This food is to lie at a pixel of which it is not known yet what lies there.
+    LetGo(usize, Vec2),
+}
+
 impl Interface {
+    /// A drag with the tool for food takes along the food that it begins on. Is it the hand's, so that the picture does not turn?
+    pub(super) fn drag_food(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        facts: &Facts,
+        held: &Held,
+        commands: &mut Vec<Command>,
+    ) -> bool {
+        let scale = ui.ctx().pixels_per_point();
+        let to_pixel = |at: Pos2| {
+            let from_corner = (at - response.rect.min) * scale;
+            Vec2::new(from_corner.x, from_corner.y)
+        };
+        let release = held.release.filter(|at| response.rect.contains(*at));
+        let release = release.map(to_pixel);
+        let (is_drag, is_down) = (self.hands.hold.is_drag(), self.hands.hold.is_down());
+        let under = facts.hand.under.as_ref();
+        let food = under.and_then(|under| nearest(&facts.hand.foods, under.position));
+        let food = food.filter(|food| *food < self.edited.foods.len());
+        if let Some(at) = held.press {
+            let means_another = ui.input(|i| i.modifiers.shift || i.key_down(Key::L));
+            self.hands.food_drag = match means_another {
+                true => FoodDrag::None,
+                false => FoodDrag::Asks {
+                    at: to_pixel(at),
+                    waits: egui::Vec2::ZERO,
+                    let_go: None,
+                },
+            };
+        }
+        if let FoodDrag::Asks { at, waits, let_go } = self.hands.food_drag {
+            let waits = waits + self.hands.drags.first;
+            let let_go = let_go.or(release);
+            if facts.hand.looked != Some(at) {
+                self.hands.food_drag = FoodDrag::Asks { at, waits, let_go };
+                self.hands.pointer = Some(at);
+                ui.ctx().request_repaint();
+                return is_drag;
+            }
+            self.hands.food_drag = match (food, let_go) {
+                (Some(food), None) if is_down => FoodDrag::Holds(food),
+                (Some(food), Some(to)) if is_drag => FoodDrag::LetGo(food, to),
+                _ => FoodDrag::None,
+            };
+            if self.hands.food_drag == FoodDrag::None {
+                // The picture turns by all of it.
+                self.hands.drags.first = waits;
+            }
+        } else if let FoodDrag::Holds(food) = self.hands.food_drag
+            && !is_down
+        {
+            self.hands.food_drag = match release {
+                Some(to) if is_drag => FoodDrag::LetGo(food, to),
+                _ => FoodDrag::None,
+            };
+        }
+        match self.hands.food_drag {
+            FoodDrag::Holds(food) if is_drag => {
+                ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+                self.put_food(food, under, facts, commands);
+            }
+            FoodDrag::LetGo(food, to) if facts.hand.looked == Some(to) => {
+                self.put_food(food, under, facts, commands);
+                self.hands.food_drag = FoodDrag::None;
+                return true;
+            }
+            FoodDrag::LetGo(_, to) => {
+                self.hands.pointer = Some(to);
+                ui.ctx().request_repaint();
+            }
+            FoodDrag::Holds(_) => ui.ctx().set_cursor_icon(CursorIcon::Grab),
+            FoodDrag::None if food.is_some() && response.hovered() && !is_down => {
+                ui.ctx().set_cursor_icon(CursorIcon::Grab);
+            }
+            _ => {}
+        }
+        is_drag && self.hands.food_drag != FoodDrag::None
+    }
+
+    /// This food is picked, and lies where the pointer is.
+    fn put_food(
+        &mut self,
+        food: usize,
+        under: Option<&Under>,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) {
+        let place = under.and_then(|under| self.place_under(under, facts));
+        // It may have been taken away, or back, since it was picked up.
+        let (Some((object, at)), Some(held)) = (place, self.edited.foods.get_mut(food)) else {
+            return;
+        };
+        if (&held.object, held.at) != (&object, at) {
+            (held.object, held.at) = (object, at);
+            commands.push(Command::Apply);
+        }
+        self.hands.next_food = held.clone();
+        self.hands.food = Some(food);
+    }
+
+    /// The object that lies under the pointer, and where on it, as food has it.
+    fn place_under(&self, under: &Under, facts: &Facts) -> Option<(String, [f32; 3])> {
+        let object = self.running.objects.get(under.object)?;
+        let pose = facts.hand.poses.get(under.object)?;
+        let at = pose.inverse().transform_point3(under.position) / object.scale;
+        Some((object.name.clone(), at.to_array()))
+    }
+
     /// A click with the tool for food.
     pub(super) fn feed_at(
         &mut self,
@@ -78,17 +207,13 @@ impl Interface {
             self.notice(ctx, text, false);
             return;
         }
-        let (Some(object), Some(pose)) = (
-            self.running.objects.get(under.object),
-            facts.hand.poses.get(under.object),
-        ) else {
+        let Some((object, at)) = self.place_under(under, facts) else {
             return;
         };
-        let at = pose.inverse().transform_point3(under.position) / object.scale;
         self.hands.food = Some(self.edited.foods.len());
         self.edited.foods.push(FoodSettings {
-            object: object.name.clone(),
-            at: at.to_array(),
+            object,
+            at,
             ..self.hands.next_food.clone()
         });
         commands.push(Command::Apply);

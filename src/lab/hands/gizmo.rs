@@ -381,7 +381,7 @@ fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 {
 }
 
 /// Moves an object by a way in the world, whatever its motion makes of its position: that is affine, so three places tell.
-fn shift(object: &mut ObjectSettings, time: f64, way: Vec3) {
+pub(super) fn shift(object: &mut ObjectSettings, time: f64, way: Vec3) {
     let place = |position: [f32; 3]| {
         let mut other = object.clone();
         other.position = position;

@@ -72,6 +72,11 @@ impl Hold {
         self.pressed
     }
 
+    /// Has it gone farther than a click since it went down, held or let go of?
+    pub fn is_drag(&self) -> bool {
+        self.is_drag
+    }
+
     /// Is it held?
     pub fn is_down(&self) -> bool {
         self.last.is_some()

@@ -9,6 +9,7 @@ mod depths;
 mod food;
 mod gizmo;
 mod hold;
+pub(super) mod objects;
 mod overlay;
 mod strokes;
 mod tool;
@@ -23,6 +24,8 @@ use myxo::sim::paint::Brush;
 use super::interface::{Command, Facts, Interface};
 use super::navigation::Drags;
 use super::saving::whole;
+pub use areas::CarriedOver;
+use food::FoodDrag;
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
 pub use tool::Tool;
@@ -40,6 +43,8 @@ const LONGEST_FRAME: f32 = 0.4;
 const LONGEST_PRESS: f32 = 0.1;
 /// Why hands rest in a view that is flat.
 const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
+/// What those who have picked nothing are told.
+const PICK_FIRST: &str = "Pick an object first: click on it";
 
 /// What lies under the pointer.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,6 +121,8 @@ pub enum Work {
     Remove(usize),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.
     Add(String),
+    /// Puts an object into the scene once more.
+    Duplicate(usize),
     /// Multiplies an object's scale.
     Scale(usize, f32),
     /// Undo or redo has brought other objects than those that run: they take over what has grown.
@@ -141,6 +148,8 @@ pub struct Hands {
     pub food: Option<usize>,
     /// What the next food will be like.
     pub next_food: FoodSettings,
+    /// What a press with the tool for food has come to.
+    food_drag: FoodDrag,
     /// A handle of the gizmo that is held.
     grab: Option<Grab>,
     /// What the pointer is on, pixels of the picture, while that is asked for.
@@ -178,6 +187,7 @@ impl Hands {
             selected: None,
             food: None,
             next_food: FoodSettings::default(),
+            food_drag: FoodDrag::None,
             grab: None,
             pointer: None,
             click: None,
@@ -207,6 +217,7 @@ impl Hands {
                 own.step_by(stride).copied().collect()
             })
             .collect();
+        self.food_drag = FoodDrag::None;
         self.grab = None;
         self.click = None;
         self.reveals = None;
@@ -223,6 +234,7 @@ impl Hands {
 
     /// Leaves a tool or an object; false where there was nothing to leave.
     pub fn back(&mut self) -> bool {
+        self.food_drag = FoodDrag::None;
         if self.food.take().is_some() {
             return true;
         }
@@ -237,12 +249,18 @@ impl Hands {
     pub fn take(&mut self, tool: Tool) {
         self.tool = tool;
         self.food = None;
+        self.food_drag = FoodDrag::None;
         if tool != Tool::Look {
             self.selected = None;
         }
         if tool.is_brush() {
             self.last_brush = tool;
         }
+    }
+
+    /// Is a food held, or on its way to where it was let go of?
+    pub fn has_food_in_hand(&self) -> bool {
+        self.food_drag != FoodDrag::None
     }
 
     /// The brush used last, or none.
@@ -340,6 +358,7 @@ impl Interface {
             ui.ctx().request_repaint();
         }
         if !is_solid {
+            self.hands.food_drag = FoodDrag::None;
             self.hands.grab = None;
             self.hands.click = None;
             return false;
@@ -371,6 +390,8 @@ impl Interface {
         if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, &held, commands) {
             return true;
         }
+        let drags =
+            self.hands.tool == Tool::Food && self.drag_food(ui, response, facts, &held, commands);
         if response.clicked_by(PointerButton::Primary) {
             // The pointer may be elsewhere already.
             self.hands.click = self.hands.hold.pressed().map(to_pixel);
@@ -395,7 +416,7 @@ impl Interface {
                 ui.ctx().request_repaint();
             }
         }
-        false
+        drags
     }
 
     /// What a brush does along a way that took so many seconds.
@@ -463,7 +484,7 @@ impl Interface {
             return self.remove_food(ctx, commands);
         }
         let Some(object) = self.hands.selected else {
-            self.notice(ctx, "Pick an object first: click on it", false);
+            self.notice(ctx, PICK_FIRST, false);
             return;
         };
         if self.running.objects.len() < 2 {
@@ -473,6 +494,14 @@ impl Interface {
         }
         self.hands.selected = None;
         commands.push(Command::Hand(Work::Remove(object)));
+    }
+
+    /// The picked object comes once more.
+    pub(super) fn duplicate_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        match self.hands.selected {
+            Some(object) => commands.push(Command::Hand(Work::Duplicate(object))),
+            None => self.notice(ctx, PICK_FIRST, false),
+        }
     }
 }
 
@@ -502,37 +531,6 @@ pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
     };
     let mut known = endings.iter().copied().flatten();
     known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-/// The settings with one object more.
-pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: Vec3) -> Settings {
-    let mut settings = settings.clone();
-    settings.objects.push(ObjectSettings {
-        mesh: mesh.to_owned(),
-        position: position.to_array(),
-        scale,
-        ..Default::default()
-    });
-    settings
-}
-
-/// The settings without an object; others no longer ask for their distance to it, and particles do not begin on it.
-pub fn without_object(settings: &Settings, object: usize) -> Settings {
-    let mut settings = settings.clone();
-    let gone = settings.objects.remove(object);
-    for other in &mut settings.objects {
-        // Whose distances were taken to nobody else now has them taken to all.
-        other.distance_to.retain(|name| *name != gone.name);
-    }
-    if settings.particles.start_object == gone.name {
-        settings.particles.start_object.clear();
-    }
-    for food in (0..settings.foods.len()).rev() {
-        if settings.foods[food].object == gone.name {
-            remove_food(&mut settings, food);
-        }
-    }
-    settings
 }
 
 /// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.

@@ -1,6 +1,8 @@
 //! Scenes with an object more or less, and what brushes come to.
 
+use super::objects::{with_copy, with_object, without_object};
 use super::*;
+use myxo::scene::motion::pose_at;
 
 fn two() -> Settings {
     let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, Vec3::X);
@@ -24,6 +26,51 @@ fn objects_come_and_go() {
         "it names nobody who is gone"
     );
     assert!(is_mesh(std::path::Path::new("a/b.GLB")) && !is_mesh(std::path::Path::new("a.toml")));
+}
+
+#[test]
+fn a_copy_has_all_of_its_original_but_the_name_and_the_place() {
+    let mut settings = two();
+    settings.objects[1].motion.spin = [0.0, 30.0, 0.0];
+    settings.objects[1].motion.orbit = [0.0, 20.0, 0.0];
+    settings.objects[1].motion.slide = [0.0, 0.5, 0.0];
+    settings.objects[1].physarum.speed = Some(0.01);
+    settings.foods.push(FoodSettings {
+        object: "box".to_owned(),
+        ..FoodSettings::default()
+    });
+    let (way, time) = (Vec3::new(0.0, 0.2, 1.5), 3.0);
+    let copied = with_copy(&settings, 1, way, time);
+    assert_eq!(copied.objects[..2], settings.objects);
+    assert_eq!(copied.foods, settings.foods, "food stays where it lies");
+    let [_, original, copy] = &copied.objects[..] else {
+        panic!("{:?}", copied.objects)
+    };
+    assert_eq!(copy.name, "box 2");
+    let alike = ObjectSettings {
+        name: original.name.clone(),
+        position: original.position,
+        ..copy.clone()
+    };
+    assert_eq!(alike, *original);
+    // It stands there now, and is as far away at any time.
+    let apart = |time: f64| {
+        let [one, other] = [original, copy].map(|object| pose_at(object, None, time).translation);
+        (other - one).as_vec3()
+    };
+    assert!(apart(time).distance(way) < 1e-4, "{}", apart(time));
+    for later in [0.0, 4.5, 11.0] {
+        let length = apart(later).length();
+        assert!((length - way.length()).abs() < 1e-3, "{length}");
+    }
+    // Names that no other has, by number.
+    let names = |settings: &Settings| settings.objects.last().map(|o| o.name.clone());
+    let again = with_copy(&copied, 2, way, time);
+    assert_eq!(names(&again).as_deref(), Some("box 3"));
+    let again = with_copy(&without_object(&again, 2), 0, way, time);
+    assert_eq!(names(&again).as_deref(), Some("ring 2"));
+    let again = with_copy(&again, 2, way, time);
+    assert_eq!(names(&again).as_deref(), Some("box 2"));
 }
 
 #[test]

@@ -76,7 +76,7 @@ impl Tool {
                  on at once, so Ctrl Z does not send them back"
             }
             Self::Food => {
-                "A click puts food there, or picks food that lies there; Delete takes it away (O)"
+                "A click puts food there, or picks food that lies there; a drag moves it; Delete takes it away (O)"
             }
         }
     }

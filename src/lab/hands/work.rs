@@ -1,25 +1,19 @@
-//! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, what lies under it, objects
-//! that come, go and grow.
+//! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
-use myxo::render::Camera;
 use myxo::render::camera::Ray;
-use myxo::scene::Scene;
-use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::super::interface::Command;
-use super::super::interface::Interface;
 use super::super::loading::Origin;
 use super::super::lost::is_loss;
 use super::super::own::preset_in;
-use super::super::renewal::renewed;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
@@ -27,7 +21,7 @@ use super::depths::dabs_seen;
 use super::food::placed;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
-use super::{HandFacts, Under, Work, is_mesh, mesh_name, place_among, with_object, without_object};
+use super::{HandFacts, Under, Work, is_mesh, mesh_name};
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;
@@ -37,10 +31,6 @@ const SPACING: f32 = 0.35;
 const PROBES_UNDER_WAY: usize = 4;
 /// Values that are probed.
 const PROBED: usize = 3;
-/// A new object's radius, as a share of the scene's.
-const NEW_OBJECT: f32 = 0.4;
-/// From the others to its middle, as a share of its radius.
-const APART: f32 = 1.1;
 
 /// What the hands have on the device.
 #[derive(Default)]
@@ -152,6 +142,12 @@ impl Lab {
                 self.left.push(Left::Command(Command::Hand(work), size));
             }
             Work::Add(mesh) => self.add_object(mesh),
+            Work::Duplicate(object) => {
+                let object = self.interface.edited.objects.get(object).cloned();
+                if let Some(object) = object {
+                    self.duplicate_object(Box::new(object));
+                }
+            }
             Work::Scale(object, factor) => {
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
                     object.scale *= factor;
@@ -162,25 +158,6 @@ impl Lab {
             Work::Renew => self.renew(),
         }
         Ok(())
-    }
-
-    /// Begins to load the objects that are edited; what has grown stays.
-    fn renew(&mut self) {
-        self.interface.end_morph();
-        let from = self.where_they_run(&self.interface.edited.objects);
-        let Interface { edited, .. } = &self.interface;
-        let settings = renewed(&self.interface.live_settings(), edited);
-        self.restart_as(settings.clone());
-        // What waits for a restart goes on waiting.
-        self.interface.asked = Some(settings);
-        self.hand.carry = Some(from);
-    }
-
-    /// Which of the objects that run each of these is. While others are on their way those that are edited are not they.
-    fn where_they_run(&self, objects: &[ObjectSettings]) -> Vec<Option<usize>> {
-        let running = &self.interface.running.objects;
-        let objects = objects.iter();
-        objects.map(|object| place_among(running, object)).collect()
     }
 
     /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
@@ -389,108 +366,6 @@ impl Lab {
             reach: settings.distance.reach,
         };
     }
-
-    /// One mesh more, at the right side of the others as the camera sees them.
-    fn add_object(&mut self, mesh: String) {
-        let Some(stage) = &self.stage else {
-            return;
-        };
-        let radius = stage.scene.radius;
-        let surface = &stage.scene.surface;
-        let poses = stage.simulation.world_from_object();
-        let points = surface
-            .objects
-            .iter()
-            .zip(&poses)
-            .flat_map(|(range, pose)| {
-                let own = range.vertices.0 as usize..range.vertices.1 as usize;
-                let own = surface.positions[own].iter();
-                own.map(|place| pose.transform_point3(*place))
-            });
-        let place = beside(&self.interface.view.camera, points, NEW_OBJECT * radius);
-        let settings = self.interface.live_settings();
-        let asked = settings.clone();
-        let (name, folder) = (self.name.clone(), self.folder.clone());
-        let count = settings.objects.len();
-        let mut from = self.where_they_run(&settings.objects);
-        let what = short_name(&mesh).to_owned();
-        let again = Command::Hand(Work::Add(mesh.clone()));
-        // Picked when it is there.
-        self.interface.hands.selected = Some(count);
-        self.load(name.clone(), Origin::Shown, move || {
-            let alone = Settings {
-                objects: vec![ObjectSettings {
-                    mesh: mesh.clone(),
-                    ..ObjectSettings::default()
-                }],
-                radius: 0.0,
-                // Food and a start may name objects that are not there.
-                foods: Vec::new(),
-                particles: ParticleSettings::default(),
-                ..settings.clone()
-            };
-            let alone = Scene::from_settings(mesh.clone(), alone, folder.clone())?;
-            let scale = NEW_OBJECT * radius / alone.radius;
-            let position: Vec3 = place - scale * alone.center;
-            let settings = with_object(&settings, &mesh, scale, position);
-            Ok(Scene::from_settings(name, settings, folder)?)
-        });
-        from.push(None);
-        // What waits for a restart goes on waiting.
-        self.interface.asked = Some(asked);
-        self.hand.carry = Some(from);
-        self.hand.coming = Some((what, Some(Left::Command(again, [0; 2]))));
-    }
-
-    /// An object goes. Those that come or go already do so first.
-    pub(in super::super) fn remove_object(&mut self, object: Box<ObjectSettings>) {
-        let loading = self.loading.as_ref();
-        if loading.is_some_and(|loading| loading.origin == Origin::Shown) {
-            self.left.push(Left::Removal(object));
-            return;
-        }
-        let asked = self.interface.live_settings();
-        let settings = &asked;
-        let Some(place) = place_among(&settings.objects, &object) else {
-            return;
-        };
-        if settings.objects.len() < 2 {
-            let text = format!("{} stays: a scene has at least one object", object.name);
-            let context = self.egui.egui_ctx().clone();
-            self.interface.notice(&context, text, false);
-            return;
-        }
-        let settings = without_object(settings, place);
-        let from = self.where_they_run(&settings.objects);
-        let (name, folder) = (self.name.clone(), self.folder.clone());
-        self.load(name.clone(), Origin::Shown, move || {
-            Ok(Scene::from_settings(name, settings, folder)?)
-        });
-        self.interface.asked = Some(asked);
-        self.hand.carry = Some(from);
-        let what = format!("the removal of {}", object.name);
-        self.hand.coming = Some((what, Some(Left::Removal(object))));
-    }
-}
-
-/// The middle of a ball of this radius that stands at the right side of these places, as the camera sees them.
-fn beside(camera: &Camera, points: impl IntoIterator<Item = Vec3>, radius: f32) -> Vec3 {
-    let axes = [camera.right(), camera.up(), camera.backward()];
-    let mut least = Vec3::MAX;
-    let mut most = Vec3::MIN;
-    for point in points {
-        let seen = Vec3::from(axes.map(|axis| axis.dot(point)));
-        (least, most) = (least.min(seen), most.max(seen));
-    }
-    let middle = 0.5 * (least + most);
-    (most.x + APART * radius) * axes[0] + middle.y * axes[1] + middle.z * axes[2]
-}
-
-/// What a mesh is called where it is told of.
-fn short_name(mesh: &str) -> &str {
-    let builtin = mesh.strip_prefix("builtin:");
-    let file = || Path::new(mesh).file_name().and_then(|name| name.to_str());
-    builtin.or_else(file).unwrap_or(mesh)
 }
 
 /// One of `count` dabs that together do what one would.
@@ -512,33 +387,6 @@ fn share_of(brush: Brush, count: f32) -> Brush {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn meshes_are_told_of_by_short_names() {
-        for (mesh, name) in [
-            ("builtin:cube", "cube"),
-            ("/home/me/top.obj", "top.obj"),
-            ("top.obj", "top.obj"),
-        ] {
-            assert_eq!(short_name(mesh), name);
-        }
-    }
-
-    #[test]
-    fn what_comes_stands_beside_the_others() {
-        let camera = Camera::default();
-        let radius = 0.4;
-        let others = [Vec3::splat(-1.0), Vec3::new(0.5, 1.0, 2.0), 2.0 * Vec3::X];
-        let place = beside(&camera, others, radius);
-        for other in others {
-            let apart = (place - other).dot(camera.right());
-            assert!(apart > radius, "{place} covers {other}");
-        }
-        let up = |place: Vec3| place.dot(camera.up());
-        let highest = others.map(up).into_iter().fold(f32::MIN, f32::max);
-        let lowest = others.map(up).into_iter().fold(f32::MAX, f32::min);
-        assert!((up(place) - 0.5 * (highest + lowest)).abs() < 1e-4);
-    }
 
     #[test]
     fn dabs_of_a_stroke_do_together_what_one_would() {

@@ -1,5 +1,6 @@
 //! The interface without a window: events go in, commands and settings come out.
 
+mod back;
 mod controls;
 mod hands;
 mod scale;

@@ -260,6 +260,10 @@ fn end_of(left: &Left) -> AtTheEnd {
     match left {
         Left::Command(command, _) => at_the_end(command),
         Left::File(path) => not_opened(path),
+        Left::Copy(object) => AtTheEnd::GivenUp(format!(
+            "{} was not duplicated: the window closed before its turn",
+            object.name
+        )),
         Left::Removal(object) => AtTheEnd::GivenUp(format!(
             "{} was not taken out of the scene: the window closed before its turn",
             object.name
@@ -282,6 +286,9 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         Command::OpenLeft(left) => not_opened(Path::new(&left.name)),
         Command::Hand(Work::Remove(_)) => {
             given_up("an object was not taken out of the scene: the window closed before its turn")
+        }
+        Command::Hand(Work::Duplicate(_)) => {
+            given_up("an object was not duplicated: the window closed before its turn")
         }
         Command::Hand(Work::Add(mesh)) => AtTheEnd::GivenUp(format!(
             "{mesh} was not added to the scene: the window closed before its turn"
@@ -386,6 +393,7 @@ mod tests {
             ..ObjectSettings::default()
         });
         let add = Command::Hand(Work::Add("builtin:cube".to_owned()));
+        let duplicate = Command::Hand(Work::Duplicate(0));
         let remove = Command::Hand(Work::Remove(0));
         let as_left = Command::OpenLeft(LeftScene {
             name: "knot".to_owned(),
@@ -399,12 +407,17 @@ mod tests {
                 "b.toml was not opened",
             ),
             (Left::Command(add, [1, 1]), "builtin:cube was not added"),
+            (
+                Left::Command(duplicate, [1, 1]),
+                "an object was not duplicated",
+            ),
             (Left::Command(remove, [1, 1]), "an object was not taken out"),
             (
                 Left::Command(Command::Open("torus"), [1, 1]),
                 "torus was not opened",
             ),
             (Left::Command(as_left, [1, 1]), "knot was not opened"),
+            (Left::Copy(object.clone()), "ball was not duplicated"),
             (Left::Removal(object), "ball was not taken out of the scene"),
         ] {
             let AtTheEnd::GivenUp(text) = end_of(&left) else {

@@ -1,9 +1,11 @@
 //! Brushes, picked objects and their handles, by events of a pointer and keys.
 
+mod food;
+mod objects;
 mod slow;
 
 use glam::Affine3A;
-use myxo::scene::settings::{FoodSettings, ObjectSettings};
+use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
 use super::super::super::hands::{Tool, Under};
@@ -326,23 +328,6 @@ fn a_click_picks_and_escape_lets_go() {
     assert_eq!(harness.interface.hands.selected, None, "on nothing");
 }
 
-#[test]
-fn the_last_object_stays() {
-    let mut harness = harness();
-    harness.press(Key::Delete);
-    let notice = |harness: &Harness| harness.interface.notices.text();
-    assert!(notice(&harness).is_some_and(|text| text.contains("Pick an object first")));
-    harness.interface.hands.selected = Some(1);
-    let commands = harness.press(Key::Delete);
-    assert_eq!(commands, [Command::Hand(Work::Remove(1))]);
-    harness.interface.running.objects.pop();
-    harness.interface.edited.objects.pop();
-    harness.interface.hands.selected = Some(0);
-    assert_eq!(harness.press(Key::Delete), []);
-    assert!(notice(&harness).is_some_and(|text| text.contains("The last object stays")));
-    assert_eq!(harness.interface.hands.selected, Some(0));
-}
-
 /// Where the middle of the first object is seen.
 fn middle(harness: &mut Harness) -> Pos2 {
     let picture = harness.frame(vec![]).picture;
@@ -491,97 +476,4 @@ fn every_tool_has_its_button() {
         harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     }
     assert_eq!(harness.places_of("1.5000").len(), 1, "the trail is told");
-}
-
-#[test]
-fn food_is_put_picked_changed_and_taken_away() {
-    let mut harness = harness();
-    harness.interface.edited.objects[0].scale = 2.0;
-    harness.interface.running.objects[0].scale = 2.0;
-    harness.press(Key::O);
-    assert_eq!(harness.interface.hands.tool, Tool::Food);
-    let click = |harness: &mut Harness, position: Vec3| {
-        harness.facts.hand.under = Some(Under {
-            position,
-            ..under()
-        });
-        let pressed = vec![Event::PointerMoved(IN_PICTURE), button(IN_PICTURE, true)];
-        let mut commands = harness.frame(pressed).commands;
-        commands.extend(harness.frame(vec![button(IN_PICTURE, false)]).commands);
-        harness.facts.hand.looked = harness.interface.hands.pointer;
-        commands.extend(harness.frame(Vec::new()).commands);
-        commands
-    };
-    let camera = harness.interface.view.camera;
-    let commands = click(&mut harness, Vec3::new(1.0, 2.0, 3.0));
-    assert!(commands.contains(&Command::Apply), "{commands:?}");
-    let food = harness.interface.edited.foods[0].clone();
-    assert_eq!(food.object, harness.interface.edited.objects[0].name);
-    assert_eq!(food.at, [0.5, 1.0, 1.5], "in the mesh's own coordinates");
-    assert_eq!(harness.interface.hands.food, Some(0));
-    assert_eq!(harness.interface.view.camera, camera);
-    // The window tells where it lies; a click on it picks it, one beside puts another one.
-    harness.facts.hand.foods = vec![(Vec3::new(1.0, 2.0, 3.0), 0.1)];
-    harness.interface.hands.food = None;
-    click(&mut harness, Vec3::new(1.05, 2.0, 3.0));
-    assert_eq!(harness.interface.hands.food, Some(0));
-    click(&mut harness, Vec3::new(3.0, 2.0, 3.0));
-    assert_eq!(harness.interface.edited.foods.len(), 2);
-    assert_eq!(harness.interface.hands.food, Some(1));
-    // Taken away, brought back.
-    let commands = harness.press(Key::Delete);
-    assert!(commands.contains(&Command::Apply), "{commands:?}");
-    assert_eq!(harness.interface.edited.foods, [food]);
-    harness.press(Key::Delete);
-    assert_eq!(harness.interface.edited.foods.len(), 1, "none is picked");
-    harness.interface.undo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods.len(), 2);
-    harness.interface.undo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods.len(), 1);
-    // Objects take theirs along.
-    let name = harness.interface.edited.objects[0].name.clone();
-    let without = super::super::super::hands::without_object(&harness.interface.edited, 0);
-    assert!(without.foods.is_empty(), "{name}");
-    harness.press(Key::Escape);
-    harness.press(Key::Escape);
-    assert_eq!(harness.interface.hands.tool, Tool::Look);
-}
-
-#[test]
-fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
-    let mut harness = harness();
-    harness.press(Key::O);
-    let food = |x: f32| FoodSettings {
-        at: [x, 0.0, 0.0],
-        ..FoodSettings::default()
-    };
-    let interface = &mut harness.interface;
-    interface.edited.foods = vec![food(1.0)];
-    interface.running.foods = vec![food(1.0)];
-    harness.frame(vec![]);
-    harness.interface.edited.foods.push(food(2.0));
-    harness.interface.hands.food = Some(1);
-    harness.frame(vec![]);
-    let refused = harness.interface.edited.clone();
-    harness.interface.take_food_back(&refused);
-    harness.frame(vec![]);
-    assert_eq!(harness.interface.edited.foods, [food(1.0)]);
-    assert_eq!(harness.interface.hands.food, None, "nothing is picked");
-    // The one entry before is that there was none.
-    harness.interface.undo(&mut Vec::new());
-    assert!(harness.interface.edited.foods.is_empty());
-    harness.interface.redo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods, [food(1.0)]);
-    // A change that is refused gives back what was, also to the next food.
-    harness.interface.hands.food = Some(0);
-    harness.interface.edited.foods[0].radius = 3.0;
-    harness.interface.hands.next_food.radius = 3.0;
-    let refused = harness.interface.edited.clone();
-    harness.interface.take_food_back(&refused);
-    assert_eq!(harness.interface.hands.food, Some(0));
-    assert_eq!(harness.interface.hands.next_food, food(1.0));
-    // What the hand has set since stays.
-    harness.interface.edited.foods.push(food(5.0));
-    harness.interface.take_food_back(&refused);
-    assert_eq!(harness.interface.edited.foods, [food(1.0), food(5.0)]);
 }

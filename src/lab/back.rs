@@ -1,0 +1,321 @@
+//! The way back to what had grown: one state that was left, by a reset or for another scene, is kept in memory with all that
+//! it takes to go on from there.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use egui::{Button, Response, RichText, Ui};
+use myxo::Result;
+use myxo::mesh::Mesh;
+use myxo::render::View;
+use myxo::scene::Scene;
+use myxo::scene::settings::Settings;
+use myxo::sim::checkpoint::Checkpoint;
+
+use super::facts::Before;
+use super::hands::begin_on_food_that_is;
+use super::loading::{Opened, Origin};
+use super::out::put_look;
+use super::places::Marked as _;
+use super::rows::grouped;
+use super::saving::SceneFile;
+use super::stage::Stage;
+use super::window::Lab;
+
+/// Who leaves a simulation before this step has grown nothing that would be missed.
+const GROWN_AT: u64 = 100;
+/// A button with the step's number takes so much room, points.
+const HAS_ROOM: f32 = 96.0;
+
+/// How the scene was shown when it was left.
+struct Shown {
+    /// Which of the scenes of this window it was: to return to it is no change of the scene.
+    scene: u64,
+    view: View,
+    /// As it was loaded.
+    loaded: Settings,
+    /// Where it was saved or opened.
+    file: Option<SceneFile>,
+    /// No file had all of it.
+    is_unsaved: bool,
+}
+
+/// A state that was left.
+pub(super) struct Grown {
+    shown: Shown,
+    name: String,
+    folder: PathBuf,
+    /// Those that it ran with.
+    settings: Settings,
+    meshes: Vec<Mesh>,
+    checkpoint: Checkpoint,
+}
+
+impl Grown {
+    /// Of a stage that is about to go, which no longer has its meshes then.
+    fn of(left: &mut Stage, shown: Shown) -> Result<Self> {
+        let snapshot = left.simulation.snapshot()?;
+        let mut settings = left.simulation.settings().clone();
+        // Food comes and goes while the scene runs, and where it began no longer matters.
+        begin_on_food_that_is(&mut settings);
+        left.scene.settings.clone_from(&settings);
+        Ok(Self {
+            shown,
+            name: left.scene.name.clone(),
+            folder: left.scene.folder.clone(),
+            settings,
+            checkpoint: Checkpoint::new(&left.scene, left.simulation.setup(), snapshot),
+            meshes: std::mem::take(&mut left.scene.meshes),
+        })
+    }
+
+    /// The scene that goes on from there; as another one, it brings its view along.
+    fn opened(&self, is_another: bool) -> Result<Opened> {
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let meshes = self.meshes.clone();
+        let mut scene = Scene::from_meshes(name, self.settings.clone(), meshes, folder)?;
+        if is_another {
+            put_look(&self.shown.view, scene.center, &mut scene.settings);
+        }
+        let from = (PathBuf::from(&self.name), self.checkpoint.clone());
+        Ok(Opened {
+            scene,
+            from: Some(from),
+            file: self.shown.file.clone(),
+        })
+    }
+}
+
+/// What can come back. There is one at the most, for it may be large.
+#[derive(Default)]
+pub(super) struct Back {
+    grown: Option<Arc<Grown>>,
+    /// It is on its way.
+    coming: Option<Arc<Grown>>,
+    /// Scenes that were shown before the present one.
+    scenes: u64,
+}
+
+impl Back {
+    /// Something else is on its way.
+    pub fn stays(&mut self) {
+        self.coming = None;
+    }
+
+    /// What was on its way is there.
+    pub fn take_coming(&mut self) -> Option<Arc<Grown>> {
+        self.coming.take()
+    }
+}
+
+impl Lab {
+    /// Begins to load what had grown.
+    pub(super) fn go_back(&mut self) {
+        let Some(grown) = self.back.grown.clone() else {
+            return;
+        };
+        self.interface.end_morph();
+        let is_another = grown.shown.scene != self.back.scenes;
+        let (name, origin) = match is_another {
+            true => (grown.name.clone(), Origin::File),
+            false => (self.name.clone(), Origin::Shown),
+        };
+        let sent = Arc::clone(&grown);
+        self.load(name, origin, move || sent.opened(is_another));
+        self.back.coming = Some(grown);
+    }
+
+    /// Keeps what has grown on the stage that is about to go; also what has hardly grown, if it goes for what had grown before,
+    /// so that whoever goes back can change their mind.
+    pub(super) fn keep_grown(&mut self, goes_back: bool) -> Result<()> {
+        let shown = Shown {
+            scene: self.back.scenes,
+            view: self.interface.view,
+            loaded: self.interface.loaded.clone(),
+            file: self.file.clone(),
+            is_unsaved: self.interface.is_unsaved(),
+        };
+        let Some(left) = &mut self.stage else {
+            return Ok(());
+        };
+        if !goes_back && left.simulation.step() < GROWN_AT {
+            return Ok(());
+        }
+        let grown = Grown::of(left, shown)?;
+        self.clocks.facts.before = Some(Before {
+            name: grown.name.clone(),
+            step: grown.checkpoint.snapshot.step,
+        });
+        self.back.grown = Some(Arc::new(grown));
+        Ok(())
+    }
+
+    /// Another scene is shown; if it has come back, it is as changed as it was.
+    pub(super) fn shows_another(&mut self, come_back: Option<&Grown>) {
+        self.back.scenes += 1;
+        let Some(grown) = come_back else {
+            return;
+        };
+        self.interface.loaded.clone_from(&grown.shown.loaded);
+        if grown.shown.is_unsaved {
+            self.interface.saved(None);
+        }
+    }
+
+    /// The device goes: what had grown may be what it was lost by.
+    pub(super) fn forget_grown(&mut self) {
+        self.back = Back::default();
+        self.clocks.facts.before = None;
+    }
+}
+
+impl Before {
+    /// As the panel has it, where the room may be short.
+    pub fn button(&self, ui: &mut Ui) -> Response {
+        let button = match ui.available_width() < HAS_ROOM {
+            true => Button::new(sign()),
+            false => Button::new((sign(), RichText::new(self.at()).small())),
+        };
+        let button = ui.add(button.small()).on_hover_text(self.hint());
+        button.marked("back")
+    }
+
+    /// As the gallery lists it.
+    pub fn entry(&self, ui: &mut Ui) -> Response {
+        let button = ui
+            .button((sign(), self.listed()))
+            .on_hover_text(self.hint());
+        button.marked("left.grown")
+    }
+
+    fn listed(&self) -> String {
+        format!("{} · {}", self.name, self.at())
+    }
+
+    /// What a click does.
+    fn hint(&self) -> String {
+        format!(
+            "Back to what had grown: {} at {}. What runs now is kept in its place",
+            self.name,
+            self.at()
+        )
+    }
+
+    fn at(&self) -> String {
+        format!("step {}", grouped(self.step as f64))
+    }
+}
+
+/// The letters of other texts have no such sign.
+fn sign() -> RichText {
+    RichText::new("↶").monospace().size(16.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::loading::{Loaded, Loading};
+    use super::*;
+    use glam::Vec2;
+    use myxo::gpu::{Context, ContextOptions, Format, Frames};
+    use myxo::mesh::atlas::Control;
+    use myxo::render::Prepared;
+    use myxo::scene::Overrides;
+    use myxo::scene::settings::Show;
+    use myxo::sim::Simulation;
+    use std::path::Path;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn what_had_grown_goes_on_as_it_was_left() {
+        let ctx = match Context::new(&ContextOptions {
+            validation: true,
+            ..ContextOptions::default()
+        }) {
+            Ok(ctx) => ctx,
+            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+                return eprintln!("skipped: {error}");
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let overrides = Overrides {
+            set: ["particles.count=3000", "atlas.size=128"]
+                .map(str::to_owned)
+                .into(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new("pair"), &overrides).unwrap();
+        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
+        let prepared = Prepared::for_quick(&setup);
+        let loaded = Loaded {
+            scene,
+            setup,
+            prepared,
+            from: None,
+            file: None,
+        };
+        let mut stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
+        // What was changed on the way is part of it.
+        let mut settings = stage.simulation.settings().clone();
+        settings.trail.decay = 0.77;
+        stage.simulation.apply(&settings).unwrap();
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let mut rec = frames.begin().unwrap();
+        (0..5).for_each(|_| stage.simulation.record_step(&mut rec));
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let mut bias = vec![0.0; stage.simulation.setup().atlas.texel_count()];
+        bias[7] = 2.5;
+        stage.simulation.set_areas(&bias).unwrap();
+        let state = stage.simulation.snapshot().unwrap();
+
+        let mut view = View::of(&stage.scene, Vec2::ONE);
+        view.show = Show::Relief;
+        let shown = Shown {
+            scene: 0,
+            view,
+            loaded: stage.scene.settings.clone(),
+            file: Some(SceneFile::chosen(Path::new("/pair.toml"))),
+            is_unsaved: false,
+        };
+        let mut grown = Grown::of(&mut stage, shown).unwrap();
+        drop(stage);
+        for (is_another, show) in [(false, Show::default()), (true, Show::Relief)] {
+            let opened = grown.opened(is_another).unwrap();
+            assert_eq!(opened.file, grown.shown.file, "it is saved where it was");
+            assert_eq!(opened.scene.settings.trail.decay, 0.77);
+            assert_eq!(View::of(&opened.scene, Vec2::ONE).show, show);
+            let load = move || Ok(opened);
+            let name = "pair".to_owned();
+            let mut loading = Loading::begin(name, Origin::Shown, ctx.info(), None, load);
+            let begun = Instant::now();
+            let loaded = loop {
+                if let Some(loaded) = loading.take() {
+                    break loaded.unwrap();
+                }
+                assert!(begun.elapsed() < Duration::from_secs(120), "it hangs");
+                std::thread::sleep(Duration::from_millis(2));
+            };
+            let (_, changes) = loaded.from.as_ref().expect("it goes on");
+            assert!(changes.is_empty(), "{changes:?}");
+            let stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
+            assert!(stage.resumed.is_some());
+            assert_eq!(stage.simulation.snapshot().unwrap(), state);
+        }
+        // Meshes that are others by now are no ground for it.
+        grown.meshes.swap(0, 1);
+        let opened = grown.opened(false).unwrap();
+        let setup = Simulation::set_up(ctx.info(), &opened.scene, &Control::default()).unwrap();
+        assert!(grown.checkpoint.check(&opened.scene, &setup).is_err());
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
+
+    #[test]
+    fn it_is_told_of_by_its_step() {
+        let before = Before {
+            name: "cube".to_owned(),
+            step: 12_345,
+        };
+        assert_eq!(before.listed(), "cube · step 12,345");
+        assert!(before.hint().contains("cube at step 12,345"));
+    }
+}

@@ -1,0 +1,46 @@
+//! The way back to what had grown: offered where there is something, by a button and in the gallery.
+
+use super::*;
+use crate::lab::facts::Before;
+
+#[test]
+fn what_had_grown_comes_back_by_a_button_and_in_the_gallery() {
+    let mut harness = Harness::new();
+    assert_eq!(harness.places_of("↶").len(), 0, "there is nothing yet");
+    harness.facts.before = Some(Before {
+        name: "cube".to_owned(),
+        step: 1234,
+    });
+    harness.frame(vec![]);
+    let [at] = harness.places_of("step 1,234")[..] else {
+        panic!("{:?}", harness.places_of("↶"))
+    };
+    assert_eq!(harness.click(at), [Command::GoBack]);
+    // Also where no scene was left with changes.
+    assert!(harness.interface.left.all().is_empty());
+    harness.press(Key::G);
+    harness.frame(vec![]);
+    let [at] = harness.places_of("cube · step 1,234")[..] else {
+        panic!("{:?}", harness.places_of("↶"))
+    };
+    assert_eq!(harness.click(at), [Command::GoBack]);
+    assert!(!harness.interface.gallery.open, "it makes room");
+}
+
+#[test]
+fn the_way_back_keeps_to_the_panel() {
+    let mut harness = Harness::new();
+    harness.facts.before = Some(Before {
+        name: "cube".to_owned(),
+        step: 1_234_567,
+    });
+    harness.facts.step = 12_345_678;
+    harness.facts.steps_per_second = 1234.5;
+    harness.facts.seconds = Some(12_345.6);
+    harness.frame(vec![]);
+    let [at] = harness.places_of("↶")[..] else {
+        panic!("{:?}", harness.places_of("↶"))
+    };
+    assert!(at.x < PANEL_WIDTH - 12.0, "{at}");
+    assert_eq!(harness.click(at), [Command::GoBack]);
+}

@@ -1,0 +1,94 @@
+//! Steps of the tour on the way back to what had grown: after a reset, and from another scene.
+
+use super::*;
+
+fn step(lab: &Lab) -> u64 {
+    let seen = lab.seen().expect("it is told");
+    seen["state"]["step"].as_u64().expect("it is a number")
+}
+
+/// Waits until this scene stands at this step, with nothing on its way.
+#[track_caller]
+fn stands(lab: &Lab, scene: &str, step: u64) {
+    lab.wait(&format!("{scene} at step {step}"), |seen| {
+        let state = &seen["state"];
+        state["scene"] == scene && state["step"] == step && state["loading"] == false
+    });
+}
+
+/// What the probe tells of the middle of the picture.
+#[track_caller]
+fn told(lab: &Lab) -> [String; 2] {
+    lab.point("picture", 0.5);
+    // What was read before the last change may still be on its way.
+    sleep(Duration::from_millis(600));
+    lab.wait("it is probed", |seen| {
+        seen["values"]["probe.trail"].is_string()
+    });
+    let seen = lab.seen().expect("it is told");
+    ["probe.trail", "probe.painted"].map(|key| seen["values"][key].to_string())
+}
+
+#[test]
+fn what_had_grown_comes_back() {
+    if !can_tour() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.key("i");
+    lab.wait("it grows", |seen| {
+        seen["state"]["step"].as_u64() > Some(110)
+    });
+    lab.key_until("space", "it is held", "playing", false);
+    assert!(lab.seen().expect("it is told")["places"]["back"].is_null());
+    let saved = lab.save("cube", 1);
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    // Areas are part of what has grown.
+    lab.paint_with("attract");
+    lab.probed("painted");
+    lab.click("tool=look");
+    let grown = step(&lab);
+    let was = told(&lab);
+    assert_ne!(was[1], "null", "something attracts");
+
+    // Begun anew by mistake, and painted over.
+    lab.key_until("r", "it begins anew", "step", 0);
+    lab.paint_with("erase");
+    lab.click("tool=look");
+    let young = told(&lab);
+    for (young, was) in young.iter().zip(&was) {
+        assert_ne!(young, was, "trail and areas are others");
+    }
+    lab.click("back");
+    stands(&lab, "cube", grown);
+    assert_eq!(told(&lab), was, "trail and areas are those that there were");
+    // What was to be undone still is.
+    for key in ["ctrl+z", "ctrl+z"] {
+        lab.key(key);
+        sleep(Duration::from_millis(400));
+    }
+    let undone = lab.save("cube", 2);
+    assert_eq!(undone.trail.decay, saved.trail.decay);
+    // There and back again.
+    lab.click("back");
+    stands(&lab, "cube", 0);
+    lab.click("back");
+    stands(&lab, "cube", grown);
+
+    // From another scene, which is young, and to it.
+    lab.click_until("gallery", "gallery", true);
+    lab.click("card=sphere");
+    stands(&lab, "sphere", 0);
+    lab.key_until("g", "the gallery", "gallery", true);
+    lab.click("left.grown");
+    stands(&lab, "cube", grown);
+    assert_eq!(told(&lab), was, "it has come back, as it was");
+    lab.click("back");
+    stands(&lab, "sphere", 0);
+    lab.click("back");
+    stands(&lab, "cube", grown);
+    lab.key("period");
+    stands(&lab, "cube", grown + 1);
+    lab.quit();
+}
