@@ -428,7 +428,6 @@ fn kernels_of_several_objects_account_for_most_of_the_step() {
             let between = report["gpu_ms_between_kernels"].as_f64();
             parts.push(between.expect("the step was measured") / step);
         }
-        println!("{strategy}: {parts:?} of the step lie between kernels");
         assert!(parts.last() <= Some(&MOST_BETWEEN), "{strategy}: {parts:?}");
     }
 }

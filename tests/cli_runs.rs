@@ -6,6 +6,7 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::Stdio;
 
+use myxo::scene::Settings;
 use program::{Folder, TINY, done, failed, myxo, no_device, path, program, report, shown_of, text};
 use serde_json::Value;
 
@@ -300,6 +301,62 @@ fn films_begin_where_something_has_grown() {
     alone.extend(["--steps", "3", "--from", "1", "--out", path(&picture)]);
     let message = failed(&alone);
     assert!(message.contains("no --out is one"), "{message}");
+}
+
+/// The third of four pictures of half a turn is seen from a quarter of it.
+#[test]
+fn cameras_of_films_go_round_the_scene() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let (film, other_side) = (folder.file("film/"), folder.file("side.png"));
+    let azimuth = Settings::default().camera.azimuth;
+    let picture = |steps, out: &Path, more: &[&str]| {
+        let mut arguments = vec!["render"];
+        arguments.extend(TINY);
+        arguments.extend(["--set", "camera.distance=4", "--set", "picture.brightest=1"]);
+        arguments.extend(["--size", "160x90", "--steps", steps, "--out", path(out)]);
+        arguments.extend(more);
+        done(&arguments);
+    };
+    picture("4", &film, &["--every", "1", "--turns", "0.5"]);
+    let azimuth = format!("camera.azimuth={}", azimuth + 90.0);
+    picture("3", &other_side, &["--set", &azimuth]);
+    let difference = |number: u32| {
+        let frame = folder.file(&format!("film/frame_{number:05}.png"));
+        let [one, other] =
+            [&frame, &other_side].map(|file| image::open(file).expect("a picture").into_rgb8());
+        let pairs = one.as_raw().iter().zip(other.as_raw());
+        let sum: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
+        f64::from(sum) / one.as_raw().len() as f64
+    };
+    let differences: Vec<f64> = (0..4).map(difference).collect();
+    assert!(differences[2] < 0.2, "{differences:?}");
+    assert!(
+        differences[1] > 1.0 && differences[3] > 1.0,
+        "{differences:?}"
+    );
+
+    let with = |more: &[&str]| {
+        let mut arguments = vec!["render"];
+        arguments.extend(TINY);
+        arguments.extend(["--steps", "3", "--turns", "1", "--out"]);
+        failed(&[&arguments[..], more].concat())
+    };
+    let picture = folder.file("x.png");
+    let message = with(&[path(&picture)]);
+    assert!(
+        message.contains("--turns is for sequences and films"),
+        "{message}"
+    );
+    let film = folder.file("x/");
+    let message = with(&[path(&film), "--view", "atlas"]);
+    assert!(
+        message.contains("the view atlas, which is flat"),
+        "{message}"
+    );
+    assert_eq!(folder.names(), ["film", "side.png"]);
 }
 
 fn gif_frames(file: &Path) -> usize {

@@ -75,6 +75,9 @@ const DAMAGES: &[Damage] = &[
         "the heading of particle ",
     ),
     (|s| s.motions[5].pending = -1.0, "has -1 pending"),
+    (|s| s.motions[5].pending = f32::NAN, "has NaN pending"),
+    (|s| s.motions[5].heading_h = f32::NAN, "has length NaN"),
+    (|s| s.trail[5] = f32::NAN, "the trail is NaN at texel 5"),
     // One advance a particle and step.
     (
         |s| s.motions[5].flags -= 2,
@@ -250,7 +253,7 @@ fn the_program_does_not_go_on_from_a_damaged_state() {
         [&command[..], &short[..]].concat()
     };
     done(&resume(&state));
-    for (damage, expected) in [DAMAGES[2], DAMAGES[10], DAMAGES[17], DAMAGES[23]] {
+    for (damage, expected) in [DAMAGES[2], DAMAGES[13], DAMAGES[20], DAMAGES[26]] {
         let mut damaged = state.clone();
         damage(&mut damaged);
         let message = failed(&resume(&damaged));

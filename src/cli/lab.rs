@@ -1,6 +1,7 @@
 //! `myxo lab`: the window.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use myxo::Result;
@@ -57,7 +58,7 @@ impl Lab {
             (_, file) => Opened {
                 scene: self.load()?,
                 from: match file {
-                    Some(file) => Some((file.clone(), Checkpoint::read(file)?)),
+                    Some(file) => Some((file.clone(), Arc::new(Checkpoint::read(file)?))),
                     None => None,
                 },
                 file: self.scene.as_deref().and_then(SceneFile::opened),

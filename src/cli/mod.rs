@@ -22,7 +22,7 @@ mod query;
 mod ratios;
 mod render;
 mod report;
-mod room;
+pub mod room;
 mod scenes;
 mod session;
 mod settings;

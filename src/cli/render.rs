@@ -9,7 +9,7 @@ use myxo::gpu::GpuError;
 use myxo::render::exposure::Exposure;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
-use myxo::render::view::View;
+use myxo::render::view::{self, View};
 use myxo::scene::Scene;
 use myxo::scene::settings::Show;
 use myxo::sim::memory;
@@ -22,6 +22,9 @@ use super::session::Session;
 use super::times::Run;
 use super::{Outcome, console, interrupt};
 
+/// More turns than anybody can follow.
+const MOST_TURNS: f32 = 1000.0;
+
 /// Run a scene without a window and write pictures
 ///
 /// The name of each --out says what it becomes: x.png is the last picture, x_%05d.png or a folder a sequence of them,
@@ -32,6 +35,7 @@ Examples:
   myxo render torus --steps 400 --out torus.png --report torus.json
   myxo render cube --steps 1200 --every 4 --out cube.mp4 --out cube.png
   myxo render trio --steps 900 --from 300 --out trio.gif
+  myxo render suzanne --steps 900 --from 300 --turns 1 --out suzanne.mp4
   myxo render torus --size 3840x2160 --transparent --out torus_4k.png
   myxo render fish.glb --steps 600 --out 'frames/fish_%05d.png' --size 1920x1080
   myxo render trio --steps 900 --view relief --split --out relief.png
@@ -68,6 +72,9 @@ pub struct Render {
     /// Begins sequences and films after so many steps: the network has grown then
     #[arg(long, value_name = "N", default_value_t = 0)]
     from: u32,
+    /// Lets the camera go round the scene so many times in a sequence or film; below 0 the other way round
+    #[arg(long, value_name = "N", default_value_t = 0.0, value_parser = turns, allow_negative_numbers = true)]
+    turns: f32,
     /// Pictures a second in a film
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
     fps: u32,
@@ -104,11 +111,13 @@ impl Render {
                 opaque.display()
             )));
         }
-        if self.from > 0 && !outputs.want_every_frame() {
-            return Err(Error::Invalid(
-                "--from is for sequences and films, and no --out is one: leave it away, or write NAME.gif, NAME.mp4 or a folder"
-                    .to_owned(),
-            ));
+        let films = [("--from", self.from > 0), ("--turns", self.turns != 0.0)];
+        if let Some((option, _)) = films.iter().find(|(_, is_asked_for)| *is_asked_for)
+            && !outputs.want_every_frame()
+        {
+            return Err(Error::Invalid(format!(
+                "{option} is for sequences and films, and no --out is one: leave it away, or write NAME.gif, NAME.mp4 or a folder"
+            )));
         }
         interrupt::install()?;
 
@@ -154,6 +163,11 @@ impl Render {
                 "the view {word} cannot be shown: distances are taken by a step: use --steps 1 or more"
             )));
         }
+        if self.turns != 0.0 && show.is_flat() {
+            return Err(Error::Invalid(format!(
+                "--turns cannot turn the view {word}, which is flat: leave it away, or choose another --view"
+            )));
+        }
         if self.split && (show.is_flat() || self.size.width < 2) {
             return Err(Error::Invalid(format!(
                 "--split cannot show the view {word} beside the texture: choose another --view, and a --size 2 pixels wide at least"
@@ -166,6 +180,12 @@ impl Render {
     fn film(&self, session: &mut Session, outputs: &mut Outputs, size: [u32; 2]) -> Result<bool> {
         let mut camera = Photographer::new(session, size, outputs.want_every_frame(), self.split)?;
         camera.view.is_transparent = self.transparent;
+        if self.turns != 0.0 && session.scene.settings.camera.distance <= 0.0 {
+            camera.stand_back(&session.scene);
+        }
+        // The picture after the last would be the first again, so that films of whole turns can be played round and round.
+        let pictures = (self.steps - self.from).div_ceil(self.every);
+        camera.turns_per_picture = self.turns / pictures.max(1) as f32;
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -185,6 +205,16 @@ impl Render {
         let picture = camera.take(session)?;
         outputs.last_frame(&picture, filmed == Some(done), &session.progress);
         Ok(done == self.steps)
+    }
+}
+
+/// Reads a number of turns.
+fn turns(text: &str) -> Result<f32, String> {
+    let turns: f32 = text.parse().map_err(|_| "it is no number".to_owned())?;
+    if turns.abs() <= MOST_TURNS {
+        Ok(turns)
+    } else {
+        Err(format!("it must be from -{MOST_TURNS} to {MOST_TURNS}"))
     }
 }
 
@@ -209,7 +239,9 @@ struct Photographer {
     offscreen: Offscreen,
     /// For the texture beside the picture.
     beside: Option<Offscreen>,
+    /// Of the first picture.
     view: View,
+    turns_per_picture: f32,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
     taken: f32,
@@ -227,17 +259,29 @@ impl Photographer {
             offscreen: new(size)?,
             beside: (right > 0).then(|| new([right, height])).transpose()?,
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
+            turns_per_picture: 0.0,
             film,
             taken: 0.0,
         })
     }
 
+    /// Goes as far away as it takes to see all of the scene from every side.
+    fn stand_back(&mut self, scene: &Scene) {
+        let size = glam::UVec2::from_array(self.offscreen.canvas().size()).as_vec2();
+        let camera = &mut self.view.camera;
+        camera.fit_all_round(view::points(scene), size);
+    }
+
     /// A picture of the state after the last step.
     fn take(&mut self, session: &mut Session) -> Result<RgbaImage> {
         let mut rec = session.frames.begin()?;
-        let mut atlas = self.view;
-        atlas.show = Show::Atlas;
-        let mut pictures = vec![(self.view, self.offscreen.canvas())];
+        let mut view = self.view;
+        view.camera = view.camera.turned(self.turns_per_picture * self.taken);
+        let atlas = View {
+            show: Show::Atlas,
+            ..self.view
+        };
+        let mut pictures = vec![(view, self.offscreen.canvas())];
         pictures.extend(self.beside.iter().map(|beside| (atlas, beside.canvas())));
         self.renderer
             .draw_beside(&mut rec, session.simulation.state(), &pictures);

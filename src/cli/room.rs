@@ -1,12 +1,12 @@
-//! Whether there is memory for scenes, told before it is taken: on the device, and where the device is the processor, in the
-//! host's memory, of which as much again goes to setting up and reading back.
+//! Whether there is memory for scenes, told before it is taken, by the commands and in the window: on the device, and where
+//! the device is the processor, in the host's memory, of which as much again goes to setting up and reading back.
 
 use std::path::Path;
 
-use myxo::gpu::{Context, DeviceKind};
+use myxo::gpu::{Context, DeviceInfo, DeviceKind};
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
-use myxo::sim::memory::human;
+use myxo::sim::memory::{self, human};
 use myxo::{Error, Result};
 
 use super::console;
@@ -32,14 +32,12 @@ pub struct Free {
 
 impl Free {
     /// Of the host's memory for drivers that compute there, else of the device's; `None` where nobody says.
-    pub fn on(ctx: &Context) -> Option<Self> {
-        let info = ctx.info();
+    pub fn on(info: &DeviceInfo) -> Option<Self> {
         if info.kind == DeviceKind::Cpu {
             return on_host(Path::new("/"));
         }
-        let own = info.heaps.iter().filter(|heap| heap.device_local);
-        let memory = own.map(|heap| heap.size).max()?;
-        Some(Self { memory, swap: 0 })
+        let memory = Device::of(info).size;
+        (memory > 0).then_some(Self { memory, swap: 0 })
     }
 
     /// What may be taken without slowing down whatever else runs.
@@ -52,15 +50,34 @@ impl Free {
 /// what all of them take there together.
 pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> Result<()> {
     let info = ctx.info();
-    let heaps = info.heaps.iter().filter(|heap| heap.device_local);
-    let device = Device {
-        name: &info.name,
-        kind: info.kind,
-        size: heaps.map(|heap| heap.size).sum(),
-    };
-    let told = verdict(what, on_device, &device, Free::on(ctx), &advice(scenes))?;
+    let told = verdict(
+        what,
+        on_device,
+        &Device::of(info),
+        Free::on(info),
+        &advice(scenes),
+    )?;
     told.iter().for_each(|text| console::message(text));
     Ok(())
+}
+
+/// Refuses a scene for which the host has no memory.
+pub fn check(info: &DeviceInfo, scene: &Scene) -> Result<()> {
+    let (free, advice) = (Free::on(info), advice(&[scene]));
+    let on_device = memory::needed(scene);
+    verdict(&scene.name, on_device, &Device::of(info), free, &advice).map(drop)
+}
+
+/// Refuses a copy of so many bytes on the host, if it has no memory for them.
+pub fn check_copy(bytes: u64) -> Result<()> {
+    match on_host(Path::new("/")) {
+        Some(free) if bytes > free.at_ease() => Err(Error::Invalid(format!(
+            "a copy of it takes {}, and {} are free",
+            human(bytes),
+            human(free.memory)
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// What to set lower.
@@ -83,6 +100,17 @@ struct Device<'a> {
     kind: DeviceKind,
     /// Of the memory that it says it has.
     size: u64,
+}
+
+impl<'a> Device<'a> {
+    fn of(info: &'a DeviceInfo) -> Self {
+        let heaps = info.heaps.iter().filter(|heap| heap.device_local);
+        Self {
+            name: &info.name,
+            kind: info.kind,
+            size: heaps.map(|heap| heap.size).sum(),
+        }
+    }
 }
 
 /// What to tell of a scene that takes so much, if it is worth telling; an error where there is not as much.
@@ -139,17 +167,11 @@ fn verdict(
 fn on_host(root: &Path) -> Option<Free> {
     let read = |path: &str| std::fs::read_to_string(root.join(path)).ok();
     let mut free = system(&read("proc/meminfo")?)?;
-    // Containers may have less than the machine. The names of version 2 of control groups, and those of version 1.
-    let groups = [
-        ("sys/fs/cgroup", ["memory.max", "memory.current"]),
-        (
-            "sys/fs/cgroup/memory",
-            ["memory.limit_in_bytes", "memory.usage_in_bytes"],
-        ),
-    ];
-    for (folder, names) in groups {
-        let [limit, usage] = names.map(|name| read(&format!("{folder}/{name}")));
-        let stat = read(&format!("{folder}/memory.stat")).unwrap_or_default();
+    // Containers and jobs may have less than the machine.
+    for (folder, names) in groups(&read("proc/self/cgroup").unwrap_or_default()) {
+        let file = |name: &str| read(&format!("{folder}/{name}"));
+        let [limit, usage] = names.map(file);
+        let stat = file("memory.stat").unwrap_or_default();
         let left = limit.and_then(|limit| left_in_group(&limit, &usage.unwrap_or_default(), &stat));
         if let Some(left) = left.filter(|left| *left < free.memory) {
             // Whether a group may swap is not known from these.
@@ -160,6 +182,37 @@ fn on_host(root: &Path) -> Option<Free> {
         }
     }
     Some(free)
+}
+
+/// The folders of all control groups that a process is in, from the text of its `/proc/self/cgroup`, and what the files of
+/// limit and usage are called there: by version 2 of control groups, and by version 1.
+fn groups(own: &str) -> Vec<(String, [&'static str; 2])> {
+    let second = ("sys/fs/cgroup", ["memory.max", "memory.current"]);
+    let first = (
+        "sys/fs/cgroup/memory",
+        ["memory.limit_in_bytes", "memory.usage_in_bytes"],
+    );
+    let mut groups: Vec<_> = [second, first]
+        .map(|(mount, names)| (mount.to_owned(), names))
+        .into();
+    for line in own.lines() {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else {
+            continue;
+        };
+        let (mount, names) = match controllers {
+            "" => second,
+            _ if controllers.split(',').any(|name| name == "memory") => first,
+            _ => continue,
+        };
+        // Each is within those above it.
+        let mut path = path.trim_matches('/');
+        while !path.is_empty() {
+            groups.push((format!("{mount}/{path}"), names));
+            path = path.rsplit_once('/').map_or("", |(above, _)| above);
+        }
+    }
+    groups
 }
 
 /// From the text of `/proc/meminfo`.
@@ -257,6 +310,20 @@ mod tests {
         write("sys/fs/cgroup/memory.max", "4294967296\n");
         write("sys/fs/cgroup/memory.current", "1073741824\n");
         assert_eq!(free(), Some((3 * GIB, 0)));
+        // Those of a job, by either version, and of what it runs in.
+        write("proc/self/cgroup", "0::/jobs/job_7/step\n");
+        write("sys/fs/cgroup/jobs/job_7/memory.max", "2147483648\n");
+        assert_eq!(free(), Some((2 * GIB, 0)));
+        write(
+            "proc/self/cgroup",
+            "3:cpu:/other\n4:memory,hugetlb:/job_8\n",
+        );
+        write("sys/fs/cgroup/memory/other/memory.limit_in_bytes", "5\n");
+        write(
+            "sys/fs/cgroup/memory/job_8/memory.limit_in_bytes",
+            "1073741824\n",
+        );
+        assert_eq!(free(), Some((GIB, 0)));
     }
 
     fn verdict_of(

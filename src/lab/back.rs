@@ -10,7 +10,9 @@ use myxo::mesh::Mesh;
 use myxo::render::View;
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
+use myxo::sim::Setup;
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::types::{Motion, Particle};
 
 use super::facts::Before;
 use super::hands::begin_on_food_that_is;
@@ -21,6 +23,7 @@ use super::rows::grouped;
 use super::saving::SceneFile;
 use super::stage::Stage;
 use super::window::Lab;
+use crate::cli::room;
 
 /// Who leaves a simulation before this step has grown nothing that would be missed.
 const GROWN_AT: u64 = 100;
@@ -28,6 +31,7 @@ const GROWN_AT: u64 = 100;
 const HAS_ROOM: f32 = 96.0;
 
 /// How the scene was shown when it was left.
+#[derive(Clone)]
 struct Shown {
     /// Which of the scenes of this window it was: to return to it is no change of the scene.
     scene: u64,
@@ -41,14 +45,20 @@ struct Shown {
 }
 
 /// A state that was left.
+#[derive(Clone)]
 pub(super) struct Grown {
     shown: Shown,
+    state: Arc<State>,
+}
+
+/// All that it takes to go on.
+struct State {
     name: String,
     folder: PathBuf,
     /// Those that it ran with.
     settings: Settings,
     meshes: Vec<Mesh>,
-    checkpoint: Checkpoint,
+    checkpoint: Arc<Checkpoint>,
 }
 
 impl Grown {
@@ -59,25 +69,35 @@ impl Grown {
         // Food comes and goes while the scene runs, and where it began no longer matters.
         begin_on_food_that_is(&mut settings);
         left.scene.settings.clone_from(&settings);
-        Ok(Self {
-            shown,
+        let checkpoint = Checkpoint::new(&left.scene, left.simulation.setup(), snapshot);
+        let state = State {
             name: left.scene.name.clone(),
             folder: left.scene.folder.clone(),
             settings,
-            checkpoint: Checkpoint::new(&left.scene, left.simulation.setup(), snapshot),
+            checkpoint: Arc::new(checkpoint),
             meshes: std::mem::take(&mut left.scene.meshes),
+        };
+        Ok(Self {
+            shown,
+            state: Arc::new(state),
         })
     }
 
     /// The scene that goes on from there; as another one, it brings its view along.
     fn opened(&self, is_another: bool) -> Result<Opened> {
-        let (name, folder) = (self.name.clone(), self.folder.clone());
-        let meshes = self.meshes.clone();
-        let mut scene = Scene::from_meshes(name, self.settings.clone(), meshes, folder)?;
+        let State {
+            name,
+            folder,
+            settings,
+            meshes,
+            checkpoint,
+        } = &*self.state;
+        let (settings, meshes) = (settings.clone(), meshes.clone());
+        let mut scene = Scene::from_meshes(name.clone(), settings, meshes, folder.clone())?;
         if is_another {
             put_look(&self.shown.view, scene.center, &mut scene.settings);
         }
-        let from = (PathBuf::from(&self.name), self.checkpoint.clone());
+        let from = (PathBuf::from(name), Arc::clone(checkpoint));
         Ok(Opened {
             scene,
             from: Some(from),
@@ -86,12 +106,19 @@ impl Grown {
     }
 }
 
+/// Of a copy of a state on the host: particles and what they do, and trail, deposits and areas.
+fn bytes_of(setup: &Setup) -> u64 {
+    let particle = size_of::<Particle>() + size_of::<Motion>();
+    let texel = 3 * size_of::<f32>();
+    (setup.particles.len() * particle + setup.atlas.texel_count() * texel) as u64
+}
+
 /// What can come back. There is one at the most, for it may be large.
 #[derive(Default)]
 pub(super) struct Back {
-    grown: Option<Arc<Grown>>,
+    grown: Option<Grown>,
     /// It is on its way.
-    coming: Option<Arc<Grown>>,
+    coming: Option<Grown>,
     /// Scenes that were shown before the present one.
     scenes: u64,
 }
@@ -103,8 +130,17 @@ impl Back {
     }
 
     /// What was on its way is there.
-    pub fn take_coming(&mut self) -> Option<Arc<Grown>> {
+    pub fn take_coming(&mut self) -> Option<Grown> {
         self.coming.take()
+    }
+
+    /// The scene that is shown now is saved, in this file if in one of its own: there, what had grown of it is not.
+    pub fn saved(&mut self, file: Option<&SceneFile>) {
+        let grown = self.grown.as_mut();
+        if let Some(Grown { shown, .. }) = grown.filter(|grown| grown.shown.scene == self.scenes) {
+            shown.is_unsaved = true;
+            shown.file = file.cloned();
+        }
     }
 }
 
@@ -117,10 +153,10 @@ impl Lab {
         self.interface.end_morph();
         let is_another = grown.shown.scene != self.back.scenes;
         let (name, origin) = match is_another {
-            true => (grown.name.clone(), Origin::File),
+            true => (grown.state.name.clone(), Origin::File),
             false => (self.name.clone(), Origin::Shown),
         };
-        let sent = Arc::clone(&grown);
+        let sent = grown.clone();
         self.load(name, origin, move || sent.opened(is_another));
         self.back.coming = Some(grown);
     }
@@ -141,12 +177,16 @@ impl Lab {
         if !goes_back && left.simulation.step() < GROWN_AT {
             return Ok(());
         }
+        // The one before makes room.
+        self.back.grown = None;
+        self.clocks.facts.before = None;
+        room::check_copy(bytes_of(left.simulation.setup()))?;
         let grown = Grown::of(left, shown)?;
         self.clocks.facts.before = Some(Before {
-            name: grown.name.clone(),
-            step: grown.checkpoint.snapshot.step,
+            name: grown.state.name.clone(),
+            step: grown.state.checkpoint.snapshot.step,
         });
-        self.back.grown = Some(Arc::new(grown));
+        self.back.grown = Some(grown);
         Ok(())
     }
 
@@ -277,7 +317,7 @@ mod tests {
             file: Some(SceneFile::chosen(Path::new("/pair.toml"))),
             is_unsaved: false,
         };
-        let mut grown = Grown::of(&mut stage, shown).unwrap();
+        let grown = Grown::of(&mut stage, shown).unwrap();
         drop(stage);
         for (is_another, show) in [(false, Show::default()), (true, Show::Relief)] {
             let opened = grown.opened(is_another).unwrap();
@@ -301,11 +341,36 @@ mod tests {
             assert!(stage.resumed.is_some());
             assert_eq!(stage.simulation.snapshot().unwrap(), state);
         }
+        // What is saved of the same scene meanwhile is another state.
+        let mut back = Back {
+            grown: Some(grown.clone()),
+            ..Back::default()
+        };
+        let other = SceneFile::chosen(Path::new("/other.toml"));
+        let kept = |back: &Back| {
+            let shown = back.grown.as_ref().map(|grown| &grown.shown);
+            shown.map(|shown| (shown.is_unsaved, shown.file.clone()))
+        };
+        back.scenes = 1;
+        back.saved(Some(&other));
+        assert_eq!(kept(&back), Some((false, grown.shown.file.clone())));
+        back.scenes = 0;
+        back.saved(Some(&other));
+        assert_eq!(kept(&back), Some((true, Some(other))));
         // Meshes that are others by now are no ground for it.
-        grown.meshes.swap(0, 1);
-        let opened = grown.opened(false).unwrap();
+        let mut opened = grown.opened(false).unwrap();
+        let State {
+            name,
+            folder,
+            settings,
+            meshes,
+            checkpoint,
+        } = &*grown.state;
+        let others = vec![meshes[1].clone(), meshes[0].clone()];
+        opened.scene =
+            Scene::from_meshes(name.clone(), settings.clone(), others, folder.clone()).unwrap();
         let setup = Simulation::set_up(ctx.info(), &opened.scene, &Control::default()).unwrap();
-        assert!(grown.checkpoint.check(&opened.scene, &setup).is_err());
+        assert!(checkpoint.check(&opened.scene, &setup).is_err());
         assert_eq!(ctx.messages(), [""; 0]);
     }
 

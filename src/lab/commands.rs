@@ -11,7 +11,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
-use super::hands::CarriedOver;
+use super::hands::{CarriedOver, Work};
 use super::interface::Command;
 use super::interface::Interface;
 use super::left::LeftScenes;
@@ -189,6 +189,7 @@ impl Lab {
             let name = file.file_stem().unwrap_or(file.as_os_str());
             self.name = name.to_string_lossy().into_owned();
             self.file = Some(SceneFile::chosen(&file));
+            self.back.saved(self.file.as_ref());
             self.clocks.facts.scene = self.name.clone();
             self.window.set_title(&title(&self.name));
         }
@@ -211,6 +212,7 @@ impl Lab {
             Ok(path) => {
                 if has_all {
                     self.interface.saved(Some(self.interface.state_to_save()));
+                    self.back.saved(self.file.as_ref());
                 }
                 let text = format!("Saved {}{told}", whole(&path).display());
                 self.interface.notice(context, text, false);
@@ -305,8 +307,16 @@ impl Lab {
     fn make_room(&mut self, name: &str, origin: Origin) {
         let is_same = origin == Origin::Shown;
         if !is_same {
-            self.left
-                .retain(|left| !matches!(left, Left::Copy(_) | Left::Removal(_)));
+            self.left.retain(|left| {
+                let is_of_an_object = match left {
+                    Left::Copy(_) | Left::Removal(_) => true,
+                    Left::Command(Command::Hand(work), _) => {
+                        matches!(work, Work::Duplicate(_) | Work::Remove(_))
+                    }
+                    _ => false,
+                };
+                !is_of_an_object
+            });
         }
         let coming = self.hand.coming.take();
         let loading = self.loading.as_ref();
@@ -435,7 +445,7 @@ impl Lab {
             if origin == Origin::Clipboard {
                 self.interface.saved(None);
             }
-            self.shows_another(back.as_deref());
+            self.shows_another(back.as_ref());
         } else {
             self.interface.restarted(scene);
         }

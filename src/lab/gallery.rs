@@ -180,7 +180,7 @@ impl Interface {
         ui.label(RichText::new("As you left them").strong())
             .on_hover_text(
                 "Scenes that you left with changes that you had not saved; the oldest go first. ↶ is what had grown before the \
-                 last reset or scene, as long as the window is open",
+                 last reset or scene, until the window closes or the device is lost",
             );
         ui.horizontal_wrapped(|ui| {
             if before.is_some_and(|before| before.entry(ui).clicked()) {

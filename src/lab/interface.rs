@@ -346,6 +346,7 @@ impl Interface {
             show_ending(ui.ctx(), picture, &facts.out);
         }
         self.show_notices(ui, picture);
+        self.hide_resting_pointer(ui.ctx());
         self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.hands.has_food_in_hand() {
@@ -425,18 +426,6 @@ impl Interface {
         self.on_top = [self.help, self.gallery.open, self.out.open];
     }
 
-    /// The picture alone, or no longer.
-    pub(super) fn perform(&mut self, ctx: &egui::Context) {
-        self.performing = !self.performing;
-        self.help = false;
-        self.out.open = false;
-        self.gallery.open = false;
-        self.hands.leave_scene();
-        if self.performing {
-            self.notice(ctx, "Esc brings the panel back", false);
-        }
-    }
-
     /// A light interface, or a dark one.
     pub(super) fn set_light(&mut self, ctx: &egui::Context, light: bool) {
         self.light = light;
@@ -477,6 +466,7 @@ impl Interface {
         let strokes = self.undo.strokes();
         let lead = if again { Undo::redo } else { Undo::undo };
         if lead(&mut self.undo, &mut self.edited, &mut self.view) {
+            self.hands.let_food_go();
             self.fit_again(fits);
             self.find_preset();
             commands.push(self.take_over(waited));
@@ -542,6 +532,14 @@ impl Interface {
     fn fit_again(&mut self, fits: bool) {
         if fits && !self.is_fitted() {
             self.refit();
+        }
+    }
+
+    /// A camera that shows the whole scene is to show it from every side of a turn.
+    pub(super) fn stand_back(&self, camera: &mut Camera, size: [u32; 2]) {
+        if self.is_fitted() {
+            let size = glam::UVec2::from_array(size).as_vec2();
+            camera.fit_all_round(self.outline.1.iter().copied(), size);
         }
     }
 

@@ -77,6 +77,23 @@ pub enum KeyAction {
     Quit,
 }
 
+impl KeyAction {
+    /// Works while text is being typed.
+    fn is_for_typists(self) -> bool {
+        matches!(
+            self,
+            Self::Save
+                | Self::SaveAs
+                | Self::Open
+                | Self::Screenshot
+                | Self::Record
+                | Self::Perform
+                | Self::FullScreen
+                | Self::Quit
+        )
+    }
+}
+
 /// What is held, keys, how they are written, what they do, and in words.
 pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     (
@@ -277,6 +294,13 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     ),
     (
         Modifiers::COMMAND,
+        &[Key::Y],
+        "Ctrl Y",
+        KeyAction::Redo,
+        "redo, too",
+    ),
+    (
+        Modifiers::COMMAND,
         &[Key::Z],
         "Ctrl Z",
         KeyAction::Undo,
@@ -401,11 +425,10 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Ctrl +, Ctrl -, Ctrl 0", "larger, smaller, usual letters"),
 ];
 
-/// What the keys pressed in this frame do, in the order in which they were pressed; nothing while text is being typed.
+/// What the keys pressed in this frame do, in the order in which they were pressed. While text is being typed, only those do
+/// something that write no letters and lead nowhere in a text.
 pub fn pressed(ctx: &egui::Context) -> Vec<KeyAction> {
-    if ctx.text_edit_focused() {
-        return Vec::new();
-    }
+    let is_typing = ctx.text_edit_focused();
     let mut pressed = Vec::new();
     ctx.input_mut(|input| {
         input.events.retain(|event| {
@@ -419,7 +442,8 @@ pub fn pressed(ctx: &egui::Context) -> Vec<KeyAction> {
             else {
                 return true;
             };
-            let Some(action) = action_of(*modifiers, *key) else {
+            let action = action_of(*modifiers, *key);
+            let Some(action) = action.filter(|action| !is_typing || action.is_for_typists()) else {
                 return true;
             };
             // A key that is held does in a slow frame what it would in a quick one.
@@ -438,6 +462,15 @@ fn action_of(held: Modifiers, key: Key) -> Option<KeyAction> {
         .iter()
         .find(|(modifiers, keys, ..)| keys.contains(&key) && held.matches_logically(*modifiers));
     found.map(|(_, _, _, action, _)| *action)
+}
+
+/// A number that is being typed counts as it stands: its field takes it when it loses the keyboard.
+fn take_what_is_typed(ctx: &egui::Context) {
+    ctx.memory_mut(|memory| {
+        if let Some(field) = memory.focused() {
+            memory.surrender_focus(field);
+        }
+    });
 }
 
 impl Interface {
@@ -464,8 +497,13 @@ impl Interface {
                 KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
                 KeyAction::TakeOut => self.out.open = !self.out.open,
                 KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
-                KeyAction::Save => commands.push(Command::Save),
-                KeyAction::SaveAs => commands.push(Command::AskWhereToSave),
+                KeyAction::Save | KeyAction::SaveAs => {
+                    take_what_is_typed(ctx);
+                    commands.push(match action {
+                        KeyAction::Save => Command::Save,
+                        _ => Command::AskWhereToSave,
+                    });
+                }
                 KeyAction::Undo => self.undo(commands),
                 KeyAction::Redo => self.redo(commands),
                 KeyAction::Panel => self.panel = !self.panel,

@@ -11,19 +11,20 @@ use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::render::Prepared;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::{Setup, Simulation, Snapshot};
+use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
 use super::interface::Waiting;
 use super::saving::SceneFile;
 use super::worker::joined;
+use crate::cli::room;
 
 /// What is to be shown.
 pub struct Opened {
     /// With its meshes.
     pub scene: Scene,
     /// It goes on from here.
-    pub from: Option<(PathBuf, Checkpoint)>,
+    pub from: Option<(PathBuf, Arc<Checkpoint>)>,
     /// The scene file that it was read from.
     pub file: Option<SceneFile>,
 }
@@ -44,7 +45,7 @@ impl Opened {
         let checkpoint = Checkpoint::read(&path)?;
         Ok(Self {
             scene: checkpoint.own_scene(&path, overrides)?,
-            from: Some((path, checkpoint)),
+            from: Some((path, Arc::new(checkpoint))),
             file: None,
         })
     }
@@ -59,7 +60,7 @@ pub struct Loaded {
     /// What pictures need of it.
     pub prepared: Prepared,
     /// The state that it goes on from, and what differs since.
-    pub from: Option<(Snapshot, Vec<String>)>,
+    pub from: Option<(Arc<Checkpoint>, Vec<String>)>,
     /// The scene file that it was read from.
     pub file: Option<SceneFile>,
 }
@@ -101,6 +102,7 @@ impl Loading {
         let (tell, stop, info) = (Arc::clone(&told), Arc::clone(&cancelled), info.clone());
         let worker = thread::spawn(move || {
             let Opened { scene, from, file } = load()?.into();
+            room::check(&info, &scene)?;
             let control = Control {
                 progress: Some(&|doing, done| {
                     *tell.lock().unwrap_or_else(PoisonError::into_inner) = (doing, done);
@@ -117,7 +119,7 @@ impl Loading {
                 let changes = fits.map_err(|problem| {
                     Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
                 })?;
-                Ok::<_, Error>((checkpoint.snapshot, changes))
+                Ok::<_, Error>((checkpoint, changes))
             });
             let from = from.transpose()?;
             *tell.lock().unwrap_or_else(PoisonError::into_inner) = ("light", 1.0);
@@ -252,8 +254,8 @@ mod tests {
         };
         let loaded = opened(&["trail.decay=0.5"]).unwrap();
         assert_eq!(loaded.scene.settings.particles.count, 500);
-        let (snapshot, changes) = loaded.from.expect("it goes on");
-        assert_eq!(snapshot.step, 3);
+        let (checkpoint, changes) = loaded.from.expect("it goes on");
+        assert_eq!(checkpoint.snapshot.step, 3);
         assert_eq!(changes.len(), 1);
         assert!(changes[0].starts_with("trail.decay = 0.5"), "{changes:?}");
         let error = opened(&["atlas.size=128"]).err().expect("it is another");

@@ -28,6 +28,7 @@ mod own;
 mod pacing;
 mod panel;
 mod pasting;
+mod performing;
 mod place;
 mod places;
 mod plot;

@@ -3,6 +3,7 @@
 use egui::{Align, Align2, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
 use super::interface::Interface;
+use super::performing::HOW_BACK;
 use super::places::Marked as _;
 use super::theme;
 
@@ -75,6 +76,11 @@ impl Interface {
         let now = ui.input(|i| i.time);
         let Notices { news, errors, .. } = &mut self.notices;
         news.take_if(|(_, until)| now > *until);
+        // Who sees a performance is not told what happens, but how it ends, and what goes wrong.
+        let is_alone = self.performing;
+        let news = news
+            .as_ref()
+            .filter(|(text, _)| !is_alone || text == HOW_BACK);
         if news.is_none() && errors.is_empty() {
             return;
         }

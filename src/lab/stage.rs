@@ -73,8 +73,9 @@ impl Stage {
             file: _,
         } = loaded;
         let mut simulation = Simulation::from_setup(ctx, &scene, setup)?;
-        let resumed = from.map(|(snapshot, changes)| {
-            simulation.restore(&snapshot)?;
+        let resumed = from.map(|(checkpoint, changes)| {
+            let snapshot = &checkpoint.snapshot;
+            simulation.restore(snapshot)?;
             let changes = changes.iter().map(|change| format!("; {change}"));
             let changes: String = changes.collect();
             Ok::<_, Error>(format!("Going on from step {}{changes}", snapshot.step))

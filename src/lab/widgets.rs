@@ -28,8 +28,8 @@ pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>) -> Response {
     .inner
 }
 
-/// Reads `1,234,567`, `1_234_567` and `2M`. What is no number or has no end is not taken, and neither is `0,5`, which some
-/// write for a half.
+/// Reads `1,234,567`, `1_234_567`, `2M`, and `0,5`, which some write for a half: one comma that groups no thousands is a
+/// decimal point. What is no number or has no end is not taken.
 pub fn parse_number(text: &str) -> Option<f64> {
     let text: String = text
         .chars()
@@ -46,15 +46,17 @@ pub fn parse_number(text: &str) -> Option<f64> {
     let mut groups = whole.split(',');
     let first = groups.next().unwrap_or_default();
     let first = first.trim_start_matches(['-', '+']);
-    let is_grouped = digits.contains(',');
     let are_thousands = !digits[whole.len()..].contains(',')
         && (1..=3).contains(&first.len())
         && !first.starts_with('0')
         && groups.all(|group| group.len() == 3 && group.bytes().all(|c| c.is_ascii_digit()));
-    if is_grouped && !are_thousands {
-        return None;
-    }
-    let number = factor * digits.replace(',', "").parse::<f64>().ok()?;
+    let plain = match digits.matches(',').count() {
+        0 => digits.to_owned(),
+        _ if are_thousands => digits.replace(',', ""),
+        1 if !digits.contains('.') => digits.replace(',', "."),
+        _ => return None,
+    };
+    let number = factor * plain.parse::<f64>().ok()?;
     number.is_finite().then_some(number)
 }
 
@@ -163,6 +165,13 @@ mod tests {
             ("0.25", 0.25),
             ("1e-3", 1e-3),
             ("\u{2212} 3", -3.0),
+            ("0,5", 0.5),
+            ("0,500", 0.5),
+            ("-1,5", -1.5),
+            ("12,3456", 12.3456),
+            (",25", 0.25),
+            ("1,5k", 1500.0),
+            ("1,500", 1500.0),
         ] {
             assert_eq!(parse_number(text), Some(value), "{text}");
         }
@@ -175,12 +184,11 @@ mod tests {
             "-inf",
             "1e400",
             "2e308k",
-            "0,5",
-            "0,500",
-            "1,5",
             "12,34,567",
             "1.000,5",
-            ",500",
+            "1,000.5,0",
+            "0,5,5",
+            ",",
         ] {
             assert_eq!(parse_number(text), None, "{text}");
         }

@@ -244,7 +244,8 @@ impl Pantry {
             .collect()
     }
 
-    /// What is left of each when `before` was there until now: those that were there keep what is left of them.
+    /// What is left of each when `before` was there until now: those that were there keep what is left of them, and so does
+    /// the one that has moved, if there is one.
     #[must_use]
     pub fn kept(&self, before: &Self, remaining: &[u32]) -> Vec<u32> {
         let mut was: Vec<Option<(&FoodPlace, u32)>> = (before.places.iter())
@@ -257,11 +258,25 @@ impl Pantry {
             let old = old.find(|old| old.is_some_and(|(old, _)| same(old, place)));
             old.and_then(|old| old.take().map(|(_, left)| left))
         };
-        let places = self.places.iter();
+        let mut kept: Vec<Option<u32>> = self.places.iter().map(&mut take).collect();
+        let gone = only(was.iter().map(Option::is_some));
+        if let Some(moved) = only(kept.iter().map(Option::is_none)).filter(|new| gone == Some(*new))
+            && before.places[moved].amount == self.places[moved].amount
+        {
+            kept[moved] = Some(remaining[moved]);
+        }
+        let places = self.places.iter().zip(kept);
         places
-            .map(|place| place.meal(take(place)).remaining)
+            .map(|(place, kept)| place.meal(kept).remaining)
             .collect()
     }
+}
+
+/// The place of the only one of these that is so, if there is one.
+fn only(are: impl Iterator<Item = bool>) -> Option<usize> {
+    let mut places = are.enumerate().filter(|(_, is)| *is);
+    let place = places.next().map(|(i, _)| i);
+    place.filter(|_| places.next().is_none())
 }
 
 /// The texels within reach of each place, those that `before` knows taken from there.

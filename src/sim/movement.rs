@@ -187,6 +187,9 @@ fn check_rigid(pose: &DAffine3) -> Result<(), &'static str> {
     if !pose.is_finite() {
         return Err("is not finite");
     }
+    if !pose.translation.as_vec3().is_finite() {
+        return Err("is farther away than numbers of single precision reach");
+    }
     let turn: DMat3 = pose.matrix3;
     if turn.determinant() < 0.0 {
         return Err("mirrors it: mirror the mesh instead");
@@ -254,6 +257,11 @@ mod tests {
             (0, scaled(0.0, 0.0, 0.0), "is not rigid"),
             (0, scaled(-1.0, 1.0, 1.0), "mirrors it"),
             (0, scaled(f64::NAN, 1.0, 1.0), "is not finite"),
+            (
+                0,
+                DAffine3::from_translation(DVec3::X * 1e39),
+                "is farther away",
+            ),
         ] {
             let error = movement
                 .set_pose(object, Some(pose))

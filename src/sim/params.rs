@@ -502,8 +502,8 @@ pub fn seed_word(seed: u64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
     use crate::scene::settings::ObjectSettings;
+    use crate::scene::{Overrides, Scene};
 
     #[test]
     fn deposits_and_decrowding_follow_the_density() {
@@ -538,6 +538,39 @@ mod tests {
                     "{found:?}, {reference}"
                 );
             }
+        }
+    }
+
+    /// Each of the object's own values does there what the scene's would, and nothing elsewhere.
+    #[test]
+    fn objects_have_values_of_their_own() {
+        let scene = |key: &str, value: f32| {
+            let set = vec!["atlas.size=256".to_owned(), format!("{key}={value}")];
+            let overrides = Overrides {
+                set,
+                ..Overrides::default()
+            };
+            Scene::load("pair".as_ref(), &overrides).unwrap()
+        };
+        let plain = scene("particles.count", 1000.0);
+        let setup = Setup::new(&plain).unwrap();
+        let before = physarums(&plain.settings, &setup);
+        for (key, value) in [
+            ("speed", 0.003),
+            ("rotation_angle", 11.0),
+            ("sensor_angle", 13.0),
+            ("sensor_offset", 0.017),
+            ("sensor_noise", 0.019),
+            ("favourite_density", 2.3),
+            ("gravity_weight", 2.9),
+            ("decrowding_weight", 0.31),
+            ("distance_weight", 3.7),
+        ] {
+            let rows = |key: &str| physarums(&scene(key, value).settings, &setup);
+            let of_all = rows(&format!("physarum.{key}"));
+            let own = rows(&format!("object.1.physarum.{key}"));
+            assert_ne!(of_all[1], before[1], "{key}");
+            assert_eq!(own, [before[0], of_all[1]], "{key}");
         }
     }
 }

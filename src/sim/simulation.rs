@@ -453,9 +453,11 @@ impl Simulation {
             &self.state.poses_recorded,
             settings.strategy(),
         );
+        // Who is under way is known by the slots of this order: there is no memory for it, or all of it changes.
+        let transfers = Transfers::new(&self.ctx, settings, &self.setup, &state.transfers)?;
         self.ctx.upload(&self.state.particles, &state.particles)?;
         self.ctx.upload(&self.state.motions, &state.motions)?;
-        self.state.transfers = Transfers::new(&self.ctx, settings, &self.setup, &state.transfers)?;
+        self.state.transfers = transfers;
         Ok(())
     }
 }

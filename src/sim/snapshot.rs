@@ -277,7 +277,8 @@ impl Snapshot {
                 ));
             }
             let length = motion.heading_p.hypot(motion.heading_h);
-            if (length - 1.0).abs() >= 1e-5 {
+            let is_unit = (length - 1.0).abs() < 1e-5;
+            if !is_unit {
                 return Err(format!("the heading of particle {id} has length {length}"));
             }
             if !(motion.pending >= 0.0 && motion.pending.is_finite()) {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod landing;
+mod overtaken;
 mod queries;
 mod swept;
 mod unfold;

@@ -75,6 +75,13 @@ fn what_had_grown_comes_back() {
     stands(&lab, "cube", 0);
     lab.click("back");
     stands(&lab, "cube", grown);
+    // Begun anew twice: what has hardly grown does not take its place.
+    lab.key_until("r", "it begins anew", "step", 0);
+    lab.key("period");
+    stands(&lab, "cube", 1);
+    lab.key_until("r", "it begins anew again", "step", 0);
+    lab.click("back");
+    stands(&lab, "cube", grown);
 
     // From another scene, which is young, and to it.
     lab.click_until("gallery", "gallery", true);
@@ -84,10 +91,16 @@ fn what_had_grown_comes_back() {
     lab.click("left.grown");
     stands(&lab, "cube", grown);
     assert_eq!(told(&lab), was, "it has come back, as it was");
+    let is_unsaved = || lab.seen().expect("it is told")["state"]["unsaved"].clone();
+    assert_eq!(is_unsaved(), false, "the last change is in a file");
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.6", "trail.decay", "0.6");
     lab.click("back");
     stands(&lab, "sphere", 0);
+    assert_eq!(is_unsaved(), false);
     lab.click("back");
     stands(&lab, "cube", grown);
+    assert_eq!(is_unsaved(), true, "no file has the last change");
     lab.key("period");
     stands(&lab, "cube", grown + 1);
     lab.quit();

@@ -89,6 +89,14 @@ fn hands_duplicate_objects() {
         there_are(&lab, &wanted.objects.len().to_string(), grown);
         assert_eq!(lab.save("pair", number).objects, wanted.objects);
     }
+    // Twice at once, and the last one goes again before it is there.
+    lab.pick("ball");
+    for key in ["ctrl+d", "ctrl+d", "Delete"] {
+        lab.key(key);
+    }
+    there_are(&lab, "4", grown);
+    let [first, second] = [&twice, &lab.save("pair", 7)].map(|scene| scene.objects.clone());
+    assert_eq!(second[..3], first);
     lab.key_until("space", "it runs", "playing", true);
     lab.wait("it goes on", |seen| {
         seen["state"]["step"].as_u64() > Some(grown)

@@ -47,6 +47,14 @@ fn lit(file: &Path) -> (u32, u32) {
     picture.dimensions()
 }
 
+/// How much the pixels of two pictures differ in the mean, of 255.
+fn difference(one: &Path, other: &Path) -> f64 {
+    let [one, other] = [one, other].map(|file| image::open(file).expect("a picture").into_rgb8());
+    let pairs = one.as_raw().iter().zip(other.as_raw());
+    let sum: u64 = pairs.map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / one.as_raw().len() as f64
+}
+
 /// Frames of a folder, by their names.
 fn frames_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("it is a folder");
@@ -164,6 +172,19 @@ fn everything_that_is_taken_out_is_whole() {
         .max((f64::from(height) - window.1).abs());
     // Videos have an even number of pixels.
     assert!(off <= 2.0 && frames == 4, "{width} x {height}, {frames}");
+    // The camera goes half round the cube, an eighth of a turn a frame: every other one looks at it alike.
+    lab.click("out.kind=PNG");
+    lab.type_until("out.turns", 0.5, "0,5", "out.turns", "0.5");
+    lab.click("out.film");
+    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
+    lab.wait("it has ended", |seen| seen["state"]["making"].is_null());
+    let frames = frames_in(&lab.folder.file("film_000001"));
+    let [first, between, alike, _] = &frames[..] else {
+        panic!("{frames:?}");
+    };
+    let [between, alike] = [between, alike].map(|other| difference(first, other));
+    assert!(between > 3.0 * alike, "{between}, {alike}");
+    lab.type_until("out.turns", 0.5, "0", "out.turns", "0");
     lab.click("out.kind=GIF");
     // One that is given up leaves nothing.
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");

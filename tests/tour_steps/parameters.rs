@@ -284,7 +284,7 @@ fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
         }
     }
     lab.find("trail.decay");
-    for none in ["nan", "inf", "0,5", "much"] {
+    for none in ["nan", "inf", "0,5,5", "much"] {
         lab.type_into("trail.decay", 0.9, none);
         lab.wait("it is not typed any more", |seen| {
             seen["state"]["typing"] == false

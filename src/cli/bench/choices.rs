@@ -227,9 +227,13 @@ impl Compared {
                     all.iter().for_each(|way| ways.record(rec, *way))
                 });
                 frames.submit(rec)?;
-                // None is always the first, nor always the last while the machine becomes slower.
-                all.rotate_left(1);
+                // Forwards and backwards in turn, and from the next one each time: none always comes after the same other one,
+                // nor last while the machine becomes slower.
+                all.reverse();
                 done += 1;
+                if done.is_multiple_of(2) {
+                    all.rotate_left(1);
+                }
             }
             frames.wait_idle()?;
             if done <= UNTIMED {

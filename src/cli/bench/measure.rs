@@ -134,11 +134,11 @@ impl Rig {
     /// Makes sure that there is memory for a scene, with some to spare: about how many bytes it takes.
     pub fn check_room(&self, scene: &Scene) -> Result<u64> {
         let needed = room::needed(memory::needed(scene), self.ctx.info().kind);
-        match Free::on(&self.ctx).map(Free::at_ease) {
-            Some(free) if needed > free => Err(Error::Invalid(format!(
-                "it takes about {}, and {} are free",
+        match Free::on(self.ctx.info()) {
+            Some(free) if needed > free.at_ease() => Err(Error::Invalid(format!(
+                "it takes about {}, and {} are free, of which a tenth is left to others",
                 memory::human(needed),
-                memory::human(free)
+                memory::human(free.memory)
             ))),
             _ => Ok(needed),
         }

@@ -221,6 +221,8 @@ impl Interface {
 
     /// The picked food goes.
     pub(super) fn remove_food(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        // Another one has its place then.
+        self.hands.let_food_go();
         let picked = self.hands.food.take();
         let Some(food) = picked.filter(|food| *food < self.edited.foods.len()) else {
             self.notice(ctx, "Pick food first: click on it", false);

@@ -258,6 +258,11 @@ impl Hands {
         }
     }
 
+    /// Whatever is held stays where it is.
+    pub fn let_food_go(&mut self) {
+        self.food_drag = FoodDrag::None;
+    }
+
     /// Is a food held, or on its way to where it was let go of?
     pub fn has_food_in_hand(&self) -> bool {
         self.food_drag != FoodDrag::None

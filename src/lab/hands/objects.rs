@@ -85,10 +85,26 @@ impl Lab {
         self.hand.coming = Some((what, Some(Left::Command(again, [0; 2]))));
     }
 
-    /// Once more an object that runs, beside it. What is on its way comes first.
+    /// Is this object of the scene that is shown not there yet?
+    pub(super) fn is_coming(&self, object: usize) -> bool {
+        let loading = self.loading.as_ref();
+        let is_renewed = loading.is_some_and(|loading| loading.origin == Origin::Shown);
+        is_renewed && object >= self.interface.edited.objects.len()
+    }
+
+    /// Once more an object that runs, beside it. Objects that are on their way come first; with another scene it goes.
     pub(in super::super) fn duplicate_object(&mut self, object: Box<ObjectSettings>) {
-        if self.loading.is_some() {
-            self.left.push(Left::Copy(object));
+        if let Some(loading) = &self.loading {
+            if loading.origin == Origin::Shown {
+                self.left.push(Left::Copy(object));
+            } else {
+                let text = format!(
+                    "{} was not duplicated: another scene is on its way",
+                    object.name
+                );
+                let context = self.egui.egui_ctx().clone();
+                self.interface.notice(&context, text, false);
+            }
             return;
         }
         let asked = self.interface.live_settings();
@@ -103,7 +119,13 @@ impl Lab {
         from.push(None);
         // Picked when it is there.
         self.interface.hands.selected = Some(asked.objects.len());
-        self.restart_as(settings);
+        // Of the same meshes, whatever has become of their files.
+        let mut meshes = stage.scene.meshes.clone();
+        meshes.push(meshes[place].clone());
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        self.load(name.clone(), Origin::Shown, move || {
+            Ok(Scene::from_meshes(name, settings, meshes, folder)?)
+        });
         self.interface.asked = Some(asked);
         self.hand.carry = Some(from);
         let what = format!("the copy of {}", object.name);
@@ -211,27 +233,28 @@ fn beside(camera: &Camera, points: impl IntoIterator<Item = Vec3>, radius: f32) 
 fn way_beside(camera: &Camera, objects: &[Vec<Vec3>], object: usize, moves: bool) -> Vec3 {
     let own = &objects[object];
     let (least, most) = seen_from(camera, own.iter().copied());
-    let middle = in_world(camera, 0.5 * (least + most));
+    let center = 0.5 * (least + most);
+    let middle = in_world(camera, center);
     let radius = own.iter().map(|place| place.distance(middle));
     let radius = radius.fold(0.0, f32::max);
     let size = most - least;
-    let is_free = |way: &Vec3| {
-        let others = objects.iter().enumerate();
-        let mut others = others.filter(|(other, _)| *other != object);
-        others.all(|(_, places)| {
-            let mut places = places.iter();
-            places.all(|place| place.distance(middle + *way) > radius)
-        })
+    let others = objects.iter().enumerate();
+    let others = others.filter(|(other, places)| *other != object && !places.is_empty());
+    let boxes: Vec<(Vec3, Vec3)> = others
+        .map(|(_, places)| seen_from(camera, places.iter().copied()))
+        .collect();
+    let is_free = |there: &Vec3| {
+        let mut boxes = boxes.iter();
+        boxes.all(|(least, most)| there.distance(there.clamp(*least, *most)) > radius)
     };
     let sides = [(Vec3::X, size.x), (Vec3::Y, size.y)];
-    let mut ways = sides.into_iter().flat_map(|(axis, size)| {
+    let mut places = sides.into_iter().flat_map(|(axis, size)| {
         let far = if moves { 2.0 * radius } else { size } + GAP * radius;
-        [1.0, -1.0].map(|side| in_world(camera, side * far * axis))
+        [1.0, -1.0].map(|side| center + side * far * axis)
     });
-    ways.find(is_free).unwrap_or_else(|| {
-        let all = objects.iter().flatten().copied();
-        beside(camera, all, radius) - middle
-    })
+    let free = places.find(is_free).map(|there| in_world(camera, there));
+    let all = || objects.iter().flatten().copied();
+    free.unwrap_or_else(|| beside(camera, all(), radius)) - middle
 }
 
 /// The corners of a box round these places whose axes are right, up and towards the camera.
@@ -335,6 +358,11 @@ mod tests {
             taken.push(way);
             objects.push(corners(way));
         }
+        // Nor in the middle of one that is large, far from all of its corners.
+        let hall = corners(Vec3::ZERO).into_iter();
+        let hall = hall.map(|corner| in_world(&camera, 6.0 * corner + 4.3 * Vec3::X));
+        let way = way_beside(&camera, &[cube.clone(), hall.collect()], 0, false);
+        assert!(way.dot(right) < -0.5, "{way}");
         // What is flat and seen from its edge has a copy elsewhere, too.
         let flat: Vec<Vec3> = (cube.iter())
             .map(|place| *place - place.dot(right) * right)

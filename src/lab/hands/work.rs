@@ -131,21 +131,22 @@ impl Lab {
             }
             Work::ToStroke(last) => self.take_strokes(context, last)?,
             Work::StartOnPainted => self.start_on_painted(context)?,
-            Work::Remove(object) => {
-                let object = self.interface.edited.objects.get(object).cloned();
-                if let Some(object) = object {
-                    self.remove_object(Box::new(object));
-                }
-            }
+            // The first would take the place of what is on its way, and the others are about an object that is.
             Work::Add(_) if self.loading.is_some() => {
-                // It would take the place of what is on its way.
+                self.left.push(Left::Command(Command::Hand(work), size));
+            }
+            Work::Remove(object) | Work::Duplicate(object) if self.is_coming(object) => {
                 self.left.push(Left::Command(Command::Hand(work), size));
             }
             Work::Add(mesh) => self.add_object(mesh),
+            Work::Remove(object) => {
+                if let Some(object) = self.interface.edited.objects.get(object) {
+                    self.remove_object(Box::new(object.clone()));
+                }
+            }
             Work::Duplicate(object) => {
-                let object = self.interface.edited.objects.get(object).cloned();
-                if let Some(object) = object {
-                    self.duplicate_object(Box::new(object));
+                if let Some(object) = self.interface.edited.objects.get(object) {
+                    self.duplicate_object(Box::new(object.clone()));
                 }
             }
             Work::Scale(object, factor) => {

@@ -3,6 +3,7 @@
 mod back;
 mod controls;
 mod hands;
+mod performing;
 mod scale;
 mod views;
 
@@ -23,6 +24,8 @@ struct Harness {
     scale: f32,
     /// What the last frame has painted.
     shapes: Vec<egui::epaint::ClippedShape>,
+    /// And made of the pointer.
+    cursor: egui::CursorIcon,
 }
 
 const SCREEN: egui::Vec2 = vec2(1200.0, 800.0);
@@ -41,6 +44,7 @@ impl Harness {
             time: 0.0,
             scale: 1.0,
             shapes: Vec::new(),
+            cursor: egui::CursorIcon::Default,
         };
         theme::apply(&harness.ctx, false);
         for _ in 0..3 {
@@ -67,6 +71,7 @@ impl Harness {
             shown = Some(self.interface.show(ui, &self.facts))
         });
         self.shapes = std::mem::take(&mut output.shapes);
+        self.cursor = output.platform_output.cursor_icon;
         output.drop_without_applying_deltas();
         shown.unwrap()
     }
@@ -102,12 +107,16 @@ impl Harness {
     }
 
     fn press(&mut self, key: Key) -> Vec<Command> {
+        self.press_with(Modifiers::NONE, key)
+    }
+
+    fn press_with(&mut self, modifiers: Modifiers, key: Key) -> Vec<Command> {
         let event = |pressed| Event::Key {
             key,
             physical_key: None,
             pressed,
             repeat: false,
-            modifiers: Modifiers::NONE,
+            modifiers,
         };
         let shown = self.frame(vec![event(true)]);
         self.frame(vec![event(false)]);

@@ -247,7 +247,9 @@ fn write(frame: Frame, is_transparent: bool, name: &Reserved) -> Result<Written>
 pub struct Film {
     /// None once it was stopped.
     shot: Option<Shot>,
+    /// Of the first picture.
     view: View,
+    turns: f64,
     encoder: Encoder,
     path: PathBuf,
     /// Steps from one picture to the next.
@@ -278,6 +280,7 @@ impl Film {
             view,
             path: name.path().to_owned(),
             encoder: Encoder::begin(output, size, name),
+            turns: panel.turns,
             every: u64::from(panel.every),
             all: panel.film_frames(),
             done: 0,
@@ -318,7 +321,11 @@ impl Film {
             if let Exposure::Auto { adaptation, .. } = &mut self.view.exposure {
                 *adaptation = (1.0 / (self.done as f32 + 2.0)).max(SLOWEST_ADAPTATION);
             }
-            if shot.advance(frames, stage, &self.view)? {
+            let mut view = self.view;
+            // The frame after the last would be the first again.
+            let turns = self.turns * self.done as f64 / self.all as f64;
+            view.camera = view.camera.turned(turns as f32);
+            if shot.advance(frames, stage, &view)? {
                 self.encoder.push(shot.take(self.done));
                 self.done += 1;
                 self.step += self.every;
@@ -411,7 +418,6 @@ impl ExportJob {
         }
         export.view.camera = view.camera;
         export.view.color_map = view.color_map;
-        export.view.charts = view.charts;
         if let Exposure::Fixed(_) = view.exposure {
             export.view.exposure = view.exposure;
         }

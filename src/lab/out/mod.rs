@@ -272,7 +272,10 @@ impl Lab {
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
         let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
-        let view = scaled(&self.interface.view, picture, size);
+        let mut view = scaled(&self.interface.view, picture, size);
+        if panel.turns != 0.0 {
+            self.interface.stand_back(&mut view.camera, size);
+        }
         let film = Film::begin(
             &self.ctx,
             output,
@@ -361,6 +364,7 @@ impl Lab {
                         && export.saves.is_some()
                     {
                         self.interface.saved(export.saves);
+                        self.back.saved(self.file.as_ref());
                     }
                     self.tell_written(context, ended, "");
                 }

@@ -102,6 +102,8 @@ pub struct OutPanel {
     pub seconds: f64,
     /// Steps from one frame of a film to the next.
     pub every: u32,
+    /// How often the camera of a film goes round the scene.
+    pub turns: f64,
     /// What carries the colours of a model.
     pub colors: Colors,
 }
@@ -120,6 +122,7 @@ impl Default for OutPanel {
             film_fps: 30,
             seconds: 10.0,
             every: 2,
+            turns: 0.0,
             colors: Colors::Texture,
         }
     }
@@ -253,7 +256,8 @@ impl Interface {
         title(
             ui,
             "Film at a fixed step",
-            "Goes on from here by so many steps a frame, however long each takes; no frame is left out. The camera stays as it is now.",
+            "Goes on from here by so many steps a frame, however long each takes; no frame is left out. The camera \
+             is where it is now, or turns from there.",
         );
         sizes(ui, "out.film_size", &mut out.film_size);
         if out.film_size == Size::Custom && out.size != Size::Custom {
@@ -277,6 +281,21 @@ impl Interface {
                 .on_hover_text("Steps from one frame to the next");
         });
         note_value(ui.ctx(), "out.seconds", || format!("{}", out.seconds));
+        let turns = DragValue::new(&mut out.turns)
+            .range(-100.0..=100.0)
+            .speed(0.05)
+            .max_decimals(2)
+            .custom_parser(parse_number)
+            .update_while_editing(false)
+            .prefix("camera turns ");
+        ui.add_enabled(!self.view.show.is_flat(), turns)
+            .on_hover_text(
+                "How often the camera goes round the scene while the film plays; below 0 the other way round. \
+                 After whole turns it can be played round and round.",
+            )
+            .on_disabled_hover_text("This view is flat")
+            .marked("out.turns");
+        note_value(ui.ctx(), "out.turns", || format!("{}", out.turns));
         let label = format!("🎬 Film {} frames", out.film_frames());
         if ui
             .add_enabled(is_free, egui::Button::new(label))

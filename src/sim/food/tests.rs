@@ -134,6 +134,31 @@ fn plates_are_of_the_nearest_food() {
 }
 
 #[test]
+fn food_that_moves_keeps_what_is_left() {
+    let foods = [("ball", X, 50), ("ball", Y, 60)];
+    let before = setup(&settings(&["ball"], &foods)).unwrap();
+    let z = [0.0, 0.0, 1.0];
+    let kept = |foods: &[(&str, [f32; 3], u32)]| {
+        let (surface, atlas) = (&before.surface, &before.atlas);
+        let places = places(&settings(&["ball"], foods), surface, before.radius).unwrap();
+        let control = Control::default();
+        let pantry = Pantry::new(surface, atlas, places, None, &control).unwrap();
+        pantry.kept(&before.pantry, &[10, 20])
+    };
+    assert_eq!(kept(&[("ball", z, 50), foods[1]]), [10, 20]);
+    assert_eq!(kept(&[foods[0], ("ball", z, 60)]), [10, 20]);
+    // Other food has come, or several have gone: nobody knows who moved.
+    assert_eq!(kept(&[("ball", z, 51), foods[1]]), [51, 20]);
+    assert_eq!(
+        kept(&[("ball", z, 50), ("ball", [0.0, 0.0, -1.0], 60)]),
+        [50, 60]
+    );
+    assert_eq!(kept(&[foods[1], ("ball", z, 50)]), [20, 50]);
+    assert_eq!(kept(&[foods[0], foods[1], ("ball", z, 50)]), [10, 20, 50]);
+    assert_eq!(kept(&[foods[1]]), [20]);
+}
+
+#[test]
 fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
     let before = setup(&settings(&["ball"], &[("ball", X, 50), ("ball", Y, 60)])).unwrap();
     let after = settings(

@@ -415,9 +415,20 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
         harness.frame(vec![Event::Text(digit.to_owned())]);
         harness.frame(vec![]);
     }
-    harness.press(Key::Enter);
-    assert!(harness.interface.is_pending());
+    // What writes letters or moves in a text does nothing else meanwhile.
+    assert!(harness.press(Key::S).is_empty() && harness.interface.playing);
+    assert!(matches!(harness.press(Key::F12)[..], [Command::Screenshot]));
+    assert_eq!(harness.interface.edited.particles.count, 500_000);
+    // What is saved has the number as it stands.
+    let held = Modifiers::COMMAND;
+    let commands = harness.press_with(held, Key::S);
+    assert_eq!(commands[0], Command::Save, "{commands:?}");
     assert_eq!(harness.interface.edited.particles.count, 1200);
+    assert!(harness.interface.is_pending());
+    for (key, count) in [(Key::Z, 500_000), (Key::Y, 1200)] {
+        harness.press_with(held, key);
+        assert_eq!(harness.interface.edited.particles.count, count, "{key:?}");
+    }
 }
 
 /// Though its first digit alone would be too little.

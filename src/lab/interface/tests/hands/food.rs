@@ -256,7 +256,12 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.edited.foods[0].at, at);
     assert_eq!(harness.interface.edited.foods.len(), 1);
-    // Let go of beside the picture, it stays where it was seen last; taken away while it is held, it is gone.
+    // Taken away while it is held, it is gone, and the one that has its place in the list stays where it is.
+    let other = FoodSettings {
+        at: [9.0, 9.0, 9.0],
+        ..harness.interface.edited.foods[0].clone()
+    };
+    harness.interface.edited.foods.push(other.clone());
     harness.time += 2.0;
     seen(&mut harness, vec![button(end, true)], 99.0);
     seen(
@@ -271,6 +276,6 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
         99.0,
     );
     seen(&mut harness, vec![button(IN_PANEL, false)], 99.0);
-    assert!(harness.interface.edited.foods.is_empty());
+    assert_eq!(harness.interface.edited.foods, [other]);
     assert!(!harness.interface.hands.has_food_in_hand());
 }
