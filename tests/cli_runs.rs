@@ -324,7 +324,7 @@ fn cameras_of_films_go_round_the_scene() {
     let azimuth = format!("camera.azimuth={}", azimuth + 90.0);
     picture("3", &other_side, &["--set", &azimuth]);
     let difference = |number: u32| {
-        let frame = folder.file(&format!("film/frame_{number:05}.png"));
+        let frame = folder.file(format!("film/frame_{number:05}.png"));
         let [one, other] =
             [&frame, &other_side].map(|file| image::open(file).expect("a picture").into_rgb8());
         let pairs = one.as_raw().iter().zip(other.as_raw());

@@ -283,8 +283,12 @@ fn agrees_with_its_twin(change: impl Fn(&mut Settings)) -> Vec<(Strategy, [usize
         // Who is inside is told by exact arithmetic from the same numbers, and where to is worked out alike: all of them
         // agree, whoever they are. They are as many as have been selected, but for those that were in flight before.
         assert_eq!(by_kernel, by_twins, "{strategy:?}");
-        assert_eq!(same_of_changed, by_twins.len(), "{strategy:?}");
-        // One whose sensors see the same to a last bit may have turned the other way before it left.
+        // But for one whose sensors see the same to a last bit, and that may have turned the other way before it left.
+        assert!(
+            same_of_changed + 1 >= by_twins.len(),
+            "{strategy:?}: {same_of_changed} of {}",
+            by_twins.len()
+        );
         assert_eq!(here.len(), there.len(), "{strategy:?}");
         assert!(
             same_flights + 1 >= there.len(),
