@@ -12,8 +12,9 @@ use super::twin::trail::{texel_at, trail_at};
 use super::types::{Motion, Particle};
 
 /// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
-/// and trail stay where they are on their object, and so does what is left of food. Who would begin on an object that is new begins there, so that it has its
-/// share, and so do those whose object has gone; distances and transfers begin anew.
+/// and trail stay where they are on their object, and so does what is left of food. As many as would begin on objects that are
+/// new begin there, from everywhere alike, so that these have their share; those whose object has gone begin anew, spread over
+/// all that is there. Distances and transfers begin anew.
 ///
 /// None where that has no meaning: with another number of particles, or an object that has become another mesh.
 #[must_use]
@@ -27,18 +28,34 @@ pub fn carried(
     if new.particles.len() != snapshot.particles.len() {
         return None;
     }
+    let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
+    let count = new.particles.len();
+    // Numbers of particles follow their places at the start, so every so many of them are from everywhere.
+    let new_places: Vec<usize> = (0..count).filter(is_new).collect();
+    let new_place = |id: usize| {
+        let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;
+        (before(id + 1) > before(id)).then(|| new_places[before(id)])
+    };
     let carry = |(particle, motion): (&Particle, &Motion)| {
-        let start = particle.id as usize;
-        // As if it had been there in the last step.
-        let advanced = Motion {
-            flags: motion.flags & Motion::STAMP,
-            ..new.motions[start]
+        let id = particle.id as usize;
+        let begins_at = |place: usize| {
+            let begins = Particle {
+                id: particle.id,
+                ..new.particles[place]
+            };
+            // As if it had been there in the last step.
+            let advanced = Motion {
+                flags: motion.flags & Motion::STAMP,
+                ..new.motions[place]
+            };
+            (begins, advanced)
         };
-        let begins = (new.particles[start], advanced);
+        if let Some(place) = new_place(id) {
+            return begins_at(place);
+        }
         let was = object_of(old, particle.triangle);
-        let is_new = from[object_of(new, begins.0.triangle)].is_none();
-        let Some(object) = to[was].filter(|_| !is_new) else {
-            return begins;
+        let Some(object) = to[was] else {
+            return begins_at(spread(id, count));
         };
         let triangle = particle.triangle - first(old, was) + first(new, object);
         let length = |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].ab;
@@ -125,6 +142,13 @@ pub fn carried_bias(
     }))
 }
 
+/// A place of so many for each number, those of numbers in a row far from one another: multiples of the golden section, which
+/// leave no large gaps.
+fn spread(number: usize, places: usize) -> usize {
+    let apart = (places as f64 * 0.618_033_988_749_895) as u64 | 1;
+    (number as u64 * apart % places as u64) as usize
+}
+
 /// Which object of `new` each of `old` has become, if any; none where one has become another mesh.
 fn becoming(old: &Setup, new: &Setup, from: &[Option<usize>]) -> Option<Vec<Option<usize>>> {
     let triangles = |setup: &Setup, object: usize| {
@@ -201,6 +225,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::scene::settings::{ObjectSettings, Settings};
     use crate::sim::twin;
+    use glam::Vec3;
 
     fn settings(objects: &[(&str, f32)]) -> Settings {
         let mut settings = Settings::default();
@@ -302,9 +327,48 @@ mod tests {
         assert!((share - 12.3 / (24.0 + 2.0 * 12.3)).abs() < 0.04, "{share}");
         goes_on(&more, &three);
 
+        // They come from everywhere: on either side of each of the others as large a part stays.
+        let halves = |state: &Snapshot, setup: &Setup, object: u32| {
+            let surface = &setup.surface;
+            let mut counts = [0_u32; 6];
+            for particle in &state.particles {
+                let triangle = particle.triangle as usize;
+                if surface.triangles[triangle].object != object {
+                    continue;
+                }
+                let corners = surface.corners[triangle].map(|i| surface.positions[i as usize]);
+                let at: Vec3 = corners.into_iter().sum();
+                for axis in 0..3 {
+                    counts[2 * axis + usize::from(at[axis] > 0.0)] += 1;
+                }
+            }
+            counts.map(f64::from)
+        };
+        for object in [0, 1] {
+            let before = halves(&state, simulation.setup(), object);
+            let after = halves(&three, &new, object);
+            let stay = f64::from(on(&three, &new, object) as u32)
+                / f64::from(on(&state, simulation.setup(), object) as u32);
+            for (before, after) in before.into_iter().zip(after) {
+                let off = after / before / stay;
+                assert!(
+                    (off - 1.0).abs() < 0.15,
+                    "{object}: {before}, {after} of {stay}"
+                );
+            }
+        }
+
         let less = settings(&[BALL]);
         let alone = carried(&state, simulation.setup(), &setup(&less), &[Some(1)]).unwrap();
         assert_eq!(alone.particles.len(), 3000);
+        // And they go everywhere.
+        let before = halves(&state, simulation.setup(), 1);
+        let after = halves(&alone, &setup(&less), 0);
+        let grown = 3000.0 / f64::from(on(&state, simulation.setup(), 1) as u32);
+        for (before, after) in before.into_iter().zip(after) {
+            let off = after / before / grown;
+            assert!((off - 1.0).abs() < 0.15, "{before}, {after} of {grown}");
+        }
         goes_on(&less, &alone);
         // Another mesh, or another number of particles: nothing can be taken over.
         assert!(carried(&state, simulation.setup(), &setup(&less), &[Some(0)]).is_none());
