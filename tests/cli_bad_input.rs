@@ -75,7 +75,7 @@ fn what_memory_does_not_hold_is_refused_before_it_is_taken() {
         let number = line.and_then(|line| line.split_whitespace().nth(1));
         number.and_then(|number| number.parse().ok()).unwrap_or(0)
     };
-    if (kibibytes("MemAvailable:") + kibibytes("SwapFree:")) >> 20 >= 28 {
+    if (kibibytes("MemAvailable:") + kibibytes("SwapFree:")) >> 20 >= 25 {
         return;
     }
     let folder = Folder::new();

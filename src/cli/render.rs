@@ -185,7 +185,8 @@ impl Render {
         }
         // The picture after the last would be the first again, so that films of whole turns can be played round and round.
         let pictures = (self.steps - self.from).div_ceil(self.every);
-        camera.turns_per_picture = self.turns / pictures.max(1) as f32;
+        camera.pictures = pictures.max(1);
+        camera.turns = self.turns;
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -241,10 +242,13 @@ struct Photographer {
     beside: Option<Offscreen>,
     /// Of the first picture.
     view: View,
-    turns_per_picture: f32,
+    /// Of as many as these.
+    pictures: u32,
+    /// How often it goes round meanwhile.
+    turns: f32,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
-    taken: f32,
+    taken: u32,
 }
 
 impl Photographer {
@@ -259,9 +263,10 @@ impl Photographer {
             offscreen: new(size)?,
             beside: (right > 0).then(|| new([right, height])).transpose()?,
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
-            turns_per_picture: 0.0,
+            pictures: 1,
+            turns: 0.0,
             film,
-            taken: 0.0,
+            taken: 0,
         })
     }
 
@@ -276,7 +281,9 @@ impl Photographer {
     fn take(&mut self, session: &mut Session) -> Result<RgbaImage> {
         let mut rec = session.frames.begin()?;
         let mut view = self.view;
-        view.camera = view.camera.turned(self.turns_per_picture * self.taken);
+        // The last one of a film is taken once more where it is asked for by itself.
+        let number = self.taken.min(self.pictures - 1);
+        view.camera = (view.camera).turned(self.turns * number as f32 / self.pictures as f32);
         let atlas = View {
             show: Show::Atlas,
             ..self.view
@@ -291,9 +298,9 @@ impl Photographer {
         }
         session.frames.submit(rec)?;
         session.frames.wait_idle()?;
-        self.taken += 1.0;
+        self.taken += 1;
         if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
-            *adaptation = (1.0 / (self.taken + 1.0)).max(SLOWEST_ADAPTATION);
+            *adaptation = (1.0 / (self.taken as f32 + 1.0)).max(SLOWEST_ADAPTATION);
         }
         let mut picture = self.offscreen.image();
         if self.view.is_transparent {

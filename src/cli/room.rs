@@ -70,9 +70,14 @@ pub fn check(info: &DeviceInfo, scene: &Scene) -> Result<()> {
 
 /// Refuses a copy of so many bytes on the host, if it has no memory for them.
 pub fn check_copy(bytes: u64) -> Result<()> {
-    match on_host(Path::new("/")) {
+    within(bytes, on_host(Path::new("/")))
+}
+
+/// Refuses so many bytes if they are not free, with some to spare.
+pub fn within(bytes: u64, free: Option<Free>) -> Result<()> {
+    match free {
         Some(free) if bytes > free.at_ease() => Err(Error::Invalid(format!(
-            "a copy of it takes {}, and {} are free",
+            "it takes about {}, and {} are free, of which a tenth is left to others",
             human(bytes),
             human(free.memory)
         ))),
@@ -369,6 +374,22 @@ mod tests {
             error.contains(
                 "about 10.0 GiB of memory, but only 8.0 GiB are free, and 1.0 GiB to swap to: lower"
             ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_tenth_of_what_is_free_is_left_to_others() {
+        let free = Some(Free {
+            memory: 10 * GIB,
+            swap: 5 * GIB,
+        });
+        assert!(within(9 * GIB, free).is_ok() && within(99 * GIB, None).is_ok());
+        let error = within(9 * GIB + 1, free)
+            .expect_err("it is more")
+            .to_string();
+        assert!(
+            error.contains("about 9.0 GiB, and 10.0 GiB are free"),
             "{error}"
         );
     }

@@ -59,6 +59,8 @@ struct State {
     settings: Settings,
     meshes: Vec<Mesh>,
     checkpoint: Arc<Checkpoint>,
+    /// Of the host's memory.
+    bytes: u64,
 }
 
 impl Grown {
@@ -74,6 +76,7 @@ impl Grown {
             name: left.scene.name.clone(),
             folder: left.scene.folder.clone(),
             settings,
+            bytes: bytes_of(left.simulation.setup()),
             checkpoint: Arc::new(checkpoint),
             meshes: std::mem::take(&mut left.scene.meshes),
         };
@@ -91,6 +94,7 @@ impl Grown {
             settings,
             meshes,
             checkpoint,
+            ..
         } = &*self.state;
         let (settings, meshes) = (settings.clone(), meshes.clone());
         let mut scene = Scene::from_meshes(name.clone(), settings, meshes, folder.clone())?;
@@ -177,10 +181,16 @@ impl Lab {
         if !goes_back && left.simulation.step() < GROWN_AT {
             return Ok(());
         }
-        // The one before makes room.
+        let bytes = bytes_of(left.simulation.setup());
+        // The one before makes room, if that is enough.
+        let room = self
+            .back
+            .grown
+            .as_ref()
+            .map_or(0, |grown| grown.state.bytes);
+        room::check_copy(bytes.saturating_sub(room))?;
         self.back.grown = None;
         self.clocks.facts.before = None;
-        room::check_copy(bytes_of(left.simulation.setup()))?;
         let grown = Grown::of(left, shown)?;
         self.clocks.facts.before = Some(Before {
             name: grown.state.name.clone(),
@@ -365,6 +375,7 @@ mod tests {
             settings,
             meshes,
             checkpoint,
+            ..
         } = &*grown.state;
         let others = vec![meshes[1].clone(), meshes[0].clone()];
         opened.scene =

@@ -87,7 +87,6 @@ impl KeyAction {
                 | Self::Open
                 | Self::Screenshot
                 | Self::Record
-                | Self::Perform
                 | Self::FullScreen
                 | Self::Quit
         )
@@ -523,7 +522,10 @@ impl Interface {
                 KeyAction::Duplicate => self.duplicate_selected(ctx, commands),
                 KeyAction::Remove => self.remove_selected(ctx, commands),
                 KeyAction::Back => self.back(ctx, commands),
-                KeyAction::Quit => commands.push(Command::Quit),
+                KeyAction::Quit => {
+                    take_what_is_typed(ctx);
+                    commands.push(Command::Quit);
+                }
             }
         }
     }

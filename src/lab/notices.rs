@@ -1,5 +1,7 @@
 //! Lines that are shown over the picture: what has happened, for a while, and what went wrong, until it is clicked away.
 
+use std::time::Duration;
+
 use egui::{Align, Align2, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
 use super::interface::Interface;
@@ -83,6 +85,11 @@ impl Interface {
             .filter(|(text, _)| !is_alone || text == HOW_BACK);
         if news.is_none() && errors.is_empty() {
             return;
+        }
+        if let Some((_, until)) = news {
+            // Nothing else may happen until it goes.
+            let left = Duration::from_secs_f64((until - now).max(0.0));
+            ui.ctx().request_repaint_after(left);
         }
         let mut gone = None;
         egui::Area::new("notice".into())

@@ -1,5 +1,7 @@
 //! The picture alone, for those who watch: nothing round it, no news over it, and no pointer that rests.
 
+use std::time::Duration;
+
 use super::interface::Interface;
 
 /// What is told as it begins.
@@ -22,12 +24,14 @@ impl Interface {
 
     /// A pointer that rests on the picture alone is in the way.
     pub(super) fn hide_resting_pointer(&self, ctx: &egui::Context) {
-        let rests = |input: &egui::InputState| {
-            f64::from(input.pointer.time_since_last_movement()) >= POINTER_RESTS
-                && !input.pointer.any_down()
-        };
-        if self.performing && ctx.input(rests) {
-            ctx.set_cursor_icon(egui::CursorIcon::None);
+        if !self.performing || ctx.input(|input| input.pointer.any_down()) {
+            return;
+        }
+        let since = ctx.input(|input| input.pointer.time_since_last_movement());
+        match POINTER_RESTS - f64::from(since) {
+            // Nothing else may happen until then.
+            left if left > 0.0 => ctx.request_repaint_after(Duration::from_secs_f64(left)),
+            _ => ctx.set_cursor_icon(egui::CursorIcon::None),
         }
     }
 }

@@ -9,7 +9,7 @@ use myxo::scene::settings::{ObjectSettings, PhysarumSettings};
 use super::opening::OPEN_MASK;
 use super::places::{Marked as _, note_value};
 use super::theme;
-use super::widgets::{parse_number, wide_slider};
+use super::widgets::{parse_number, parse_whole, wide_slider};
 
 /// Where it is kept that a number was beyond its range, until it is told.
 const REFUSED: &str = "refused number";
@@ -169,7 +169,7 @@ pub fn editor<T>(
                     .clamping(SliderClamping::Never)
                     .max_decimals(6)
                     .smallest_positive(smallest_positive(low, high));
-                wide_slider(ui, slider).marked(key);
+                wide_slider(ui, slider, parse_number).marked(key);
             }
             let after = has.then(|| within(ui, parameter, now, own.range));
             if after != before {
@@ -332,7 +332,12 @@ fn slider<T>(
     if number.integer && high > 10_000.0 {
         slider = slider.custom_formatter(|value, _| grouped(value));
     }
-    let changed = wide_slider(ui, slider).marked(key).changed();
+    let parse = if number.integer {
+        parse_whole
+    } else {
+        parse_number
+    };
+    let changed = wide_slider(ui, slider, parse).marked(key).changed();
     if changed {
         let now = within(ui, parameter, now, number.range);
         (number.set)(value, now);

@@ -12,7 +12,7 @@ use super::interface::Interface;
 use super::out::put_look;
 use super::places::Marked as _;
 use super::rows::{RowContext, editor, row_with, within};
-use super::widgets::{color_map_picker, wide_slider};
+use super::widgets::{color_map_picker, parse_number, wide_slider};
 
 /// Of the section Picture.
 pub(super) const COLOR_ROWS: &[&str] = &["picture.color_map", "picture.brightest"];
@@ -180,7 +180,8 @@ fn brightest(ui: &mut Ui, parameter: &Parameter, settings: &mut Settings) -> boo
             ui.set_max_width(ui.available_width() - 44.0);
             let slider = egui::Slider::new(value, 0.01..=10_000.0);
             let slider = slider.clamping(egui::SliderClamping::Never);
-            wide_slider(ui, slider.logarithmic(true).max_decimals(6)).marked("picture.brightest");
+            wide_slider(ui, slider.logarithmic(true).max_decimals(6), parse_number)
+                .marked("picture.brightest");
             *value = within(ui, parameter, f64::from(*value), number.range) as f32;
         }
         let auto = ui

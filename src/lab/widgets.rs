@@ -13,24 +13,32 @@ use super::theme;
 const VALUE_WIDTH: f32 = 74.0;
 
 /// A slider as wide as the panel, its number at the right edge.
-pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>) -> Response {
+pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>, parse: Parser) -> Response {
     ui.scope(|ui| {
         let gap = ui.spacing().item_spacing.x;
         ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
         ui.spacing_mut().interact_size.x = VALUE_WIDTH;
         // Else 512 could not be typed where 16 is the least: 5 would become 16 at once.
-        ui.add(
-            slider
-                .custom_parser(parse_number)
-                .update_while_editing(false),
-        )
+        ui.add(slider.custom_parser(parse).update_while_editing(false))
     })
     .inner
 }
 
+/// Reads what is typed as a number.
+pub type Parser = fn(&str) -> Option<f64>;
+
 /// Reads `1,234,567`, `1_234_567`, `2M`, and `0,5`, which some write for a half: one comma that groups no thousands is a
 /// decimal point. What is no number or has no end is not taken.
 pub fn parse_number(text: &str) -> Option<f64> {
+    parse(text, true)
+}
+
+/// The same for numbers of things, where `500,00` is a slip and no 500.
+pub fn parse_whole(text: &str) -> Option<f64> {
+    parse(text, false)
+}
+
+fn parse(text: &str, has_decimal_commas: bool) -> Option<f64> {
     let text: String = text
         .chars()
         .filter(|c| *c != '_' && !c.is_whitespace())
@@ -53,7 +61,7 @@ pub fn parse_number(text: &str) -> Option<f64> {
     let plain = match digits.matches(',').count() {
         0 => digits.to_owned(),
         _ if are_thousands => digits.replace(',', ""),
-        1 if !digits.contains('.') => digits.replace(',', "."),
+        1 if has_decimal_commas && !digits.contains('.') => digits.replace(',', "."),
         _ => return None,
     };
     let number = factor * plain.parse::<f64>().ok()?;
@@ -175,6 +183,10 @@ mod tests {
         ] {
             assert_eq!(parse_number(text), Some(value), "{text}");
         }
+        for text in ["500,00", "10,0000", "0,5"] {
+            assert_eq!(parse_whole(text), None, "{text}");
+        }
+        assert_eq!(parse_whole("1,500,000"), Some(1.5e6));
         for text in [
             "many",
             "",

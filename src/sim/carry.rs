@@ -30,7 +30,8 @@ pub fn carried(
     }
     let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
     let count = new.particles.len();
-    // Numbers of particles follow their places at the start, so every so many of them are from everywhere.
+    // A particle draws its share of all the area once, so those that draw what is new stood in one region before. Others go,
+    // every so many of them, who drew shares of everything.
     let new_places: Vec<usize> = (0..count).filter(is_new).collect();
     let new_place = |id: usize| {
         let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;
@@ -55,7 +56,8 @@ pub fn carried(
         }
         let was = object_of(old, particle.triangle);
         let Some(object) = to[was] else {
-            return begins_at(spread(id, count));
+            // For the same reason they do not begin where they would, but each in another's place.
+            return begins_at((id + count / 2) % count);
         };
         let triangle = particle.triangle - first(old, was) + first(new, object);
         let length = |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].ab;
@@ -140,13 +142,6 @@ pub fn carried_bias(
             value => value,
         }
     }))
-}
-
-/// A place of so many for each number, those of numbers in a row far from one another: multiples of the golden section, which
-/// leave no large gaps.
-fn spread(number: usize, places: usize) -> usize {
-    let apart = (places as f64 * 0.618_033_988_749_895) as u64 | 1;
-    (number as u64 * apart % places as u64) as usize
 }
 
 /// Which object of `new` each of `old` has become, if any; none where one has become another mesh.
@@ -361,7 +356,13 @@ mod tests {
         let less = settings(&[BALL]);
         let alone = carried(&state, simulation.setup(), &setup(&less), &[Some(1)]).unwrap();
         assert_eq!(alone.particles.len(), 3000);
-        // And they go everywhere.
+        // And they go everywhere, each to a place of its own.
+        let mut places: Vec<[u32; 3]> = (alone.particles.iter())
+            .map(|p| [p.triangle, p.u.to_bits(), p.v.to_bits()])
+            .collect();
+        places.sort_unstable();
+        places.dedup();
+        assert_eq!(places.len(), 3000);
         let before = halves(&state, simulation.setup(), 1);
         let after = halves(&alone, &setup(&less), 0);
         let grown = 3000.0 / f64::from(on(&state, simulation.setup(), 1) as u32);

@@ -134,14 +134,8 @@ impl Rig {
     /// Makes sure that there is memory for a scene, with some to spare: about how many bytes it takes.
     pub fn check_room(&self, scene: &Scene) -> Result<u64> {
         let needed = room::needed(memory::needed(scene), self.ctx.info().kind);
-        match Free::on(self.ctx.info()) {
-            Some(free) if needed > free.at_ease() => Err(Error::Invalid(format!(
-                "it takes about {}, and {} are free, of which a tenth is left to others",
-                memory::human(needed),
-                memory::human(free.memory)
-            ))),
-            _ => Ok(needed),
-        }
+        room::within(needed, Free::on(self.ctx.info()))?;
+        Ok(needed)
     }
 
     /// Measures all cases once, those that can be.

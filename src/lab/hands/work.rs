@@ -136,6 +136,10 @@ impl Lab {
                 self.left.push(Left::Command(Command::Hand(work), size));
             }
             Work::Remove(object) | Work::Duplicate(object) if self.is_coming(object) => {
+                if matches!(work, Work::Duplicate(_)) {
+                    // The copy of the copy is picked, as the copy was.
+                    self.interface.hands.selected = Some(object + 1);
+                }
                 self.left.push(Left::Command(Command::Hand(work), size));
             }
             Work::Add(mesh) => self.add_object(mesh),

@@ -26,6 +26,8 @@ struct Harness {
     shapes: Vec<egui::epaint::ClippedShape>,
     /// And made of the pointer.
     cursor: egui::CursorIcon,
+    /// When the next frame is wanted.
+    delay: std::time::Duration,
 }
 
 const SCREEN: egui::Vec2 = vec2(1200.0, 800.0);
@@ -45,6 +47,7 @@ impl Harness {
             scale: 1.0,
             shapes: Vec::new(),
             cursor: egui::CursorIcon::Default,
+            delay: std::time::Duration::ZERO,
         };
         theme::apply(&harness.ctx, false);
         for _ in 0..3 {
@@ -72,6 +75,7 @@ impl Harness {
         });
         self.shapes = std::mem::take(&mut output.shapes);
         self.cursor = output.platform_output.cursor_icon;
+        self.delay = output.viewport_output[&egui::ViewportId::ROOT].repaint_delay;
         output.drop_without_applying_deltas();
         shown.unwrap()
     }

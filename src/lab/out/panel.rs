@@ -7,7 +7,7 @@ use super::{Making, Model, Out, Recorded};
 use crate::lab::interface::{Command, Facts, Interface};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::theme;
-use crate::lab::widgets::parse_number;
+use crate::lab::widgets::{parse_number, parse_whole};
 
 /// The size of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -257,7 +257,7 @@ impl Interface {
             ui,
             "Film at a fixed step",
             "Goes on from here by so many steps a frame, however long each takes; no frame is left out. The camera \
-             is where it is now, or turns from there.",
+             is where it is now, or turns from there; if it shows the whole scene, from as far as that takes.",
         );
         sizes(ui, "out.film_size", &mut out.film_size);
         if out.film_size == Size::Custom && out.size != Size::Custom {
@@ -399,7 +399,7 @@ fn number(
     let response = ui.add(
         DragValue::new(value)
             .range(range)
-            .custom_parser(parse_number)
+            .custom_parser(parse_whole)
             .update_while_editing(false)
             .suffix(suffix),
     );

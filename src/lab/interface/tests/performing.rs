@@ -25,6 +25,12 @@ fn the_picture_alone_has_no_lines_and_no_pointer_that_rests() {
         harness.cursor != egui::CursorIcon::None
     };
     assert!(is_seen(&mut harness, vec![]));
+    // Also where nothing else happens.
+    assert!(
+        harness.delay.as_secs_f64() <= POINTER_RESTS,
+        "{:?}",
+        harness.delay
+    );
     harness.time += POINTER_RESTS;
     assert!(!is_seen(&mut harness, vec![]));
     let moved = Event::PointerMoved(IN_PICTURE + vec2(3.0, 0.0));
