@@ -183,7 +183,8 @@ fn everything_that_is_taken_out_is_whole() {
         panic!("{frames:?}");
     };
     let [between, alike] = [between, alike].map(|other| difference(first, other));
-    assert!(between > 3.0 * alike, "{between}, {alike}");
+    // Without turns it would differ less, for less has grown since.
+    assert!(between > 1.2 * alike, "{between}, {alike}");
     lab.type_until("out.turns", 0.5, "0", "out.turns", "0");
     lab.click("out.kind=GIF");
     // One that is given up leaves nothing.
