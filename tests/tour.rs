@@ -275,8 +275,18 @@ impl Lab {
     #[track_caller]
     fn click_until(&self, name: &str, state: &str, value: impl Into<Value>) {
         let value = value.into();
+        let is_so = |seen: &Value| seen["state"][state] == value;
         self.click(name);
-        self.wait(name, |seen| seen["state"][state] == value);
+        // What has just come may have moved away from under the first click.
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE / 4 {
+            if self.seen().is_some_and(|seen| is_so(&seen)) {
+                return;
+            }
+            sleep(Duration::from_millis(20));
+        }
+        self.click(name);
+        self.wait(name, is_so);
     }
 
     /// Lets the panel show one parameter.
