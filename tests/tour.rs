@@ -29,7 +29,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
@@ -40,6 +40,8 @@ use serde_json::Value;
 
 /// Longer than anything may take on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// Where no frame is told for so long, none is on its way.
+const STANDS_STILL: Duration = Duration::from_millis(600);
 
 /// There is one pointer.
 static HAND: Mutex<()> = Mutex::new(());
@@ -196,14 +198,22 @@ impl Lab {
             let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
             ends.try_into().ok()
         };
-        let mut last = None;
+        let mut last: Option<([f64; 4], Option<SystemTime>, Instant)> = None;
         let begun = Instant::now();
         loop {
+            let file = std::fs::metadata(&self.places);
+            let written = file.and_then(|file| file.modified()).ok();
             let now = self.seen().as_ref().and_then(of);
-            if let Some(place) = now.filter(|_| now == last) {
-                return place;
-            }
-            last = now;
+            last = match (now, last) {
+                // What has just come moves in the next frame, which may take long; where nothing changes there is none.
+                (Some(place), Some((was, at, since))) if place == was => {
+                    if written != at || since.elapsed() > STANDS_STILL {
+                        return place;
+                    }
+                    last
+                }
+                (now, _) => now.map(|place| (place, written, Instant::now())),
+            };
             let seen = self.seen();
             assert!(begun.elapsed() < PATIENCE, "{name} is not there: {seen:?}");
             self.is_open();
@@ -275,18 +285,8 @@ impl Lab {
     #[track_caller]
     fn click_until(&self, name: &str, state: &str, value: impl Into<Value>) {
         let value = value.into();
-        let is_so = |seen: &Value| seen["state"][state] == value;
         self.click(name);
-        // What has just come may have moved away from under the first click.
-        let begun = Instant::now();
-        while begun.elapsed() < PATIENCE / 4 {
-            if self.seen().is_some_and(|seen| is_so(&seen)) {
-                return;
-            }
-            sleep(Duration::from_millis(20));
-        }
-        self.click(name);
-        self.wait(name, is_so);
+        self.wait(name, |seen| seen["state"][state] == value);
     }
 
     /// Lets the panel show one parameter.
