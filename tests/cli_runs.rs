@@ -7,7 +7,10 @@ use std::path::Path;
 use std::process::Stdio;
 
 use myxo::scene::Settings;
-use program::{Folder, TINY, done, failed, myxo, no_device, path, program, report, shown_of, text};
+use program::{
+    Folder, TINY, difference_of, done, failed, myxo, no_device, path, program, report, shown_of,
+    text,
+};
 use serde_json::Value;
 
 /// Renders [`TINY`] and gives the report.
@@ -325,11 +328,7 @@ fn cameras_of_films_go_round_the_scene() {
     picture("3", &other_side, &["--set", &azimuth]);
     let difference = |number: u32| {
         let frame = folder.file(format!("film/frame_{number:05}.png"));
-        let [one, other] =
-            [&frame, &other_side].map(|file| image::open(file).expect("a picture").into_rgb8());
-        let pairs = one.as_raw().iter().zip(other.as_raw());
-        let sum: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
-        f64::from(sum) / one.as_raw().len() as f64
+        difference_of(&frame, &other_side)
     };
     let differences: Vec<f64> = (0..4).map(difference).collect();
     assert!(differences[2] < 0.2, "{differences:?}");

@@ -10,7 +10,7 @@ use myxo::mesh::Mesh;
 use myxo::render::View;
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
-use myxo::sim::Setup;
+use myxo::sim::Snapshot;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::{Motion, Particle};
 
@@ -59,8 +59,26 @@ struct State {
     settings: Settings,
     meshes: Vec<Mesh>,
     checkpoint: Arc<Checkpoint>,
-    /// Of the host's memory.
-    bytes: u64,
+}
+
+impl State {
+    /// The scene from its beginning, of these meshes.
+    fn scene(&self, meshes: Vec<Mesh>) -> Result<Scene> {
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        Ok(Scene::from_meshes(
+            name,
+            self.settings.clone(),
+            meshes,
+            folder,
+        )?)
+    }
+
+    fn bytes(&self) -> u64 {
+        let Snapshot {
+            particles, trail, ..
+        } = &self.checkpoint.snapshot;
+        bytes_of(particles.len(), trail.len())
+    }
 }
 
 impl Grown {
@@ -76,7 +94,6 @@ impl Grown {
             name: left.scene.name.clone(),
             folder: left.scene.folder.clone(),
             settings,
-            bytes: bytes_of(left.simulation.setup()),
             checkpoint: Arc::new(checkpoint),
             meshes: std::mem::take(&mut left.scene.meshes),
         };
@@ -88,20 +105,12 @@ impl Grown {
 
     /// The scene that goes on from there; as another one, it brings its view along.
     fn opened(&self, is_another: bool) -> Result<Opened> {
-        let State {
-            name,
-            folder,
-            settings,
-            meshes,
-            checkpoint,
-            ..
-        } = &*self.state;
-        let (settings, meshes) = (settings.clone(), meshes.clone());
-        let mut scene = Scene::from_meshes(name.clone(), settings, meshes, folder.clone())?;
+        let state = &self.state;
+        let mut scene = state.scene(state.meshes.clone())?;
         if is_another {
             put_look(&self.shown.view, scene.center, &mut scene.settings);
         }
-        let from = (PathBuf::from(name), Arc::clone(checkpoint));
+        let from = (PathBuf::from(&state.name), Arc::clone(&state.checkpoint));
         Ok(Opened {
             scene,
             from: Some(from),
@@ -111,10 +120,10 @@ impl Grown {
 }
 
 /// Of a copy of a state on the host: particles and what they do, and trail, deposits and areas.
-fn bytes_of(setup: &Setup) -> u64 {
+fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
     let texel = 3 * size_of::<f32>();
-    (setup.particles.len() * particle + setup.atlas.texel_count() * texel) as u64
+    (particles * particle + texels * texel) as u64
 }
 
 /// What can come back. There is one at the most, for it may be large.
@@ -181,13 +190,11 @@ impl Lab {
         if !goes_back && left.simulation.step() < GROWN_AT {
             return Ok(());
         }
-        let bytes = bytes_of(left.simulation.setup());
+        let setup = left.simulation.setup();
+        let bytes = bytes_of(setup.particles.len(), setup.atlas.texel_count());
         // The one before makes room, if that is enough.
-        let room = self
-            .back
-            .grown
-            .as_ref()
-            .map_or(0, |grown| grown.state.bytes);
+        let before = self.back.grown.as_ref();
+        let room = before.map_or(0, |grown| grown.state.bytes());
         room::check_copy(bytes.saturating_sub(room))?;
         self.back.grown = None;
         self.clocks.facts.before = None;
@@ -368,20 +375,11 @@ mod tests {
         back.saved(Some(&other));
         assert_eq!(kept(&back), Some((true, Some(other))));
         // Meshes that are others by now are no ground for it.
-        let mut opened = grown.opened(false).unwrap();
-        let State {
-            name,
-            folder,
-            settings,
-            meshes,
-            checkpoint,
-            ..
-        } = &*grown.state;
-        let others = vec![meshes[1].clone(), meshes[0].clone()];
-        opened.scene =
-            Scene::from_meshes(name.clone(), settings.clone(), others, folder.clone()).unwrap();
-        let setup = Simulation::set_up(ctx.info(), &opened.scene, &Control::default()).unwrap();
-        assert!(checkpoint.check(&opened.scene, &setup).is_err());
+        let mut others = grown.state.meshes.clone();
+        others.swap(0, 1);
+        let scene = grown.state.scene(others).unwrap();
+        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
+        assert!(grown.state.checkpoint.check(&scene, &setup).is_err());
         assert_eq!(ctx.messages(), [""; 0]);
     }
 

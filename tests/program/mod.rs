@@ -224,3 +224,11 @@ pub fn small_pair(folder: &Folder) -> PathBuf {
     std::fs::write(&file, text).expect("there is room");
     file
 }
+
+/// How much the pixels of two pictures differ in the mean, of 255.
+pub fn difference_of(one: &Path, other: &Path) -> f64 {
+    let [one, other] = [one, other].map(|file| image::open(file).expect("a picture").into_rgb8());
+    let pairs = one.as_raw().iter().zip(other.as_raw());
+    let sum: u64 = pairs.map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / one.as_raw().len() as f64
+}

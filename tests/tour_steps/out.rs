@@ -8,7 +8,7 @@ mod troubles;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::program::shown_of;
+use crate::program::{difference_of, shown_of};
 
 /// Waits until nothing is on its way and a notice says so.
 #[track_caller]
@@ -45,14 +45,6 @@ fn lit(file: &Path) -> (u32, u32) {
     let all = picture.pixels().count();
     assert!(20 * count > all, "{}: {count} of {all}", file.display());
     picture.dimensions()
-}
-
-/// How much the pixels of two pictures differ in the mean, of 255.
-fn difference(one: &Path, other: &Path) -> f64 {
-    let [one, other] = [one, other].map(|file| image::open(file).expect("a picture").into_rgb8());
-    let pairs = one.as_raw().iter().zip(other.as_raw());
-    let sum: u64 = pairs.map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-    sum as f64 / one.as_raw().len() as f64
 }
 
 /// Frames of a folder, by their names.
@@ -182,7 +174,7 @@ fn everything_that_is_taken_out_is_whole() {
     let [first, between, alike, _] = &frames[..] else {
         panic!("{frames:?}");
     };
-    let [between, alike] = [between, alike].map(|other| difference(first, other));
+    let [between, alike] = [between, alike].map(|other| difference_of(first, other));
     // Without turns it would differ less, for less has grown since.
     assert!(between > 1.2 * alike, "{between}, {alike}");
     lab.type_until("out.turns", 0.5, "0", "out.turns", "0");
