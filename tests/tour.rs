@@ -323,17 +323,19 @@ impl Lab {
 
     /// Saves the scene, and reads what was saved.
     #[track_caller]
-    fn save(&self, name: &str, number: u32) -> Settings {
-        let file = self.folder.path().join(format!("{name}_{number:06}.toml"));
+    fn save(&self, name: &str) -> Settings {
+        let before = self.saved_last(name);
+        let is_old = || self.saved_last(name) == before;
         let begun = Instant::now();
-        while !file.exists() {
-            assert!(begun.elapsed() < PATIENCE, "{} is saved", file.display());
+        while is_old() {
+            assert!(begun.elapsed() < PATIENCE, "{name} is saved");
             self.key("ctrl+s");
             // Keys are lost on a display that is short of time.
             (0..750)
-                .take_while(|_| !file.exists())
+                .take_while(|_| is_old())
                 .for_each(|_| sleep(Duration::from_millis(20)));
         }
+        let (_, file) = self.saved_last(name).expect("it has just been written");
         let scene = Scene::load(&file, &Overrides::default());
         let scene = scene.expect("what was saved can be opened");
         Masks::open(&scene).expect("so can the pictures that it begins on");
@@ -343,6 +345,20 @@ impl Lab {
         }
         let read = Scene::read(&file, &Overrides::default());
         read.expect("it has just been read").1
+    }
+
+    /// The numbered file of this name that was written last, and when.
+    fn saved_last(&self, name: &str) -> Option<(SystemTime, PathBuf)> {
+        let files = std::fs::read_dir(self.folder.path()).expect("it is there");
+        let files = files.filter_map(|entry| {
+            let entry = entry.expect("it can be read");
+            let file = entry.file_name().into_string().ok()?;
+            let number = file.strip_prefix(name)?.strip_prefix('_')?;
+            number.strip_suffix(".toml")?.parse::<u32>().ok()?;
+            let written = entry.metadata().and_then(|file| file.modified());
+            Some((written.expect("it is told"), entry.path()))
+        });
+        files.max()
     }
 
     /// Ends it by a key; nothing may have gone wrong.
@@ -415,7 +431,7 @@ fn every_button_and_key_has_its_effect() {
     lab.key("2");
     lab.find("particle_size");
     lab.type_into("picture.particle_size", 0.9, "4");
-    let saved = lab.save("cube", 1);
+    let saved = lab.save("cube");
     let picture = &saved.picture;
     assert_eq!((picture.charts, picture.brightest), (0.5, 33.0));
     assert_eq!(picture.particle_size, 4.0);
@@ -425,14 +441,14 @@ fn every_button_and_key_has_its_effect() {
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
     lab.click("undo");
-    assert_eq!(lab.save("cube", 2).trail.decay, saved.trail.decay);
+    assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
     lab.click("redo");
-    assert_eq!(lab.save("cube", 3).trail.decay, 0.5);
+    assert_eq!(lab.save("cube").trail.decay, 0.5);
     lab.key("ctrl+z");
     lab.key("ctrl+shift+z");
-    assert_eq!(lab.save("cube", 4).trail.decay, 0.5);
+    assert_eq!(lab.save("cube").trail.decay, 0.5);
     lab.click("trail.decay:reset");
-    assert_eq!(lab.save("cube", 5).trail.decay, saved.trail.decay);
+    assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
 
     // What restarts waits, and is discarded or taken.
     lab.find("particles.count");
@@ -444,25 +460,25 @@ fn every_button_and_key_has_its_effect() {
     lab.type_until(count, 0.9, "4000", count, "4000");
     lab.wait("it waits", |seen| seen["state"]["pending"] == true);
     lab.click_until("restart", "pending", false);
-    assert_eq!(lab.save("cube", 6).particles.count, 4000);
+    assert_eq!(lab.save("cube").particles.count, 4000);
 
     // Looks.
     lab.click("preset");
     lab.click_until("preset=waves", "preset", "waves");
-    assert!(lab.save("cube", 7).physarum.rotation_angle < 0.0);
+    assert!(lab.save("cube").physarum.rotation_angle < 0.0);
     lab.key_until("bracketright", "the next preset", "preset", "mist");
     lab.key_until("bracketleft", "the preset before", "preset", "waves");
     lab.click_until("chance", "preset", Value::Null);
-    let by_chance = lab.save("cube", 8);
+    let by_chance = lab.save("cube");
     lab.key("d");
-    assert_ne!(lab.save("cube", 9).physarum, by_chance.physarum);
+    assert_ne!(lab.save("cube").physarum, by_chance.physarum);
     lab.type_into("morph", 0.5, "0.5");
     lab.key("bracketright");
     lab.wait("it is on its way, or there", |seen| {
         seen["state"]["preset"] == "network"
     });
     lab.wait("it is there", |seen| seen["state"]["morphing"] == false);
-    assert_eq!(lab.save("cube", 10).physarum.sensor_offset, 0.03);
+    assert_eq!(lab.save("cube").physarum.sensor_offset, 0.03);
 
     // The window itself.
     lab.click_until("theme", "light", true);
@@ -497,7 +513,7 @@ fn every_button_and_key_has_its_effect() {
     assert!(lit.count() > 5000, "something is seen");
 
     // The camera: drag, wheel, double click, and back.
-    let camera = lab.save("cube", 11).camera;
+    let camera = lab.save("cube").camera;
     lab.point("picture", 0.4);
     xdotool(&["mousedown", "1"]);
     for _ in 0..6 {
@@ -505,18 +521,18 @@ fn every_button_and_key_has_its_effect() {
         sleep(Duration::from_millis(60));
     }
     xdotool(&["mouseup", "1"]);
-    let turned = lab.save("cube", 12).camera;
+    let turned = lab.save("cube").camera;
     assert!((turned.azimuth - camera.azimuth).abs() > 5.0, "{turned:?}");
     for _ in 0..3 {
         xdotool(&["click", "4"]);
         sleep(Duration::from_millis(150));
     }
-    let near = lab.save("cube", 13).camera;
+    let near = lab.save("cube").camera;
     assert!(near.distance < 0.95 * turned.distance, "{near:?}");
     views::look_for_nothing(&lab);
     lab.click("fit");
     sleep(Duration::from_millis(300));
-    let fitted = lab.save("cube", 14).camera;
+    let fitted = lab.save("cube").camera;
     assert!(fitted.distance > 1.05 * near.distance, "{fitted:?}");
 
     // Another scene, by its picture; and one that is given up, if it is not quicker than the hand.

@@ -24,6 +24,7 @@ use std::thread;
 use std::time::Duration;
 
 use glam::{Affine3A, DQuat, EulerRot, Vec2};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
@@ -74,7 +75,7 @@ impl Format {
 }
 
 /// How a GLB carries the trail's colours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Colors {
     /// As a texture: every texel of the trail is there, however coarse the mesh is.
     #[default]

@@ -58,6 +58,7 @@ impl Lab {
             Command::Paste(text) if is_preset(&text) => self.take_look(context, "clipboard", &text),
             Command::Paste(text) => self.paste(context, &text),
             Command::Open(name) => self.open_file(name.into()),
+            Command::OpenWithLook(name) => self.open_with_look(name),
             Command::OpenLeft(left) => {
                 LeftScenes::opened(&left);
                 self.open_as(left.name, left.file);
@@ -153,9 +154,9 @@ impl Lab {
         self.interface.notice(context, text, false);
     }
 
-    /// Into the file that was chosen for the scene, or else into a numbered one.
+    /// Into the file that the scene was saved in before, or else into a numbered one.
     fn save(&mut self, context: &egui::Context) {
-        match self.file.clone().filter(|file| file.is_chosen) {
+        let saved = match self.file.clone().filter(|file| file.is_chosen) {
             Some(file) => self.save_by(context, |text| write_scene(&file.path, text)),
             None => {
                 let folder = self.folder_out();
@@ -163,6 +164,9 @@ impl Lab {
                 self.save_by(context, |text| save_scene(&folder, &name, text))
             }
         };
+        if let Some(file) = saved {
+            self.is_saved_in(&file);
+        }
     }
 
     fn ask_where_to_save(&mut self, context: &egui::Context) {
@@ -188,11 +192,18 @@ impl Lab {
         if let Some(file) = self.save_by(context, |text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
             self.name = name.to_string_lossy().into_owned();
-            self.file = Some(SceneFile::chosen(&file));
-            self.back.saved(self.file.as_ref());
+            self.is_saved_in(&file);
             self.clocks.facts.scene = self.name.clone();
             self.window.set_title(&title(&self.name));
         }
+    }
+
+    /// From now on the scene is saved there.
+    fn is_saved_in(&mut self, file: &Path) {
+        let file = SceneFile::chosen(file);
+        self.interface.recent.note(&file.path);
+        self.file = Some(file);
+        self.back.saved(self.file.as_ref());
     }
 
     /// Writes the scene, and says so or why not. Gives where it did.
@@ -212,7 +223,6 @@ impl Lab {
             Ok(path) => {
                 if has_all {
                     self.interface.saved(Some(self.interface.state_to_save()));
-                    self.back.saved(self.file.as_ref());
                 }
                 let text = format!("Saved {}{told}", whole(&path).display());
                 self.interface.notice(context, text, false);
@@ -440,9 +450,12 @@ impl Lab {
         self.interface.opening.count_from(&self.folder);
         self.window.set_title(&title(&scene.name));
         if is_new_scene {
+            if let Some(file) = &file {
+                self.interface.recent.note(&file.path);
+            }
             self.file = file;
             self.interface.open(scene);
-            if origin == Origin::Clipboard {
+            if origin == Origin::NoFile {
                 self.interface.saved(None);
             }
             self.shows_another(back.as_ref());

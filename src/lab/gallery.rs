@@ -46,6 +46,8 @@ pub struct Gallery {
     pub name: String,
     /// The preset of which it is asked whether it may be removed.
     removing: Option<String>,
+    /// Scenes are opened with the look that is here.
+    keeps_look: bool,
 }
 
 impl std::fmt::Debug for Gallery {
@@ -127,10 +129,19 @@ impl Interface {
                         if open.marked("open").clicked() {
                             self.begin_to_open(ui.ctx(), EVERYTHING);
                         }
+                        self.recent.menu(ui, commands);
+                        theme::switch(ui, &mut self.gallery.keeps_look, "with my look")
+                            .on_hover_text(
+                                "A scene that you click here gets the look that you see now, instead of its own",
+                            )
+                            .marked("scenes.look");
                     });
                     let is_shown = |scene: &Builtin| facts.scene == scene.name;
                     if let Some(scene) = self.cards(ui, SCENES, is_shown) {
-                        commands.push(Command::Open(scene.name));
+                        commands.push(match self.gallery.keeps_look {
+                            true => Command::OpenWithLook(scene.name),
+                            false => Command::Open(scene.name),
+                        });
                         self.gallery.open = false;
                     }
                     ui.add_space(8.0);

@@ -18,6 +18,7 @@ pub use super::facts::{Facts, KernelTime, Waiting};
 use super::gallery::Gallery;
 use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
 use super::left::{LeftScene, LeftScenes};
+use super::looks::LookClock;
 use super::navigation::{Moved, Navigation};
 use super::notices::Notices;
 use super::opening::Opening;
@@ -26,6 +27,7 @@ use super::overlays::{show_ending, show_loading};
 use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
+use super::recent::Recent;
 use super::renewal::{take_back, with_changes_since};
 use super::rows::{take_refused, take_wanted};
 use super::theme;
@@ -66,6 +68,8 @@ pub enum Command {
     SaveAs(PathBuf),
     /// Show another scene that comes with the program.
     Open(&'static str),
+    /// The same, with the look that is here.
+    OpenWithLook(&'static str),
     /// Show a scene as it was left.
     OpenLeft(LeftScene),
     /// Do with a file what is done with one that is dropped.
@@ -132,6 +136,8 @@ pub struct Interface {
     /// Seconds that the change to another preset takes.
     pub(super) morph_seconds: f64,
     pub(super) morph: Option<Morph>,
+    pub(super) look_clock: LookClock,
+    pub(super) recent: Recent,
     pub(super) filter: String,
     /// The hand is in the field for it.
     pub(super) is_searching: bool,
@@ -189,6 +195,8 @@ impl Interface {
             left: LeftScenes::default(),
             morph_seconds: 0.0,
             morph: None,
+            look_clock: LookClock::default(),
+            recent: Recent::default(),
             filter: String::new(),
             is_searching: false,
             shift: false,
@@ -285,6 +293,7 @@ impl Interface {
     pub fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let mut commands = Vec::new();
         self.has_areas = facts.has_areas;
+        (self.look_clock).tick(ui.input(|i| i.time), facts.out.filmed);
         // A press that closes a list does nothing else.
         self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
         // A dialog has the keyboard to itself.

@@ -91,6 +91,11 @@ impl KeyAction {
                 | Self::Quit
         )
     }
+
+    /// Writes the scene to a file, or may.
+    fn keeps_the_scene(self) -> bool {
+        matches!(self, Self::Save | Self::SaveAs | Self::Quit)
+    }
 }
 
 /// What is held, keys, how they are written, what they do, and in words.
@@ -476,6 +481,9 @@ impl Interface {
     pub(super) fn handle_keys(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         self.navigation.keep_keys(ctx);
         for action in pressed(ctx) {
+            if action.keeps_the_scene() {
+                take_what_is_typed(ctx);
+            }
             match action {
                 KeyAction::Pause => self.playing = !self.playing,
                 KeyAction::SingleStep => {
@@ -496,13 +504,8 @@ impl Interface {
                 KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
                 KeyAction::TakeOut => self.out.open = !self.out.open,
                 KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
-                KeyAction::Save | KeyAction::SaveAs => {
-                    take_what_is_typed(ctx);
-                    commands.push(match action {
-                        KeyAction::Save => Command::Save,
-                        _ => Command::AskWhereToSave,
-                    });
-                }
+                KeyAction::Save => commands.push(Command::Save),
+                KeyAction::SaveAs => commands.push(Command::AskWhereToSave),
                 KeyAction::Undo => self.undo(commands),
                 KeyAction::Redo => self.redo(commands),
                 KeyAction::Panel => self.panel = !self.panel,
@@ -522,10 +525,7 @@ impl Interface {
                 KeyAction::Duplicate => self.duplicate_selected(ctx, commands),
                 KeyAction::Remove => self.remove_selected(ctx, commands),
                 KeyAction::Back => self.back(ctx, commands),
-                KeyAction::Quit => {
-                    take_what_is_typed(ctx);
-                    commands.push(Command::Quit);
-                }
+                KeyAction::Quit => commands.push(Command::Quit),
             }
         }
     }

@@ -73,7 +73,7 @@ pub enum Origin {
     /// Another one, with a view of its own, that lies in a file or is built in.
     File,
     /// Another one that no file has.
-    Clipboard,
+    NoFile,
 }
 
 /// A scene on its way. Dropping it lets the thread end by itself, as soon as it looks.

@@ -1,12 +1,16 @@
 //! Looks in the window: presets taken at once or slowly, made up by chance, copied, kept and removed again.
 
+use std::path::Path;
+
 use myxo::render::exposure::Exposure;
 use myxo::scene::builtin::{self, PRESETS};
 use myxo::scene::presets;
 use myxo::scene::settings::Settings;
+use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 
 use super::interface::{Command, Interface};
+use super::loading::Origin;
 use super::out::{Shot, scaled};
 use super::own::check_name;
 use super::presets::{Morph, by_chance, neighbour, with_preset};
@@ -19,6 +23,34 @@ const PICTURE: [u32; 2] = [300, 200];
 pub fn summary(text: &str) -> &str {
     let first = text.lines().next().unwrap_or("");
     first.strip_prefix('#').unwrap_or("").trim()
+}
+
+/// What looks change by: time that passes, or that of the film that is being made, in which a look takes as long as one who
+/// watches it will see.
+#[derive(Clone, Debug, Default)]
+pub struct LookClock {
+    now: f64,
+    wall: Option<f64>,
+    filmed: Option<f64>,
+}
+
+impl LookClock {
+    /// Seconds since some beginning.
+    fn now(&self) -> f64 {
+        self.now
+    }
+
+    /// One frame more, at this time, with so many seconds of a film.
+    pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
+        let since =
+            |before: Option<f64>, now: f64| before.map_or(0.0, |before| (now - before).max(0.0));
+        self.now += match filmed {
+            Some(filmed) => since(self.filmed, filmed),
+            None => since(self.wall, wall),
+        };
+        self.wall = Some(wall);
+        self.filmed = filmed;
+    }
 }
 
 impl Interface {
@@ -81,7 +113,7 @@ impl Interface {
         match with_preset(&self.look(), name, text) {
             Ok(to) => {
                 self.preset = Some(name.to_owned());
-                self.change_look(ctx, to, commands);
+                self.change_look(to, commands);
                 // It grows out of what is there; from the start it comes to what its small picture shows.
                 let text = format!("{name}: {} (R begins anew)", summary(text));
                 self.notice(ctx, text, false);
@@ -107,14 +139,14 @@ impl Interface {
         let seed = ctx.input(|i| i.time).to_bits();
         self.preset = None;
         let to = by_chance(&self.look(), seed);
-        self.change_look(ctx, to, commands);
+        self.change_look(to, commands);
     }
 
-    fn change_look(&mut self, ctx: &egui::Context, mut to: Settings, commands: &mut Vec<Command>) {
+    fn change_look(&mut self, mut to: Settings, commands: &mut Vec<Command>) {
         self.view.color_map = to.picture.color_map;
         to.picture.color_map = self.edited.picture.color_map;
         if self.morph_seconds > 0.0 {
-            let now = ctx.input(|i| i.time);
+            let now = self.look_clock.now();
             self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
         } else {
             self.morph = None;
@@ -128,7 +160,7 @@ impl Interface {
         let Some(morph) = &mut self.morph else {
             return;
         };
-        if morph.advance(&mut self.edited, ctx.input(|i| i.time)) {
+        if morph.advance(&mut self.edited, self.look_clock.now()) {
             self.morph = None;
         }
         ctx.request_repaint();
@@ -154,6 +186,22 @@ impl Lab {
         context.copy_text(self.interface.look_text(&self.name));
         self.interface
             .notice(context, "The look is in the clipboard", false);
+    }
+
+    /// Begins to load a scene that comes with the program, with the look that is here.
+    pub(super) fn open_with_look(&mut self, name: &'static str) {
+        self.interface.end_morph();
+        let look = self.interface.look_text(&self.name);
+        self.load(name.to_owned(), Origin::NoFile, move || {
+            let scene = Scene::load(Path::new(name), &Overrides::default())?;
+            let settings = with_preset(&scene.settings, "of the window", &look)?;
+            Ok(Scene::from_meshes(
+                scene.name,
+                settings,
+                scene.meshes,
+                scene.folder,
+            )?)
+        });
     }
 
     /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
@@ -199,7 +247,7 @@ impl Lab {
         }
         let mut shot = Shot::new(&self.ctx, PICTURE, self.format)?;
         while !shot.advance(&mut self.frames, stage, &view)? {}
-        let picture = shot.take(0).into_picture();
+        let picture = shot.take(0, &view).into_picture();
         let text = self.interface.look_text(&self.name);
         let path = self.interface.own.save(&name, &text, &picture)?;
         self.interface.preset = Some(name);
@@ -219,5 +267,33 @@ impl Lab {
             Err(error) => self.interface.notice(context, error.to_string(), true),
         }
         self.interface.gallery.forget_pictures();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_take_their_time_and_in_films_that_of_the_film() {
+        let mut clock = LookClock::default();
+        for (wall, filmed, wanted) in [
+            // However long the window has been there.
+            (100.0, None, 0.0),
+            (100.5, None, 0.5),
+            // The first picture is not there yet, however long it takes.
+            (101.0, Some(0.0), 0.5),
+            (109.0, Some(0.25), 0.75),
+            (109.0, Some(0.5), 1.0),
+            // It is there, and time passes.
+            (110.0, None, 2.0),
+            (111.0, None, 3.0),
+            // Another film begins.
+            (112.0, Some(0.0), 3.0),
+            (119.0, Some(0.125), 3.125),
+        ] {
+            clock.tick(wall, filmed);
+            assert_eq!(clock.now(), wanted, "{wall} {filmed:?}");
+        }
     }
 }

@@ -34,6 +34,7 @@ mod places;
 mod plot;
 mod preferences;
 mod presets;
+mod recent;
 mod renewal;
 mod rows;
 mod saving;

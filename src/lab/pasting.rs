@@ -47,7 +47,7 @@ impl Lab {
             return;
         }
         let (name, folder) = (self.name.clone(), self.folder.clone());
-        self.load(name.clone(), Origin::Clipboard, move || {
+        self.load(name.clone(), Origin::NoFile, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
     }

@@ -1,10 +1,14 @@
-//! What is kept from one time to the next: the look of the interface and the size of the window.
+//! What is kept from one time to the next: the look of the interface, the size of the window, the files that were used last
+//! and the choices in Export.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use myxo::whole_file::WholeFile;
 use serde::{Deserialize, Serialize};
+
+use super::out::OutPanel;
+use super::recent::Recent;
 
 /// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,8 +22,10 @@ pub struct Preferences {
     pub zoom: f32,
     /// Of the window, in pixels.
     pub size: [u32; 2],
-    /// Where files go that are taken out; empty for where the program is started.
-    pub folder: String,
+    /// Scene files that were opened or saved last.
+    pub recent: Recent,
+    /// The choices in Export.
+    pub out: OutPanel,
 }
 
 impl Default for Preferences {
@@ -29,7 +35,8 @@ impl Default for Preferences {
             panel: true,
             zoom: 1.0,
             size: [1440, 900],
-            folder: String::new(),
+            recent: Recent::default(),
+            out: OutPanel::default(),
         }
     }
 }
@@ -85,7 +92,8 @@ impl Preferences {
             panel: pick(&self.panel, &opened.panel, &kept.panel),
             zoom: pick(&self.zoom, &opened.zoom, &kept.zoom),
             size: pick(&self.size, &opened.size, &kept.size),
-            folder: pick(&self.folder, &opened.folder, &kept.folder),
+            recent: self.recent.over(&opened.recent, &kept.recent),
+            out: pick(&self.out, &opened.out, &kept.out),
         }
     }
 
@@ -98,12 +106,14 @@ impl Preferences {
             self.size[0].clamp(480, 16_384),
             self.size[1].clamp(320, 16_384),
         ];
+        self.out = self.out.kept();
         self
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::out::{Kind, Size};
     use super::*;
 
     #[test]
@@ -111,12 +121,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("new/lab.toml");
         assert_eq!(Preferences::read(&file), Preferences::default());
+        let mut recent = Recent::default();
+        recent.note(Path::new("fern.toml"));
         let kept = Preferences {
+            recent: recent.clone(),
             light: true,
             panel: false,
             zoom: 1.5,
             size: [800, 600],
-            folder: "out".to_owned(),
+            out: OutPanel {
+                folder: "out".to_owned(),
+                size: Size::Custom,
+                kind: Kind::Gif,
+                turns: -1.5,
+                ..OutPanel::default()
+            },
         };
         kept.write(&file).unwrap();
         assert_eq!(Preferences::read(&file), kept);
@@ -129,11 +148,21 @@ mod tests {
         };
         let both = other.over(&opened, &kept);
         assert_eq!((both.light, both.zoom, both.size), (true, 2.0, [800, 600]));
-        assert_eq!(both.folder, "out");
-        std::fs::write(&file, "light = true\nzoom = 1e9\nsize = [1, 1]\n").unwrap();
+        assert_eq!((&both.out, &both.recent), (&kept.out, &recent));
+        let nonsense = "light = true\nzoom = 1e9\nsize = [1, 1]\n\
+                        [out]\nseconds = nan\nevery = 0\nfps = 4000000000\ncustom = [0, 99999]\nkind = \"Gif\"\n";
+        std::fs::write(&file, nonsense).unwrap();
         let read = Preferences::read(&file);
         assert!(read.light && read.panel && read.zoom == 1.0);
         assert_eq!(read.size, [480, 320]);
+        let wanted = OutPanel {
+            every: 1,
+            fps: 60,
+            custom: [16, 16_384],
+            kind: Kind::Gif,
+            ..OutPanel::default()
+        };
+        assert_eq!(read.out, wanted);
         std::fs::write(&file, "light = \"very\"").unwrap();
         assert_eq!(Preferences::read(&file), Preferences::default());
         std::fs::write(&file, [0xff, 0xfe]).unwrap();

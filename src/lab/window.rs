@@ -149,7 +149,8 @@ impl Lab {
         let mut interface = Interface::new(scene);
         interface.panel = preferences.panel;
         interface.light = preferences.light;
-        interface.out.folder = preferences.folder.clone();
+        interface.out = preferences.out.clone();
+        interface.recent = preferences.recent.clone();
         interface.own = OwnPresets::read(OwnPresets::folder());
         interface.find_preset();
         interface.left = LeftScenes::read(LeftScenes::folder());
@@ -225,6 +226,8 @@ impl Lab {
         } else {
             self.do_what_was_left()?;
             self.take_loaded()?;
+            // What had to wait for that: nobody acts on what is in between.
+            self.do_what_was_left()?;
         }
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
         self.take_food(&self.egui.egui_ctx().clone())?;
@@ -442,7 +445,8 @@ impl Lab {
             light: self.interface.light,
             panel: self.interface.panel,
             zoom: self.egui.egui_ctx().zoom_factor(),
-            folder: self.interface.out.folder.clone(),
+            recent: self.interface.recent.clone(),
+            out: self.interface.out.kept(),
             // The whole screen is not the size of a window.
             size: match self.window.fullscreen() {
                 Some(_) => Preferences::read(file).size,

@@ -66,7 +66,7 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     lab.probes("it attracts again", attracts);
 
     // The saved scene has it.
-    let saved = lab.save("pair", 1);
+    let saved = lab.save("pair");
     assert_eq!(saved.areas.map, "pair_000001_areas.png");
     assert!(saved.areas.strength > 0.0);
     let scene = lab.folder.file("pair_000001.toml");
@@ -85,10 +85,10 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     lab.wait("it begins", |seen| seen["state"]["step"] == 0);
     lab.point("picture", 0.5);
     lab.probes("it does not attract", |painted| !attracts(painted));
-    let saved = lab.save("pair", 2);
+    let saved = lab.save("pair");
     assert_eq!(saved.particles.start, Start::Mask);
     assert!(saved.areas.map.is_empty());
-    let scene = lab.folder.file("pair_000002.toml");
+    let scene = lab.folder.file("pair_000001.toml");
     let scene = Scene::load(&scene, &Overrides::default()).expect("it is a scene");
     let begins = myxo::sim::Setup::new(&scene).expect("its mask is there");
     let places = begins.particles.iter();

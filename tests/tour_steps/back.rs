@@ -41,7 +41,7 @@ fn what_had_grown_comes_back() {
     });
     lab.key_until("space", "it is held", "playing", false);
     assert!(lab.seen().expect("it is told")["places"]["back"].is_null());
-    let saved = lab.save("cube", 1);
+    let saved = lab.save("cube");
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
     // Areas are part of what has grown.
@@ -68,7 +68,7 @@ fn what_had_grown_comes_back() {
         lab.key(key);
         sleep(Duration::from_millis(400));
     }
-    let undone = lab.save("cube", 2);
+    let undone = lab.save("cube");
     assert_eq!(undone.trail.decay, saved.trail.decay);
     // There and back again.
     lab.click("back");

@@ -7,27 +7,25 @@ fn step(seen: &Value) -> u64 {
     seen["state"]["step"].as_u64().expect("it is a number")
 }
 
-/// Saves under the numbers that follow each other.
+/// What is saved of the cube.
 struct Saved<'a> {
     lab: &'a Lab,
-    number: u32,
 }
 
 impl Saved<'_> {
     #[track_caller]
-    fn next(&mut self) -> Settings {
-        self.number += 1;
-        self.lab.save("cube", self.number)
+    fn next(&self) -> Settings {
+        self.lab.save("cube")
     }
 
     #[track_caller]
-    fn camera(&mut self) -> CameraSettings {
+    fn camera(&self) -> CameraSettings {
         self.next().camera
     }
 
     /// The camera after a gesture, which is made again where a display short of time has lost it.
     #[track_caller]
-    fn camera_after(&mut self, what: &str, gesture: impl Fn(&Lab)) -> CameraSettings {
+    fn camera_after(&self, what: &str, gesture: impl Fn(&Lab)) -> CameraSettings {
         let before = self.camera();
         for _ in 0..5 {
             gesture(self.lab);
@@ -66,10 +64,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    let mut saved = Saved {
-        lab: &lab,
-        number: 0,
-    };
+    let saved = Saved { lab: &lab };
     lab.key_until("space", "it is held", "playing", false);
     let home = saved.camera();
 
@@ -204,6 +199,6 @@ fn a_scene_on_its_way_can_be_given_up() {
         lab.key("F12");
         lab.wait("something else is said", |seen| !given_up(seen));
     }
-    assert_eq!(lab.save("cube", 1).particles.count, 3000);
+    assert_eq!(lab.save("cube").particles.count, 3000);
     lab.quit();
 }

@@ -38,7 +38,7 @@ fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
     // Text arrives letter by letter, and the simulation takes the number over.
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
-    assert_eq!(lab.save("torus", 1).trail.decay, 0.625);
+    assert_eq!(lab.save("torus").trail.decay, 0.625);
 
     // The picture in another size, and a pointer that never rests.
     lab.key_until("p", "the panel goes", "panel", false);

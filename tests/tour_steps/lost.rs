@@ -78,11 +78,7 @@ fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
     let state = &lab.seen().expect("it is told")["state"];
     assert_eq!(state["show"], "particles");
     assert_eq!(state["unsaved"], false, "a file has it");
-    assert_eq!(
-        lab.save("cube", 2),
-        kept,
-        "all is as it was, the camera, too"
-    );
+    assert_eq!(lab.save("cube"), kept, "all is as it was, the camera, too");
 
     // Small pictures are there again, and other scenes.
     lab.click_until("gallery", "gallery", true);

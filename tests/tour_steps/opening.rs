@@ -75,7 +75,7 @@ fn files_are_opened_by_a_dialog() {
         seen["state"]["scene"] == "ball" && seen["state"]["loading"] == false
     });
     assert_eq!(lab.seen().expect("it is told")["state"]["gallery"], false);
-    assert_eq!(lab.save("ball", 1).particles.count, 2500);
+    assert_eq!(lab.save("ball").particles.count, 2500);
 
     // A mesh, from the menu of objects; the dialog begins where the last file was.
     lab.click("add");
@@ -84,7 +84,7 @@ fn files_are_opened_by_a_dialog() {
     lab.wait("it joins", |seen| {
         seen["values"]["objects"] == "2" && seen["state"]["loading"] == false
     });
-    let objects = lab.save("ball", 2).objects;
+    let objects = lab.save("ball").objects;
     assert!(objects[1].mesh.ends_with("tip.obj"), "{objects:?}");
 
     // What is said of files that are dropped is said of these.
@@ -96,7 +96,7 @@ fn files_are_opened_by_a_dialog() {
         type_path(&lab, path(file), false);
         hear_once_loaded(&lab, told);
     }
-    assert_eq!(lab.save("ball", 3).trail.decay, 0.375);
+    assert_eq!(lab.save("ball").trail.decay, 0.375);
     // By a name of one's own, which the scene has then.
     lab.key_until("ctrl+shift+s", "the dialog", "opening", true);
     lab.wait("its name can be typed", |seen| {
@@ -124,6 +124,20 @@ fn files_are_opened_by_a_dialog() {
     assert_eq!(decay("mine.toml"), 0.75);
     assert_eq!(decay("ball.toml"), opened);
     assert!(!lab.folder.file("mine_000001.toml").exists());
+    // It is the last of those that were used; the one before is the other one that was saved.
+    lab.click_until("gallery", "gallery", true);
+    lab.click("recent");
+    lab.click("recent=1");
+    lab.wait("it is there", |seen| {
+        seen["state"]["scene"] == "ball_000001" && seen["state"]["loading"] == false
+    });
+    lab.click_until("gallery", "gallery", true);
+    lab.click("recent");
+    lab.click("recent=1");
+    lab.wait("it is there again", |seen| {
+        seen["state"]["scene"] == "mine" && seen["state"]["loading"] == false
+    });
+    assert_eq!(lab.value("trail.decay"), "0.75");
     // What went wrong is told until it is clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();
@@ -156,7 +170,7 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
     lab.wait("it is there", |seen| seen["state"]["loading"] == false);
     assert_eq!(lab.value("trail.decay"), "0.5");
     lab.wait("all of it runs", |seen| seen["state"]["pending"] == false);
-    let saved = lab.save("ball", 1);
+    let saved = lab.save("ball");
     assert_eq!((saved.atlas.size, saved.trail.decay), (600, 0.5));
     lab.quit();
 }
@@ -171,7 +185,7 @@ fn what_is_saved_can_be_opened() {
     lab.find("particles.start");
     lab.click("particles.start=mask");
     lab.wait("it waits", |seen| seen["state"]["pending"] == true);
-    let saved = lab.save("cube", 1);
+    let saved = lab.save("cube");
     hear_once_loaded(&lab, "which would not work");
     assert_ne!(saved.particles.start.word(), "mask");
     assert_eq!(lab.seen().expect("it is told")["state"]["unsaved"], true);
@@ -179,18 +193,20 @@ fn what_is_saved_can_be_opened() {
     lab.wait("it waits", |seen| {
         seen["values"]["particles.start"] == "ring"
     });
-    assert_eq!(lab.save("cube", 2).particles.start.word(), "ring");
-    // Numbers go on.
-    let file = lab.folder.file("cube_000002.toml");
+    assert_eq!(lab.save("cube").particles.start.word(), "ring");
+    // It is saved where it was before. Numbers go on where it is opened: that file stays.
+    assert!(!lab.folder.file("cube_000002.toml").exists());
+    let file = lab.folder.file("cube_000001.toml");
     lab.key_until("ctrl+o", "the dialog", "opening", true);
     type_path(&lab, path(&file), false);
     lab.wait("it is there", |seen| {
-        seen["state"]["scene"] == "cube_000002" && seen["state"]["loading"] == false
+        seen["state"]["scene"] == "cube_000001" && seen["state"]["loading"] == false
     });
     lab.find("particles.start");
     lab.click("particles.start=mask");
     lab.wait("it waits", |seen| seen["state"]["pending"] == true);
-    assert_eq!(lab.save("cube", 3).particles.start.word(), "ring");
+    assert_eq!(lab.save("cube").particles.start.word(), "ring");
+    assert!(lab.folder.file("cube_000002.toml").exists());
     lab.quit();
 }
 
@@ -231,7 +247,7 @@ fn masks_are_chosen_by_the_dialog() {
     lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(0));
     lab.key_until("space", "it is held", "playing", false);
     lab.click_until("restart", "step", 0);
-    let saved = lab.save("ball", 1);
+    let saved = lab.save("ball");
     assert!(saved.particles.start_mask.ends_with("mask.png"));
     assert!(saved.objects[0].start.mask.ends_with("other.png"));
 

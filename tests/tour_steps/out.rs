@@ -178,6 +178,19 @@ fn everything_that_is_taken_out_is_whole() {
     // Without turns it would differ less, for less has grown since.
     assert!(between > 1.2 * alike, "{between}, {alike}");
     lab.type_until("out.turns", 0.5, "0", "out.turns", "0");
+    // As a folder of pictures it may have no background, either.
+    lab.click("out.film_transparent");
+    lab.click("out.film");
+    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
+    lab.wait("it has ended", |seen| seen["state"]["making"].is_null());
+    let frames = frames_in(&lab.folder.file("film_000002"));
+    assert_eq!(frames.len(), 4);
+    for frame in frames {
+        let picture = image::open(frame).expect("it is a picture").into_rgba8();
+        assert_eq!(picture.get_pixel(0, 0).0[3], 0, "nothing is behind it");
+        let there = picture.pixels().filter(|pixel| pixel.0[3] == 255);
+        assert!(there.count() > 10_000, "it is there");
+    }
     lab.click("out.kind=GIF");
     // One that is given up leaves nothing.
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");

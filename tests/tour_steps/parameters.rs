@@ -240,7 +240,7 @@ fn every_parameter_can_be_turned_by_hand() {
     for parameter in words.filter(|p| has_row(p) && is_word(p) && p.key != SENSING) {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
-    let saved = lab.save("lively", 1);
+    let saved = lab.save("lively");
     for parameter in PARAMETERS.iter().filter(|p| has_row(p)) {
         let key = parameter.key;
         assert!(parameter.differs(&before, &saved), "{key} has not changed");
@@ -291,7 +291,7 @@ fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
         });
         assert_eq!(lab.value("trail.decay"), "0", "{none}");
     }
-    assert_eq!(lab.save("cube", 1).trail.decay, 0.0);
+    assert_eq!(lab.save("cube").trail.decay, 0.0);
 
     // Colours, too, have a way back.
     lab.find("picture.color_map");

@@ -65,7 +65,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     xdotool(&["windowsize", &window_of(&lab), "1200", "960"]);
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
-    let mine = lab.save("cube", 1);
+    let mine = lab.save("cube");
 
     // Kept, with a picture.
     lab.click_until("gallery", "gallery", true);
@@ -99,10 +99,10 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
 
     // Taken again, from its card and as the one after the program's last.
     lab.click_until("card=cells", "preset", "cells");
-    assert_ne!(lab.save("cube", 2).trail, mine.trail);
+    assert_ne!(lab.save("cube").trail, mine.trail);
     lab.click_until("card=Moss 2", "preset", name);
     lab.key_until("Escape", "the gallery goes", "gallery", false);
-    assert_same_look(&lab.save("cube", 3), &mine);
+    assert_same_look(&lab.save("cube"), &mine);
     lab.key_until("bracketright", "the first", "preset", "network");
     lab.key_until("bracketleft", "the last", "preset", name);
 
@@ -114,14 +114,14 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     });
     lab.key_until("bracketright", "another", "preset", "network");
     lab.key_until("ctrl+v", "it is taken", "preset", "clipboard");
-    assert_same_look(&lab.save("cube", 4), &mine);
+    assert_same_look(&lab.save("cube"), &mine);
 
     // Dropped: a look, and what is none.
     let preset = lab
         .folder
         .with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
     drop_and_hear(&lab, &preset, "The look of fern");
-    assert_eq!(lab.save("cube", 5).trail.decay, 0.375);
+    assert_eq!(lab.save("cube").trail.decay, 0.375);
     for (name, text, part) in [
         (
             "wrong.toml",
@@ -138,11 +138,19 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     }
     let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
     lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
-    assert_eq!(
-        lab.save("cube", 6).trail.decay,
-        0.375,
-        "nothing has changed"
-    );
+    assert_eq!(lab.save("cube").trail.decay, 0.375, "nothing has changed");
+
+    // Another scene, with the look that is here.
+    let look = lab.save("cube");
+    lab.click_until("gallery", "gallery", true);
+    lab.click("scenes.look");
+    lab.click("card=plane");
+    lab.wait("it is there", |seen| {
+        seen["state"]["scene"] == "plane" && seen["state"]["loading"] == false
+    });
+    let state = lab.seen().expect("it is told");
+    assert_eq!(state["state"]["unsaved"], true, "no file has both");
+    assert_same_look(&lab.save("plane"), &look);
 
     // A scene and a mesh.
     let scene = "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
@@ -154,10 +162,8 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     drop_on(&window_of(&lab), &mesh);
     lab.wait("it joins", |seen| seen["state"]["loading"] == false);
     let begun = Instant::now();
-    let mut number = 1;
-    while lab.save("ball", number).objects.len() < 2 {
+    while lab.save("ball").objects.len() < 2 {
         assert!(begun.elapsed() < PATIENCE, "it joins");
-        number += 1;
     }
 
     // Removed, but not by one click.
@@ -199,7 +205,7 @@ fn files_that_are_dropped_together_all_come() {
         notice.contains("torn.obj"),
         "what is wrong with it is told, too: {notice}"
     );
-    let saved = lab.save("cube", 1);
+    let saved = lab.save("cube");
     let meshes = saved.objects.iter().map(|object| object.mesh.as_str());
     let ends = ["cube", "tip.obj", "top.obj", "tap.obj"];
     for (mesh, end) in meshes.zip(ends) {
@@ -244,7 +250,7 @@ fn checkpoints_come_back() {
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "cube_000001" && seen["state"]["step"] == then
     });
-    assert_eq!(lab.save("cube", 1).trail.decay, 0.5);
+    assert_eq!(lab.save("cube").trail.decay, 0.5);
     lab.key("period");
     lab.wait("one step", |seen| seen["state"]["step"] == then + 1);
     let lab = lab.quit_and_keep();
@@ -260,7 +266,7 @@ fn checkpoints_come_back() {
         seen["state"]["scene"] == "again" && notice.is_some_and(|text| text.contains(&told))
     });
     assert!(step(&lab) >= Some(then));
-    assert_eq!(lab.save("again", 1).trail.decay, 0.5);
+    assert_eq!(lab.save("again").trail.decay, 0.5);
     lab.quit();
 }
 
@@ -276,7 +282,7 @@ fn scenes_that_are_left_with_changes_are_kept() {
         lab.wait(what, |seen| seen["state"]["unsaved"] == is);
     };
     unsaved("no file has it", true);
-    lab.save("cube", 1);
+    lab.save("cube");
     unsaved("now one has", false);
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
 
@@ -298,7 +304,7 @@ fn scenes_that_are_left_with_changes_are_kept() {
         seen["state"]["scene"] == "cube" && seen["state"]["loading"] == false
     });
     unsaved("as it was left", false);
-    assert_eq!(lab.save("cube", 2).trail.decay, 0.5);
+    assert_eq!(lab.save("cube").trail.decay, 0.5);
     lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
     let left = lab.quit_and_keep();
     let folder = left.folder.file("myxo/left");

@@ -320,6 +320,6 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
     lab.pick("cube");
     lab.key("Delete");
     hear(&lab, "last");
-    assert_eq!(lab.save("cube", 1).objects.len(), 1);
+    assert_eq!(lab.save("cube").objects.len(), 1);
     lab.quit();
 }

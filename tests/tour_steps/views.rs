@@ -139,14 +139,14 @@ fn every_view_can_be_chosen_and_told() {
     ] {
         lab.key_until(key, word, "show", word);
     }
-    assert_eq!(lab.save("touching", 1).picture.show.word(), "nearest");
+    assert_eq!(lab.save("touching").picture.show.word(), "nearest");
     // The texture beside the picture.
     lab.key_until("u", "it is split", "split", true);
     lab.place("beside");
-    let camera = lab.save("touching", 2).camera;
+    let camera = lab.save("touching").camera;
     drag_until(&lab, "beside", (60, 30), "atlas");
     assert_eq!(
-        lab.save("touching", 3).camera,
+        lab.save("touching").camera,
         camera,
         "it is the atlas that moved"
     );
@@ -185,7 +185,7 @@ fn the_light_and_the_camera_can_be_moved() {
     }
     let lab = Lab::open(&SMALL);
     lab.key_until("space", "it is held", "playing", false);
-    let before = lab.save("cube", 1);
+    let before = lab.save("cube");
     // A single object has no distances, and it is told.
     lab.key("9");
     lab.wait("it is told", |seen| {
@@ -201,11 +201,11 @@ fn the_light_and_the_camera_can_be_moved() {
     ] {
         lab.type_until(name, share, number, name, number);
     }
-    let lit = lab.save("cube", 2).picture;
+    let lit = lab.save("cube").picture;
     assert_eq!((lit.light_azimuth, lit.light_elevation), (60.0, -20.0));
     assert_eq!(lit.occlusion, 0.25);
     drag_until(&lab, "light", (-12, -12), "light");
-    let dragged = lab.save("cube", 3).picture;
+    let dragged = lab.save("cube").picture;
     assert!(
         dragged.light_azimuth < 0.0 && dragged.light_elevation > 5.0,
         "{dragged:?}"
@@ -216,7 +216,7 @@ fn the_light_and_the_camera_can_be_moved() {
     drag_until(&lab, "picture", (90, 0), "light");
     xdotool(&["keyup", "l"]);
     sleep(Duration::from_millis(200));
-    let moved = lab.save("cube", 4);
+    let moved = lab.save("cube");
     assert!(
         moved.picture.light_azimuth > dragged.light_azimuth + 5.0,
         "{:?}",
@@ -246,7 +246,7 @@ fn the_light_and_the_camera_can_be_moved() {
     }
     lab.wait("another background", |seen| color(seen) != first);
     lab.key("Escape");
-    let background = lab.save("cube", 5).picture.background;
+    let background = lab.save("cube").picture.background;
     assert_ne!(background, moved.picture.background);
 
     lab.find("camera");
@@ -260,15 +260,15 @@ fn the_light_and_the_camera_can_be_moved() {
     ] {
         click_for(&lab, &format!("view={side}"), "camera", camera);
     }
-    let top = lab.save("cube", 6).camera;
+    let top = lab.save("cube").camera;
     assert!((top.elevation + 88.0).abs() < 1.0, "{top:?}");
     let home = &before.camera;
     let home = format!("{:.0} {:.0}", home.azimuth, home.elevation);
     click_for(&lab, "view=home", "camera", &home);
-    let home = lab.save("cube", 7).camera;
+    let home = lab.save("cube").camera;
     let key = "camera.field_of_view";
     lab.type_until(key, 0.9, "75", key, "75");
-    let wide = lab.save("cube", 8).camera;
+    let wide = lab.save("cube").camera;
     assert!((wide.field_of_view - 75.0).abs() < 0.1 && wide.distance < 0.8 * home.distance);
 
     lab.key_until("v", "it flies", "flying", true);
@@ -279,26 +279,24 @@ fn the_light_and_the_camera_can_be_moved() {
     });
     xdotool(&["keyup", "w"]);
     sleep(Duration::from_millis(500));
-    let gone = lab.save("cube", 9).camera;
+    let gone = lab.save("cube").camera;
     assert_ne!(gone.target, wide.target, "forward");
     assert_eq!(
         (gone.azimuth, gone.elevation),
         (wide.azimuth, wide.elevation)
     );
     drag_until(&lab, "picture", (60, 0), "camera");
-    let looked = lab.save("cube", 10).camera;
+    let looked = lab.save("cube").camera;
     assert!((looked.azimuth - gone.azimuth).abs() > 1.0, "{looked:?}");
     // Each way and back, and the wheel for the speed.
     let mut at = looked.target;
-    let mut number = 10;
     let mut go = |key: &str| {
         let before = lab.seen().expect("it tells")["values"]["camera.target"].clone();
         xdotool(&["keydown", key]);
         lab.wait(key, |seen| seen["values"]["camera.target"] != before);
         xdotool(&["keyup", key]);
         sleep(Duration::from_millis(500));
-        number += 1;
-        let target = lab.save("cube", number).camera.target;
+        let target = lab.save("cube").camera.target;
         let way: [f32; 3] = std::array::from_fn(|i| target[i] - at[i]);
         at = target;
         way

@@ -492,7 +492,8 @@ impl Interface {
             self.notice(ctx, PICK_FIRST, false);
             return;
         };
-        if self.running.objects.len() < 2 {
+        // A copy that is on its way may go again.
+        if self.running.objects.len() < 2 && object == 0 {
             let text = "The last object stays: a scene has at least one. Add another one first";
             self.notice(ctx, text, false);
             return;
@@ -501,12 +502,15 @@ impl Interface {
         commands.push(Command::Hand(Work::Remove(object)));
     }
 
-    /// The picked object comes once more.
+    /// The picked object comes once more. From now on the copy is picked: what is pressed next is about it, also before it
+    /// is there.
     pub(super) fn duplicate_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        match self.hands.selected {
-            Some(object) => commands.push(Command::Hand(Work::Duplicate(object))),
-            None => self.notice(ctx, PICK_FIRST, false),
-        }
+        let Some(object) = self.hands.selected else {
+            self.notice(ctx, PICK_FIRST, false);
+            return;
+        };
+        commands.push(Command::Hand(Work::Duplicate(object)));
+        self.hands.selected = Some(self.edited.objects.len().max(object + 1));
     }
 }
 

@@ -104,6 +104,8 @@ impl Lab {
                 );
                 let context = self.egui.egui_ctx().clone();
                 self.interface.notice(&context, text, false);
+                let objects = &self.interface.edited.objects;
+                self.interface.hands.selected = place_among(objects, &object);
             }
             return;
         }

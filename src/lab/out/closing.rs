@@ -282,7 +282,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
     let given_up = |text: &str| AtTheEnd::GivenUp(text.to_owned());
     match command {
         Command::TakeFile(path) => not_opened(path),
-        Command::Open(name) => not_opened(Path::new(name)),
+        Command::Open(name) | Command::OpenWithLook(name) => not_opened(Path::new(name)),
         Command::OpenLeft(left) => not_opened(Path::new(&left.name)),
         Command::Hand(Work::Remove(_)) => {
             given_up("an object was not taken out of the scene: the window closed before its turn")

@@ -8,6 +8,7 @@ use std::thread::{self, JoinHandle};
 use image::RgbaImage;
 use image::imageops::{self, FilterType};
 use myxo::Result;
+use myxo::render::offscreen::unmultiply;
 use myxo::render::output::{Output, OutputError, Written};
 
 use super::names::Reserved;
@@ -29,6 +30,8 @@ pub struct Frame {
     pub pixels: Vec<u8>,
     /// Is blue the first of them?
     pub is_blue_first: bool,
+    /// Has it no background? Then its light is multiplied by its alpha.
+    pub is_transparent: bool,
 }
 
 impl Frame {
@@ -38,6 +41,7 @@ impl Frame {
             size: [width, height],
             mut pixels,
             is_blue_first,
+            is_transparent,
             ..
         } = self;
         if is_blue_first {
@@ -45,7 +49,11 @@ impl Frame {
                 .chunks_exact_mut(4)
                 .for_each(|pixel| pixel.swap(0, 2));
         }
-        RgbaImage::from_raw(width, height, pixels).expect("four bytes a pixel")
+        let mut picture = RgbaImage::from_raw(width, height, pixels).expect("four bytes a pixel");
+        if is_transparent {
+            unmultiply(&mut picture);
+        }
+        picture
     }
 }
 
@@ -253,6 +261,7 @@ mod tests {
             size,
             pixels: [0, 0, red, 255].repeat(count),
             is_blue_first: true,
+            is_transparent: false,
         }
     }
 

@@ -10,7 +10,6 @@ use myxo::Result;
 use myxo::export::{self, Colors, ExportFile, ExportOnTheWay, Watch};
 use myxo::gpu::{Context, Format, Frames, Recorder};
 use myxo::render::exposure::Exposure;
-use myxo::render::offscreen;
 use myxo::render::output::{Output, Written};
 use myxo::render::{View, output};
 use myxo::scene::Scene;
@@ -100,6 +99,14 @@ impl Job {
             },
             Self::Film(film) => film.told(),
             Self::Export(export) => export.told(),
+        }
+    }
+
+    /// How much there is of a film whose pictures are being taken, seconds.
+    pub fn filmed(&self) -> Option<f64> {
+        match self {
+            Self::Film(film) if !film.is_filmed() => Some(film.done as f64 / f64::from(film.fps)),
+            _ => None,
         }
     }
 
@@ -223,21 +230,18 @@ impl Picture {
             && begun.elapsed() < MOMENT
         {
             if shot.advance(frames, stage, &self.view)? {
-                let frame = shot.take(0);
+                let frame = shot.take(0, &self.view);
                 self.shot = None;
-                let (name, is_transparent) = (Arc::clone(&self.name), self.view.is_transparent);
-                self.writer = Writer::begin(move || write(frame, is_transparent, &name));
+                let name = Arc::clone(&self.name);
+                self.writer = Writer::begin(move || write(frame, &name));
             }
         }
         Ok(())
     }
 }
 
-fn write(frame: Frame, is_transparent: bool, name: &Reserved) -> Result<Written> {
-    let mut picture = frame.into_picture();
-    if is_transparent {
-        offscreen::unmultiply(&mut picture);
-    }
+fn write(frame: Frame, name: &Reserved) -> Result<Written> {
+    let picture = frame.into_picture();
     let mut file = output::Output::create(name.path(), picture.dimensions(), 1.0)?;
     file.frame(&picture)?;
     Ok(file.finish()?)
@@ -254,6 +258,8 @@ pub struct Film {
     path: PathBuf,
     /// Steps from one picture to the next.
     every: u64,
+    /// Pictures a second.
+    fps: u32,
     /// Pictures in all, and those that were handed over.
     all: u64,
     done: u64,
@@ -282,6 +288,7 @@ impl Film {
             encoder: Encoder::begin(output, size, name),
             turns: panel.turns,
             every: u64::from(panel.every),
+            fps: panel.film_fps,
             all: panel.film_frames(),
             done: 0,
             step,
@@ -326,7 +333,7 @@ impl Film {
             let turns = self.turns * self.done as f64 / self.all as f64;
             view.camera = view.camera.turned(turns as f32);
             if shot.advance(frames, stage, &view)? {
-                self.encoder.push(shot.take(self.done));
+                self.encoder.push(shot.take(self.done, &view));
                 self.done += 1;
                 self.step += self.every;
                 if self.done == self.all {

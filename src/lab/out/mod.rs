@@ -27,8 +27,9 @@ pub use names::{Reserved, unnumbered};
 use recording::Recording;
 pub use shot::Shot;
 
-use panel::Kind;
-pub use panel::OutPanel;
+#[cfg(test)]
+pub use panel::Size;
+pub use panel::{Kind, OutPanel};
 pub use recording::Recorded;
 
 /// The largest picture of a film, pixels a side.
@@ -108,6 +109,8 @@ pub struct OutFacts {
     pub recording: Option<Recorded>,
     /// Anything else.
     pub making: Option<Making>,
+    /// Of the film that is being made: how much of it there is, seconds.
+    pub filmed: Option<f64>,
     /// The window closes when all of it is whole.
     pub ends: bool,
 }
@@ -129,6 +132,7 @@ impl TakeOut {
         OutFacts {
             recording: self.recording.as_ref().map(Recording::told),
             making: self.job.as_ref().map(Job::told),
+            filmed: self.job.as_ref().and_then(Job::filmed),
             ends: self.ends.is_some(),
         }
     }
@@ -273,6 +277,7 @@ impl Lab {
         check_size(size, LARGEST_FILM)?;
         let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
         let mut view = scaled(&self.interface.view, picture, size);
+        view.is_transparent = panel.film_transparent && panel.kind == Kind::Png;
         if panel.turns != 0.0 {
             self.interface.stand_back(&mut view.camera, size);
         }

@@ -2,6 +2,7 @@
 
 use egui::{Align2, DragValue, Rect, RichText, Ui, vec2};
 use myxo::export::Colors;
+use serde::{Deserialize, Serialize};
 
 use super::{Making, Model, Out, Recorded};
 use crate::lab::interface::{Command, Facts, Interface};
@@ -10,7 +11,7 @@ use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole};
 
 /// The size of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Size {
     /// As the window shows it.
     Window,
@@ -46,7 +47,7 @@ impl Size {
 }
 
 /// What a film is written as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// A video, by ffmpeg.
     Mp4,
@@ -77,10 +78,23 @@ impl Kind {
     }
 }
 
-/// The choices.
-#[derive(Clone, Debug, PartialEq)]
+/// Pixels a side of pictures, where they are typed.
+const CUSTOM: (u32, u32) = (16, 16_384);
+/// Seconds that a film takes.
+const SECONDS: (f64, f64) = (0.1, 3600.0);
+/// How often its camera goes round.
+const TURNS: (f64, f64) = (-100.0, 100.0);
+/// Steps from one of its frames to the next.
+const EVERY: (u32, u32) = (1, 1000);
+/// Frames a second of films, and of recordings.
+const FPS: [(u32, u32); 2] = [(1, 120), (1, 60)];
+
+/// The choices, which are kept from one time to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct OutPanel {
     /// Is the card shown?
+    #[serde(skip)]
     pub open: bool,
     /// Where files go; empty for the folder that the program was started in.
     pub folder: String,
@@ -92,6 +106,8 @@ pub struct OutPanel {
     pub custom: [u32; 2],
     /// Pictures without their background.
     pub transparent: bool,
+    /// The same of films that are folders of pictures.
+    pub film_transparent: bool,
     /// Of recordings and films.
     pub kind: Kind,
     /// Frames a second of recordings.
@@ -117,6 +133,7 @@ impl Default for OutPanel {
             film_size: Size::Hd,
             custom: [2048, 2048],
             transparent: false,
+            film_transparent: false,
             kind: Kind::Mp4,
             fps: 30,
             film_fps: 30,
@@ -132,6 +149,25 @@ impl OutPanel {
     /// How many frames a film has.
     pub fn film_frames(&self) -> u64 {
         (self.seconds * f64::from(self.film_fps)).round().max(1.0) as u64
+    }
+
+    /// What is kept of it: the choices that the card allows.
+    pub fn kept(&self) -> Self {
+        let within = |value: f64, (least, most): (f64, f64), usual| match value.is_finite() {
+            true => value.clamp(least, most),
+            false => usual,
+        };
+        let usual = Self::default();
+        Self {
+            open: false,
+            custom: self.custom.map(|pixels| pixels.clamp(CUSTOM.0, CUSTOM.1)),
+            fps: self.fps.clamp(FPS[1].0, FPS[1].1),
+            film_fps: self.film_fps.clamp(FPS[0].0, FPS[0].1),
+            seconds: within(self.seconds, SECONDS, usual.seconds),
+            every: self.every.clamp(EVERY.0, EVERY.1),
+            turns: within(self.turns, TURNS, usual.turns),
+            ..self.clone()
+        }
     }
 }
 
@@ -248,7 +284,7 @@ impl Interface {
             {
                 commands.push(Command::TakeOut(Out::Record));
             }
-            number(ui, "out.fps", &mut out.fps, 1..=60, " fps").on_hover_text(
+            number(ui, "out.fps", &mut out.fps, FPS[1].0..=FPS[1].1, " fps").on_hover_text(
                 "Frames a second. Where the window is slower, pictures stay for longer.",
             );
         });
@@ -266,7 +302,7 @@ impl Interface {
         ui.horizontal(|ui| {
             ui.add(
                 DragValue::new(&mut out.seconds)
-                    .range(0.1..=3600.0)
+                    .range(SECONDS.0..=SECONDS.1)
                     .speed(0.1)
                     .max_decimals(1)
                     .custom_parser(parse_number)
@@ -275,26 +311,46 @@ impl Interface {
             )
             .on_hover_text("How long the film plays")
             .marked("out.seconds");
-            number(ui, "out.film_fps", &mut out.film_fps, 1..=120, " fps")
-                .on_hover_text("Frames a second when it plays");
-            number(ui, "out.every", &mut out.every, 1..=1000, " steps a frame")
-                .on_hover_text("Steps from one frame to the next");
+            number(
+                ui,
+                "out.film_fps",
+                &mut out.film_fps,
+                FPS[0].0..=FPS[0].1,
+                " fps",
+            )
+            .on_hover_text("Frames a second when it plays");
+            number(
+                ui,
+                "out.every",
+                &mut out.every,
+                EVERY.0..=EVERY.1,
+                " steps a frame",
+            )
+            .on_hover_text("Steps from one frame to the next");
         });
         note_value(ui.ctx(), "out.seconds", || format!("{}", out.seconds));
         let turns = DragValue::new(&mut out.turns)
-            .range(-100.0..=100.0)
+            .range(TURNS.0..=TURNS.1)
             .speed(0.05)
             .max_decimals(2)
             .custom_parser(parse_number)
             .update_while_editing(false)
             .prefix("camera turns ");
-        ui.add_enabled(!self.view.show.is_flat(), turns)
-            .on_hover_text(
-                "How often the camera goes round the scene while the film plays; below 0 the other way round. \
-                 After whole turns it can be played round and round.",
-            )
-            .on_disabled_hover_text("This view is flat")
-            .marked("out.turns");
+        ui.horizontal(|ui| {
+            ui.add_enabled(!self.view.show.is_flat(), turns)
+                .on_hover_text(
+                    "How often the camera goes round the scene while the film plays; below 0 the other way round. \
+                     After whole turns it can be played round and round.",
+                )
+                .on_disabled_hover_text("This view is flat")
+                .marked("out.turns");
+            ui.add_enabled_ui(out.kind == Kind::Png, |ui| {
+                theme::switch(ui, &mut out.film_transparent, "transparent")
+                    .on_hover_text("Leaves out the background")
+                    .on_disabled_hover_text("Only folders of PNGs can be transparent")
+                    .marked("out.film_transparent");
+            });
+        });
         note_value(ui.ctx(), "out.turns", || format!("{}", out.turns));
         let label = format!("🎬 Film {} frames", out.film_frames());
         if ui
@@ -384,8 +440,10 @@ fn sizes(ui: &mut Ui, key: &str, size: &mut Size) {
 fn custom(ui: &mut Ui, size: &mut [u32; 2]) {
     ui.horizontal(|ui| {
         let [width, height] = size;
-        number(ui, "out.width", width, 16..=16_384, " wide").on_hover_text("Width in pixels");
-        number(ui, "out.height", height, 16..=16_384, " high").on_hover_text("Height in pixels");
+        number(ui, "out.width", width, CUSTOM.0..=CUSTOM.1, " wide")
+            .on_hover_text("Width in pixels");
+        number(ui, "out.height", height, CUSTOM.0..=CUSTOM.1, " high")
+            .on_hover_text("Height in pixels");
     });
 }
 

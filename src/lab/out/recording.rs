@@ -173,6 +173,7 @@ impl Recording {
                 size,
                 pixels,
                 is_blue_first: self.format == Format::Bgra8Srgb,
+                is_transparent: false,
             };
             let is_written = self.encoder.push(frame);
             self.different.arrived(number, is_written);

@@ -72,13 +72,14 @@ impl Shot {
     }
 
     /// The whole picture; the next one begins.
-    pub fn take(&mut self, number: u64) -> Frame {
+    pub fn take(&mut self, number: u64, view: &View) -> Frame {
         self.done = 0;
         Frame {
             number,
             size: self.canvas.size(),
             pixels: self.pixels.as_slice().as_flattened().to_vec(),
             is_blue_first: self.format == Format::Bgra8Srgb,
+            is_transparent: view.is_transparent,
         }
     }
 }

@@ -25,20 +25,35 @@ fn the_picture_alone_has_no_lines_and_no_pointer_that_rests() {
         harness.cursor != egui::CursorIcon::None
     };
     assert!(is_seen(&mut harness, vec![]));
-    // Also where nothing else happens.
-    assert!(
-        harness.delay.as_secs_f64() <= POINTER_RESTS,
-        "{:?}",
-        harness.delay
-    );
-    harness.time += POINTER_RESTS;
+    harness.time += 10.0;
     assert!(!is_seen(&mut harness, vec![]));
     let moved = Event::PointerMoved(IN_PICTURE + vec2(3.0, 0.0));
     assert!(is_seen(&mut harness, vec![moved]));
+    // Also where nothing else happens.
+    let delay = delay_at_rest(&mut harness);
+    assert!((1.0..POINTER_RESTS).contains(&delay), "{delay}");
     harness.time += POINTER_RESTS;
     harness.press(Key::F10);
     assert!(
         is_seen(&mut harness, vec![]),
         "it rests, but beside a panel"
     );
+}
+
+#[test]
+fn news_go_also_where_nothing_happens() {
+    let mut harness = Harness::new();
+    let ctx = harness.ctx.clone();
+    harness.interface.notice(&ctx, "Saved", false);
+    let delay = delay_at_rest(&mut harness);
+    assert!((2.0..3.3).contains(&delay), "{delay}");
+    harness.time += delay + 0.1;
+    harness.frame(vec![]);
+    assert!(harness.places_of("Saved").is_empty());
+}
+
+/// When the next frame is wanted once everything that moves has come to rest, half a second on.
+fn delay_at_rest(harness: &mut Harness) -> f64 {
+    (0..30).for_each(|_| drop(harness.frame(vec![])));
+    harness.delay.as_secs_f64()
 }

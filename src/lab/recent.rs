@@ -1,0 +1,105 @@
+//! Scene files that were opened or saved last.
+
+use std::path::{Path, PathBuf};
+
+use egui::Ui;
+use serde::{Deserialize, Serialize};
+
+use super::interface::Command;
+use super::places::Marked as _;
+
+/// How many of them are remembered.
+const MOST: usize = 8;
+
+/// The last one first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Recent(Vec<PathBuf>);
+
+impl Recent {
+    /// A file was opened or saved. One whose name is no text is not remembered: it could not be written down.
+    pub fn note(&mut self, file: &Path) {
+        if file.to_str().is_none() {
+            return;
+        }
+        self.0.retain(|other| other != file);
+        self.0.insert(0, file.to_owned());
+        self.0.truncate(MOST);
+    }
+
+    /// What another window has kept since this one opened comes after what is new in this one.
+    pub fn over(&self, opened: &Self, kept: &Self) -> Self {
+        if self == opened {
+            return kept.clone();
+        }
+        // The rest is in the order in which it was.
+        let is_old = |rest: &[PathBuf]| {
+            let mut before = opened.0.iter();
+            rest.iter().all(|file| before.any(|other| other == file))
+        };
+        let new = (0..)
+            .find(|&new| is_old(&self.0[new..]))
+            .unwrap_or_default();
+        let mut all = kept.clone();
+        (self.0[..new].iter().rev()).for_each(|file| all.note(file));
+        all
+    }
+
+    /// The list, from which one can be opened.
+    pub fn menu(&self, ui: &mut Ui, commands: &mut Vec<Command>) {
+        let button = egui::containers::menu::MenuButton::new("Recent");
+        let menu = ui.add_enabled_ui(!self.0.is_empty(), |ui| {
+            let (response, _) = button.ui(ui, |ui| {
+                ui.set_min_width(150.0);
+                for (i, file) in self.0.iter().enumerate() {
+                    let name = file.file_name().unwrap_or(file.as_os_str());
+                    let entry = ui
+                        .button(name.to_string_lossy())
+                        .on_hover_text(file.display().to_string());
+                    if entry.marked(&format!("recent={i}")).clicked() {
+                        commands.push(Command::TakeFile(file.clone()));
+                        ui.close();
+                    }
+                }
+            });
+            response
+        });
+        menu.inner
+            .on_hover_text("Scene files that you opened or saved last")
+            .on_disabled_hover_text("Scene files that you open or save are listed here")
+            .marked("recent");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(names: &[&str]) -> Recent {
+        Recent(names.iter().map(PathBuf::from).collect())
+    }
+
+    #[test]
+    fn the_last_comes_first_and_two_windows_keep_both_of_theirs() {
+        let mut recent = Recent::default();
+        for name in ["a", "b", "a", "c"] {
+            recent.note(Path::new(name));
+        }
+        assert_eq!(recent, of(&["c", "a", "b"]));
+        (0..20).for_each(|i| recent.note(Path::new(&i.to_string())));
+        assert_eq!(recent.0.len(), MOST);
+        assert_eq!(recent.0[0], Path::new("19"));
+
+        let opened = of(&["a", "b"]);
+        let kept = of(&["x", "a", "b"]);
+        assert_eq!(opened.over(&opened, &kept), kept);
+        let here = of(&["d", "c", "a", "b"]);
+        assert_eq!(here.over(&opened, &kept), of(&["d", "c", "x", "a", "b"]));
+        // One that was there before is the last one now.
+        let again = of(&["b", "a"]);
+        assert_eq!(again.over(&opened, &kept), of(&["b", "x", "a"]));
+        let both = of(&["a", "d", "b"]);
+        assert_eq!(both.over(&opened, &kept), of(&["a", "d", "x", "b"]));
+        assert_eq!(here.over(&Recent::default(), &Recent::default()), here);
+    }
+}
