@@ -125,10 +125,15 @@ impl Lab {
         let folder = Folder::new();
         let places = folder.file("places.json");
         let said = tempfile::tempfile().expect("a temporary file");
+        // A test that has a folder for them wants preferences.
+        let forgets = !program
+            .get_envs()
+            .any(|(name, _)| name == "XDG_CONFIG_HOME");
         let child = program
             .current_dir(folder.path())
             .env("XDG_DATA_HOME", folder.path())
-            .args(["lab", "--no-preferences", "--places", path(&places)])
+            .args(["lab", "--places", path(&places)])
+            .args(forgets.then_some("--no-preferences"))
             .args(arguments)
             .stderr(said.try_clone().expect("another handle"))
             .spawn()

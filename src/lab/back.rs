@@ -331,7 +331,7 @@ mod tests {
             scene: 0,
             view,
             loaded: stage.scene.settings.clone(),
-            file: Some(SceneFile::chosen(Path::new("/pair.toml"))),
+            file: Some(SceneFile::saved(Path::new("/pair.toml"))),
             is_unsaved: false,
         };
         let grown = Grown::of(&mut stage, shown).unwrap();
@@ -363,7 +363,7 @@ mod tests {
             grown: Some(grown.clone()),
             ..Back::default()
         };
-        let other = SceneFile::chosen(Path::new("/other.toml"));
+        let other = SceneFile::saved(Path::new("/other.toml"));
         let kept = |back: &Back| {
             let shown = back.grown.as_ref().map(|grown| &grown.shown);
             shown.map(|shown| (shown.is_unsaved, shown.file.clone()))

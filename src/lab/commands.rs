@@ -11,7 +11,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 use winit::window::Fullscreen;
 
-use super::hands::{CarriedOver, Work};
+use super::hands::{CarriedOver, Coming, Work};
 use super::interface::Command;
 use super::interface::Interface;
 use super::left::LeftScenes;
@@ -156,7 +156,7 @@ impl Lab {
 
     /// Into the file that the scene was saved in before, or else into a numbered one.
     fn save(&mut self, context: &egui::Context) {
-        let saved = match self.file.clone().filter(|file| file.is_chosen) {
+        let saved = match self.file.clone().filter(|file| file.may_be_replaced) {
             Some(file) => self.save_by(context, |text| write_scene(&file.path, text)),
             None => {
                 let folder = self.folder_out();
@@ -200,7 +200,7 @@ impl Lab {
 
     /// From now on the scene is saved there.
     fn is_saved_in(&mut self, file: &Path) {
-        let file = SceneFile::chosen(file);
+        let file = SceneFile::saved(file);
         self.interface.recent.note(&file.path);
         self.file = Some(file);
         self.back.saved(self.file.as_ref());
@@ -319,9 +319,9 @@ impl Lab {
         if !is_same {
             self.left.retain(|left| {
                 let is_of_an_object = match left {
-                    Left::Copy(_) | Left::Removal(_) => true,
+                    Left::Copy(..) | Left::Removal(_) => true,
                     Left::Command(Command::Hand(work), _) => {
-                        matches!(work, Work::Duplicate(_) | Work::Remove(_))
+                        matches!(work, Work::Duplicate(..) | Work::Remove(_))
                     }
                     _ => false,
                 };
@@ -334,11 +334,18 @@ impl Lab {
             return;
         };
         let lost = match coming {
-            Some((_, Some(again))) if is_same => {
+            Some(Coming {
+                again: Some(again), ..
+            }) if is_same => {
                 self.left.insert(0, again);
                 return;
             }
-            Some((what, _)) => what,
+            Some(coming) => {
+                if let Some(ticket) = coming.ticket {
+                    self.interface.hands.answer(ticket, None);
+                }
+                coming.what
+            }
             None if is_same && loading.origin != Origin::Shown && loading.name != name => {
                 loading.name.clone()
             }
@@ -362,6 +369,9 @@ impl Lab {
         if shown.is_err() {
             self.interface.not_shown();
         }
+        if !matches!(&shown, Err(error) if is_loss(error)) {
+            self.has_come(shown.is_ok());
+        }
         match shown {
             Ok(()) => {}
             Err(Error::Atlas(AtlasError::Cancelled)) => {
@@ -372,8 +382,8 @@ impl Lab {
                 // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
                 // was lost by.
                 self.loading = Some(loading);
-                if let Some((_, again)) = &mut self.hand.coming {
-                    *again = None;
+                if let Some(coming) = &mut self.hand.coming {
+                    coming.again = None;
                 }
                 return Err(error);
             }
@@ -454,6 +464,7 @@ impl Lab {
                 self.interface.recent.note(&file.path);
             }
             self.file = file;
+            self.hand.leave_scene();
             self.interface.open(scene);
             if origin == Origin::NoFile {
                 self.interface.saved(None);

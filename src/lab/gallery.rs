@@ -129,10 +129,13 @@ impl Interface {
                         if open.marked("open").clicked() {
                             self.begin_to_open(ui.ctx(), EVERYTHING);
                         }
-                        self.recent.menu(ui, commands);
+                        if let Some(file) = self.recent.menu(ui) {
+                            commands.push(Command::TakeFile(file));
+                            self.gallery.open = false;
+                        }
                         theme::switch(ui, &mut self.gallery.keeps_look, "with my look")
                             .on_hover_text(
-                                "A scene that you click here gets the look that you see now, instead of its own",
+                                "A scene that you click below gets the look that you see now, instead of its own",
                             )
                             .marked("scenes.look");
                     });

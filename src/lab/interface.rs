@@ -9,7 +9,7 @@ use egui::{Rect, Sense, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::render::exposure::Exposure;
-use myxo::render::view::{self, AtlasWindow, View};
+use myxo::render::view::{self, View};
 use myxo::scene::Scene;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
@@ -100,7 +100,7 @@ pub struct Interface {
     /// What a fit brings into the picture: the scene's centre, and every vertex.
     pub(super) outline: (Vec3, Vec<Vec3>),
     /// The camera of the last fit and its picture's size; while nobody moves it, it keeps fitting.
-    fitted: Option<(Camera, Vec2)>,
+    pub(super) fitted: Option<(Camera, Vec2)>,
     /// Where the scene's own camera stands.
     pub(super) home: Camera,
     /// Hand and flights.
@@ -298,7 +298,7 @@ impl Interface {
         self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
-            self.handle_keys(ui.ctx(), &mut commands);
+            self.handle_keys(ui.ctx(), facts, &mut commands);
         }
         self.handle_clipboard(ui.ctx(), &mut commands);
         self.advance_morph(ui.ctx(), &mut commands);
@@ -453,6 +453,21 @@ impl Interface {
         self.undo_in_turn(false, commands);
     }
 
+    /// The same, unless something was painted last that stays: that is said.
+    pub(super) fn undo_by_hand(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+        // What has changed since comes first.
+        self.note_changes();
+        if self.undo.take_lasting() {
+            let before = match self.undo.can_undo() {
+                true => "; once more undoes what was before",
+                false => "",
+            };
+            let text = format!("Painted trail and particles are not taken back{before}");
+            return self.notice(ctx, text, false);
+        }
+        self.undo(commands);
+    }
+
     /// Brings back what was taken back.
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
         self.undo_in_turn(true, commands);
@@ -520,64 +535,6 @@ impl Interface {
                 }
             }
         });
-    }
-
-    /// Looks at the whole scene, or at the whole atlas.
-    pub(super) fn fit(&mut self) {
-        if self.view.show == Show::Atlas {
-            self.view.atlas = AtlasWindow::default();
-        } else {
-            self.view.camera.target = self.outline.0;
-            self.refit();
-        }
-    }
-
-    /// Fits the scene into the picture from the present direction, and keeps it fitted.
-    pub(super) fn refit(&mut self) {
-        self.fitted = Some((self.view.camera, Vec2::ZERO));
-    }
-
-    /// Another field of view fits from elsewhere.
-    fn fit_again(&mut self, fits: bool) {
-        if fits && !self.is_fitted() {
-            self.refit();
-        }
-    }
-
-    /// A camera that shows the whole scene is to show it from every side of a turn.
-    pub(super) fn stand_back(&self, camera: &mut Camera, size: [u32; 2]) {
-        if self.is_fitted() {
-            let size = glam::UVec2::from_array(size).as_vec2();
-            camera.fit_all_round(self.outline.1.iter().copied(), size);
-        }
-    }
-
-    /// Is the camera where the last fit has put it?
-    pub(super) fn is_fitted(&self) -> bool {
-        { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
-    }
-
-    /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it. An object that
-    /// has come is brought into the picture in any case.
-    pub(super) fn keep_fitting(&mut self, size: Vec2) {
-        let newcomer = std::mem::take(&mut self.hands.newcomer);
-        if self.is_fitted() && !newcomer.is_empty() {
-            self.view.camera.target = self.outline.0;
-            self.refit();
-        } else if !self.navigation.is_flying() {
-            let mut wide = self.view.camera;
-            wide.fit_points(newcomer, size);
-            let distance = &mut self.view.camera.distance;
-            *distance = distance.max(wide.distance);
-        }
-        let camera = &mut self.view.camera;
-        if self
-            .fitted
-            .is_some_and(|(fitted, fitted_size)| fitted == *camera && fitted_size != size)
-        {
-            camera.fit_points(self.outline.1.iter().copied(), size);
-            self.fitted = Some((*camera, size));
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use egui::{Event, Key, Modifiers};
 use myxo::scene::settings::Show;
 
-use super::interface::{Command, Interface};
+use super::interface::{Command, Facts, Interface};
 use super::opening::EVERYTHING;
 use super::out::Out;
 
@@ -34,6 +34,7 @@ pub enum KeyAction {
     ByChance,
     /// The whole scene in the picture.
     Fit,
+    Frame,
     /// Writes the picture to a file.
     Screenshot,
     /// Begins to record the window, or ends it.
@@ -242,10 +243,17 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     ),
     (
         Modifiers::NONE,
-        &[Key::F, Key::Home],
-        "F, Home",
+        &[Key::Home],
+        "Home",
         KeyAction::Fit,
         "fit the scene into the picture",
+    ),
+    (
+        Modifiers::NONE,
+        &[Key::F],
+        "F",
+        KeyAction::Frame,
+        "the same, or the picked object",
     ),
     (
         Modifiers::NONE,
@@ -287,7 +295,7 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         &[Key::S],
         "Ctrl S",
         KeyAction::Save,
-        "save the scene as a file",
+        "save the scene, in the same file as before",
     ),
     (
         Modifiers::COMMAND.plus(Modifiers::SHIFT),
@@ -416,6 +424,10 @@ pub const MOUSE: &[(&str, &str)] = &[
         "pick an object; its handles move, turn and scale it",
     ),
     ("Drag with a brush", "paint; right drag still pans"),
+    (
+        "Drag a handle, Ctrl",
+        "in steps, with Ctrl; Esc puts the object back",
+    ),
     ("Drag food with its tool", "move it over the surfaces"),
     ("Shift wheel", "size of the brush"),
     (
@@ -460,11 +472,17 @@ pub fn pressed(ctx: &egui::Context) -> Vec<KeyAction> {
     pressed
 }
 
-/// What a key does with these held.
+/// What a key does with these held. Letters mean one thing alone and another with Shift or Alt, as in other programs; signs
+/// may need Shift to be written.
 fn action_of(held: Modifiers, key: Key) -> Option<KeyAction> {
+    let is_letter = (Key::A..=Key::Z).contains(&key);
+    let is_held = |modifiers: Modifiers| match is_letter {
+        true => held.matches_exact(modifiers),
+        false => held.matches_logically(modifiers),
+    };
     let found = KEYS
         .iter()
-        .find(|(modifiers, keys, ..)| keys.contains(&key) && held.matches_logically(*modifiers));
+        .find(|(modifiers, keys, ..)| keys.contains(&key) && is_held(*modifiers));
     found.map(|(_, _, _, action, _)| *action)
 }
 
@@ -478,7 +496,12 @@ fn take_what_is_typed(ctx: &egui::Context) {
 }
 
 impl Interface {
-    pub(super) fn handle_keys(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+    pub(super) fn handle_keys(
+        &mut self,
+        ctx: &egui::Context,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) {
         self.navigation.keep_keys(ctx);
         for action in pressed(ctx) {
             if action.keeps_the_scene() {
@@ -500,13 +523,14 @@ impl Interface {
                 KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
                 KeyAction::ByChance => self.by_chance(ctx, commands),
                 KeyAction::Fit => self.fit(),
+                KeyAction::Frame => self.frame_picked(&facts.hand.poses),
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
                 KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
                 KeyAction::TakeOut => self.out.open = !self.out.open,
                 KeyAction::Open => self.begin_to_open(ctx, EVERYTHING),
                 KeyAction::Save => commands.push(Command::Save),
                 KeyAction::SaveAs => commands.push(Command::AskWhereToSave),
-                KeyAction::Undo => self.undo(commands),
+                KeyAction::Undo => self.undo_by_hand(ctx, commands),
                 KeyAction::Redo => self.redo(commands),
                 KeyAction::Panel => self.panel = !self.panel,
                 KeyAction::Perform => self.perform(ctx),
@@ -542,6 +566,8 @@ impl Interface {
             self.out.open = false;
         } else if self.performing {
             self.perform(ctx);
+        } else if self.give_up_grab(commands) {
+            // What was moved is back.
         } else if self.hands.back() {
             // A tool was left, or an object.
         } else if self.navigation.is_flying() {

@@ -45,7 +45,7 @@ impl LookClock {
         let since =
             |before: Option<f64>, now: f64| before.map_or(0.0, |before| (now - before).max(0.0));
         self.now += match filmed {
-            Some(filmed) => since(self.filmed, filmed),
+            Some(filmed) => since(self.filmed.or(Some(0.0)), filmed),
             None => since(self.wall, wall),
         };
         self.wall = Some(wall);
@@ -192,15 +192,10 @@ impl Lab {
     pub(super) fn open_with_look(&mut self, name: &'static str) {
         self.interface.end_morph();
         let look = self.interface.look_text(&self.name);
-        self.load(name.to_owned(), Origin::NoFile, move || {
-            let scene = Scene::load(Path::new(name), &Overrides::default())?;
-            let settings = with_preset(&scene.settings, "of the window", &look)?;
-            Ok(Scene::from_meshes(
-                scene.name,
-                settings,
-                scene.meshes,
-                scene.folder,
-            )?)
+        self.load(name.to_owned(), Origin::File, move || {
+            let (name, settings, folder) = Scene::read(Path::new(name), &Overrides::default())?;
+            let settings = with_preset(&settings, "of the window", &look)?;
+            Ok(Scene::from_settings(name, settings, folder)?)
         });
     }
 
@@ -291,6 +286,9 @@ mod tests {
             // Another film begins.
             (112.0, Some(0.0), 3.0),
             (119.0, Some(0.125), 3.125),
+            // And one whose first pictures were there at once.
+            (120.0, None, 4.125),
+            (121.0, Some(0.25), 4.375),
         ] {
             clock.tick(wall, filmed);
             assert_eq!(clock.now(), wanted, "{wall} {filmed:?}");

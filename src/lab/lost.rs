@@ -171,6 +171,10 @@ impl Lab {
             clocks,
             ..self
         };
+        if was_painted {
+            // They are gone, and the file may have them.
+            lab.file = None;
+        }
         lab.tell_messages(&told);
         let kept = lab.lost.as_ref().and_then(|lost| lost.kept.as_ref());
         let kept = kept.map(|(_, path)| path.as_path());

@@ -7,6 +7,7 @@ mod clocks;
 mod commands;
 mod facts;
 mod feeding;
+mod fitting;
 mod flying;
 mod foods;
 mod gallery;

@@ -67,7 +67,7 @@ impl Interface {
                     .marked("undo")
                     .clicked()
                 {
-                    self.undo(commands);
+                    self.undo_by_hand(ui.ctx(), commands);
                 }
             });
         });
@@ -419,7 +419,7 @@ impl Interface {
             });
             // Also what no click in the picture reaches, because it lies inside or behind of others.
             if shown.header_response.clicked() {
-                self.hands.selected = Some(i);
+                self.hands.pick(Some(i));
             }
             if reveals {
                 // It opens by and by, and only then is there something to scroll to.

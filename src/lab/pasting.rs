@@ -35,6 +35,8 @@ impl Lab {
             let before = self.interface.clone();
             self.interface.go_on_as(&scene);
             if self.apply(context) {
+                // It is another scene, and the one before has its file.
+                self.file = None;
                 let text = format!("{} goes on as pasted (R begins anew)", self.name);
                 self.interface.notice(context, text, false);
             } else {

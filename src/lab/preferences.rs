@@ -58,19 +58,24 @@ impl Preferences {
                 return Self::default();
             }
         };
-        match toml::from_str::<Self>(&text) {
-            Ok(preferences) => preferences.sane(),
+        let told = |what: &str, error: toml::de::Error| {
+            let reason = error.message().lines().next().unwrap_or_default();
+            log::warn!("{}: {what} is not used: {reason}", file.display());
+        };
+        let entries = match text.parse::<toml::Table>() {
+            Ok(entries) => entries,
             Err(error) => {
-                let reason = error
-                    .message()
-                    .lines()
-                    .next()
-                    .unwrap_or_default()
-                    .to_owned();
-                log::warn!("{} is not used: {reason}", file.display());
-                Self::default()
+                told("it", error);
+                return Self::default();
             }
-        }
+        };
+        // What is wrong with one thing is no reason to forget the others.
+        let of = |entries: toml::Table| entries.try_into::<Self>();
+        let right = entries.into_iter().filter(|(key, value)| {
+            let alone = of(std::iter::once((key.clone(), value.clone())).collect());
+            alone.map_err(|error| told(key, error)).is_ok()
+        });
+        of(right.collect()).unwrap_or_default().sane()
     }
 
     /// Into a file, whole or not at all; two windows that end at the same time leave those of one of them.
@@ -84,16 +89,13 @@ impl Preferences {
 
     /// What another window has kept since this one opened, but for what was changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
-        fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
-            if now == opened { kept } else { now }.clone()
-        }
         Self {
             light: pick(&self.light, &opened.light, &kept.light),
             panel: pick(&self.panel, &opened.panel, &kept.panel),
             zoom: pick(&self.zoom, &opened.zoom, &kept.zoom),
             size: pick(&self.size, &opened.size, &kept.size),
             recent: self.recent.over(&opened.recent, &kept.recent),
-            out: pick(&self.out, &opened.out, &kept.out),
+            out: self.out.over(&opened.out, &kept.out),
         }
     }
 
@@ -109,6 +111,11 @@ impl Preferences {
         self.out = self.out.kept();
         self
     }
+}
+
+/// What is so now, if it was changed since this window opened; or else what is kept.
+pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
+    if now == opened { kept } else { now }.clone()
 }
 
 #[cfg(test)]
@@ -141,14 +148,19 @@ mod tests {
         assert_eq!(Preferences::read(&file), kept);
         // Two windows that were open at once: each keeps what was changed in it.
         let opened = Preferences::default();
-        let other = Preferences {
+        let mut other = Preferences {
             light: false,
             zoom: 2.0,
             ..opened.clone()
         };
+        other.out.every = 7;
         let both = other.over(&opened, &kept);
         assert_eq!((both.light, both.zoom, both.size), (true, 2.0, [800, 600]));
-        assert_eq!((&both.out, &both.recent), (&kept.out, &recent));
+        let out = OutPanel {
+            every: 7,
+            ..kept.out.clone()
+        };
+        assert_eq!((&both.out, &both.recent), (&out, &recent));
         let nonsense = "light = true\nzoom = 1e9\nsize = [1, 1]\n\
                         [out]\nseconds = nan\nevery = 0\nfps = 4000000000\ncustom = [0, 99999]\nkind = \"Gif\"\n";
         std::fs::write(&file, nonsense).unwrap();
@@ -163,7 +175,14 @@ mod tests {
             ..OutPanel::default()
         };
         assert_eq!(read.out, wanted);
-        std::fs::write(&file, "light = \"very\"").unwrap();
+        let half = "light = \"very\"\nzoom = 2.0\n[out]\nkind = \"Webm\"\n";
+        std::fs::write(&file, half).unwrap();
+        let rest = Preferences {
+            zoom: 2.0,
+            ..Preferences::default()
+        };
+        assert_eq!(Preferences::read(&file), rest);
+        std::fs::write(&file, "light = ").unwrap();
         assert_eq!(Preferences::read(&file), Preferences::default());
         std::fs::write(&file, [0xff, 0xfe]).unwrap();
         assert_eq!(Preferences::read(&file), Preferences::default());

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use egui::Ui;
 use serde::{Deserialize, Serialize};
 
-use super::interface::Command;
 use super::places::Marked as _;
 
 /// How many of them are remembered.
@@ -45,8 +44,9 @@ impl Recent {
         all
     }
 
-    /// The list, from which one can be opened.
-    pub fn menu(&self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    /// The list; gives the one that was clicked.
+    pub fn menu(&self, ui: &mut Ui) -> Option<PathBuf> {
+        let mut clicked = None;
         let button = egui::containers::menu::MenuButton::new("Recent");
         let menu = ui.add_enabled_ui(!self.0.is_empty(), |ui| {
             let (response, _) = button.ui(ui, |ui| {
@@ -57,7 +57,7 @@ impl Recent {
                         .button(name.to_string_lossy())
                         .on_hover_text(file.display().to_string());
                     if entry.marked(&format!("recent={i}")).clicked() {
-                        commands.push(Command::TakeFile(file.clone()));
+                        clicked = Some(file.clone());
                         ui.close();
                     }
                 }
@@ -68,6 +68,7 @@ impl Recent {
             .on_hover_text("Scene files that you opened or saved last")
             .on_disabled_hover_text("Scene files that you open or save are listed here")
             .marked("recent");
+        clicked
     }
 }
 

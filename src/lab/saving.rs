@@ -14,9 +14,8 @@ use super::out::Reserved;
 pub struct SceneFile {
     /// Where it lies.
     pub path: PathBuf,
-    /// It was chosen to save the scene in, so that it may be replaced. One that was opened may have comments, and it is asked
-    /// first.
-    pub is_chosen: bool,
+    /// The window has written it. One that was opened may have comments, and it is asked first.
+    pub may_be_replaced: bool,
 }
 
 impl SceneFile {
@@ -28,15 +27,15 @@ impl SceneFile {
         }
         Some(Self {
             path: whole(path),
-            is_chosen: false,
+            may_be_replaced: false,
         })
     }
 
-    /// One that was chosen to save the scene in.
-    pub fn chosen(path: &Path) -> Self {
+    /// One that the scene was saved in.
+    pub fn saved(path: &Path) -> Self {
         Self {
             path: whole(path),
-            is_chosen: true,
+            may_be_replaced: true,
         }
     }
 }
@@ -137,8 +136,8 @@ mod tests {
         for name in ["mine.toml", "MINE.TOML"] {
             let opened = with(name, "# Mine.\nseed = 1\n").expect("it is a scene file");
             assert_eq!(opened.path, folder.path().join(name));
-            assert!(!opened.is_chosen);
-            assert!(SceneFile::chosen(&opened.path).is_chosen);
+            assert!(!opened.may_be_replaced);
+            assert!(SceneFile::saved(&opened.path).may_be_replaced);
         }
         assert_eq!(with("ball.obj", "v 0 0 0\n"), None);
         for name in ["torus", "builtin:cube", "gone.toml"] {

@@ -8,6 +8,7 @@ use myxo::Result;
 use myxo::gpu::Recorder;
 use myxo::scene::settings::ObjectSettings;
 
+use super::hands::{Ticket, Work};
 use super::interface::Command;
 use super::show::{Seen, Shot};
 use super::stage::Stage;
@@ -45,9 +46,22 @@ pub(super) enum Left {
     /// A file that was dropped onto the window.
     File(std::path::PathBuf),
     /// An object that is to come once more, wherever it stands then.
-    Copy(Box<ObjectSettings>),
+    Copy(Box<ObjectSettings>, Ticket),
     /// An object that is to go, likewise.
     Removal(Box<ObjectSettings>),
+}
+
+impl Left {
+    /// What the object was asked for by that is to come by it.
+    pub(super) fn ticket(&self) -> Option<Ticket> {
+        match self {
+            Self::Copy(_, ticket)
+            | Self::Command(Command::Hand(Work::Duplicate(_, ticket) | Work::Add(_, ticket)), _) => {
+                Some(*ticket)
+            }
+            _ => None,
+        }
+    }
 }
 
 impl Lab {
@@ -118,8 +132,8 @@ impl Lab {
                     self.take_file(path);
                     Ok(())
                 }
-                Left::Copy(object) => {
-                    self.duplicate_object(object);
+                Left::Copy(object, ticket) => {
+                    self.duplicate_object(object, ticket);
                     Ok(())
                 }
                 Left::Removal(object) => {

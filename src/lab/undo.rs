@@ -94,6 +94,8 @@ pub struct Undo {
     last_number: u64,
     /// What a file has; none has what was never in one.
     saved: Option<Entry>,
+    /// Something was painted last that undo does not take back.
+    lasts: bool,
 }
 
 impl Undo {
@@ -107,7 +109,18 @@ impl Undo {
             now,
             future: Vec::new(),
             last_number: 0,
+            lasts: false,
         }
+    }
+
+    /// Something was painted that undo does not take back: trail or particles.
+    pub fn note_lasting(&mut self) {
+        self.lasts = true;
+    }
+
+    /// Was that the last thing that was done? Once it was said, undo goes on with what was before it.
+    pub fn take_lasting(&mut self) -> bool {
+        std::mem::take(&mut self.lasts)
     }
 
     /// The hand has let go: if anything is different from before, that is one more entry.
@@ -160,6 +173,7 @@ impl Undo {
     }
 
     fn go_on_to(&mut self, entry: Entry) {
+        self.lasts = false;
         let before = std::mem::replace(&mut self.now, entry);
         self.past.push(before);
         if self.past.len() > MOST {

@@ -67,7 +67,7 @@ impl Interface {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if ui
                     .button("Fit")
-                    .on_hover_text("The whole scene into the picture (F)")
+                    .on_hover_text("The whole scene into the picture (Home)")
                     .marked("fit")
                     .clicked()
                 {

@@ -175,6 +175,41 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
     lab.quit();
 }
 
+#[test]
+fn what_was_chosen_is_there_the_next_time() {
+    if !can_tour() {
+        return;
+    }
+    let kept = Folder::new();
+    let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
+    let file = kept.with("ball.toml", ball);
+    let open = |scene: &str| {
+        let mut program = program();
+        program.env("XDG_CONFIG_HOME", kept.path());
+        Lab::start(program, &[scene])
+    };
+    let lab = open(path(&file));
+    lab.click_until("out", "out", true);
+    // It has just come, and may still be finding its width.
+    sleep(Duration::from_millis(600));
+    lab.type_until("out.turns", 0.5, "0.5", "out.turns", "0.5");
+    lab.type_until("out.seconds", 0.5, "3", "out.seconds", "3");
+    lab.quit();
+
+    let lab = open("cube");
+    lab.click_until("out", "out", true);
+    assert_eq!(lab.value("out.turns"), "0.5");
+    assert_eq!(lab.value("out.seconds"), "3");
+    lab.key_until("Escape", "the card goes", "out", false);
+    lab.click_until("gallery", "gallery", true);
+    lab.click("recent");
+    lab.click("recent=0");
+    lab.wait("it is there", |seen| {
+        seen["state"]["scene"] == "ball" && seen["state"]["loading"] == false
+    });
+    lab.quit();
+}
+
 /// What waits for a restart may be half of what a scene needs to begin. What is saved can be opened all the same.
 #[test]
 fn what_is_saved_can_be_opened() {

@@ -144,7 +144,9 @@ impl Interface {
             for (name, hint) in BUILTINS {
                 let entry = ui.button(*name).on_hover_text(*hint);
                 if entry.marked(&format!("add={name}")).clicked() {
-                    commands.push(Command::Hand(Work::Add(format!("builtin:{name}"))));
+                    let ticket = self.hands.ask();
+                    let mesh = format!("builtin:{name}");
+                    commands.push(Command::Hand(Work::Add(mesh, ticket)));
                     ui.close();
                 }
             }
@@ -160,7 +162,7 @@ impl Interface {
                 "Puts a mesh into the scene; files of meshes can be dropped onto the window",
             )
             .marked("add");
-        let has_picked = self.hands.selected.is_some();
+        let has_picked = self.hands.picked().is_some();
         let duplicate = egui::Button::new(duplicate);
         let duplicate = ui
             .add_enabled(has_picked, duplicate)

@@ -3,14 +3,14 @@
 use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
-use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings};
+use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
 use myxo::sim::types::Mark;
 
 use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{Held, Under, remove_food};
+use super::{Held, Under};
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;
@@ -392,6 +392,29 @@ fn nearest(foods: &[(Vec3, f32)], place: Vec3) -> Option<usize> {
         (away <= NEAR * size).then_some((away, i))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+}
+
+/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
+pub fn remove_food(settings: &mut Settings, food: usize) {
+    settings.foods.remove(food);
+    let start = &mut settings.particles.start_food;
+    if settings.particles.start == Start::Food && *start as usize > food {
+        *start -= 1;
+    }
+    begin_on_food_that_is(settings);
+}
+
+/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
+pub fn begin_on_food_that_is(settings: &mut Settings) {
+    let count = settings.food_count() as u32;
+    let particles = &mut settings.particles;
+    if particles.start != Start::Food {
+        return;
+    }
+    if count == 0 {
+        particles.start = Start::default();
+    }
+    particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
 #[cfg(test)]

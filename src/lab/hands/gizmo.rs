@@ -2,14 +2,14 @@
 //! the plane of the picture, and the one beside it scales it.
 
 use egui::{Color32, Pos2, Rect, Response, Stroke, Ui, vec2};
-use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::scene::motion::pose_at;
-use myxo::scene::settings::{ModelAnimation, ObjectSettings};
+use myxo::scene::settings::ObjectSettings;
 
 use super::super::interface::{Command, Facts, Interface};
-use super::super::places::Marked as _;
+use super::super::places::{Marked as _, note_value};
 use super::super::theme;
+use super::handles::{along_axis, angle_round, length_of_pixel, on_plane, shift, turn};
 use super::{Held, Work};
 
 /// Points from the middle to the end of an arrow.
@@ -26,6 +26,7 @@ const COLORS: [Color32; 3] = [
     Color32::from_rgb(0x7e, 0xc8, 0x4a),
     Color32::from_rgb(0x5a, 0x9c, 0xf4),
 ];
+const NAMES: [&str; 3] = ["x", "y", "z"];
 const PARTS: usize = 48;
 
 /// What a handle does.
@@ -55,6 +56,8 @@ pub struct Grab {
     ring: f32,
     /// How much larger the object shall become.
     pub scaled: f32,
+    /// It was put back where it was; the hand has not let go yet.
+    is_given_up: bool,
 }
 
 /// Where everything of the gizmo lies.
@@ -200,20 +203,30 @@ impl Interface {
                 from: to_pixel(at),
                 ring: RING * screen.length_of_point(&camera, middle),
                 scaled: 1.0,
+                is_given_up: false,
             });
         }
         let to = held.release.or(pointer);
-        if let (Some(grab), Some(at)) = (&mut self.hands.grab, to) {
+        let in_steps = ui.input(|i| i.modifiers.command);
+        let step = in_steps.then(|| step_of(facts.hand.radius));
+        let mut told = None;
+        let held = self.hands.grab.as_mut().filter(|grab| !grab.is_given_up);
+        if let (Some(grab), Some(at)) = (held, to) {
             let to = to_pixel(at);
             if grab.handle == Handle::Scale {
                 let grown = (to.x - grab.from.x - (to.y - grab.from.y)) / screen.pixels_per_point;
                 grab.scaled = (0.01 * grown).exp().clamp(0.05, 20.0);
+                if in_steps {
+                    grab.scaled = rounded(grab.scaled, 0.1).max(0.1);
+                }
+                told = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
-                let moved = grab.moved(&camera, screen.size(), facts.hand.time, to);
+                let (moved, way) = grab.moved(&camera, screen.size(), facts.hand.time, to, step);
                 if self.edited.objects[object] != moved {
                     self.edited.objects[object] = moved;
                     commands.push(Command::Apply);
                 }
+                told = Some((at, way));
             }
         }
         if !self.hands.hold.is_down()
@@ -228,7 +241,27 @@ impl Interface {
         }
         let active = self.hands.grab.as_ref().map(|grab| grab.handle);
         self.draw_gizmo(ui, &shape, active.or(over), screen);
+        if let Some((at, text)) = told {
+            tell_beside(ui, screen, at, text);
+        }
         active.is_some()
+    }
+
+    /// What is moved by a handle that is held goes back where it was. False where none is.
+    pub(in super::super) fn give_up_grab(&mut self, commands: &mut Vec<Command>) -> bool {
+        let grab = self.hands.grab.as_mut().filter(|grab| !grab.is_given_up);
+        let (Some(grab), Some(object)) = (grab, self.hands.selected) else {
+            return false;
+        };
+        grab.is_given_up = true;
+        grab.scaled = 1.0;
+        if let Some(edited) = self.edited.objects.get_mut(object)
+            && *edited != grab.object
+        {
+            edited.clone_from(&grab.object);
+            commands.push(Command::Apply);
+        }
+        true
     }
 
     fn draw_gizmo(&self, ui: &Ui, shape: &Shape, active: Option<Handle>, screen: Screen) {
@@ -262,8 +295,7 @@ impl Interface {
             painter.rect_filled(rect.expand(1.5), 2.0, Color32::from_black_alpha(150));
             painter.rect_filled(rect, 2.0, color);
         }
-        let names = ["x", "y", "z"];
-        for (name, end) in names.into_iter().zip(shape.ends) {
+        for (name, end) in NAMES.into_iter().zip(shape.ends) {
             if let Some(end) = end {
                 mark(ui, &format!("gizmo={name}"), end);
             }
@@ -289,6 +321,28 @@ impl Interface {
     }
 }
 
+/// How far something is moved, beside the pointer.
+fn tell_beside(ui: &Ui, screen: Screen, at: Pos2, text: String) {
+    let painter = ui.painter_at(screen.rect);
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let words = painter.layout_no_wrap(text.clone(), font, Color32::WHITE);
+    let at = at + vec2(18.0, 14.0);
+    let behind = Rect::from_min_size(at, words.size()).expand2(vec2(6.0, 3.0));
+    painter.rect_filled(behind, 4.0, Color32::from_black_alpha(190));
+    painter.galley(at, words, Color32::WHITE);
+    note_value(ui.ctx(), "gizmo.way", || text);
+}
+
+/// A step of ways in a scene of this radius: 1, 0.1 and so on, a fiftieth to a fifth of it.
+fn step_of(radius: f32) -> f32 {
+    let step = 10.0_f32.powf((0.2 * radius).log10().floor());
+    if step.is_normal() { step } else { 0.1 }
+}
+
+fn rounded(value: f32, step: f32) -> f32 {
+    (value / step).round() * step
+}
+
 /// Tells tests where a handle is.
 fn mark(ui: &Ui, name: &str, at: Pos2) {
     let rect = Rect::from_center_size(at, vec2(4.0, 4.0));
@@ -296,247 +350,67 @@ fn mark(ui: &Ui, name: &str, at: Pos2) {
     let _ = ui.interact(rect, id, egui::Sense::hover()).marked(name);
 }
 
+/// Degrees, where a ring turns in steps.
+const TURN_STEP: f32 = 15.0;
+
 impl Grab {
-    /// The object as the pointer has it, at a time of the objects' motion.
-    fn moved(&self, camera: &Camera, size: Vec2, time: f64, to: Vec2) -> ObjectSettings {
+    /// The object as the pointer has it, at a time of the objects' motion, and how far that is in words; in steps of a length,
+    /// or smoothly.
+    fn moved(
+        &self,
+        camera: &Camera,
+        size: Vec2,
+        time: f64,
+        to: Vec2,
+        step: Option<f32>,
+    ) -> (ObjectSettings, String) {
         let mut object = self.object.clone();
-        match self.handle {
+        let told = match self.handle {
             Handle::Move(axis) => {
                 let [from, to] = [self.from, to]
                     .map(|pixel| along_axis(camera, size, pixel, self.middle, AXES[axis]));
-                shift(&mut object, time, (to - from) * AXES[axis]);
+                let way = to - from;
+                let way = step.map_or(way, |step| rounded(way, step));
+                shift(&mut object, time, way * AXES[axis]);
+                format!("{} {way:+.2}", NAMES[axis])
             }
             Handle::Plane => {
                 let [from, to] =
                     [self.from, to].map(|pixel| on_plane(camera, size, pixel, self.middle));
-                shift(&mut object, time, to - from);
+                let mut way = to - from;
+                if let Some(step) = step {
+                    way = way.to_array().map(|way| rounded(way, step)).into();
+                }
+                shift(&mut object, time, way);
+                format!("{:+.2} {:+.2} {:+.2}", way.x, way.y, way.z)
             }
             Handle::Turn(axis) => {
                 let pixels = [self.from, to];
                 let angle = angle_round(camera, size, pixels, self.middle, AXES[axis], self.ring);
-                turn(&mut object, time, AXES[axis].as_dvec3(), f64::from(angle));
+                let mut angle = angle.to_degrees();
+                if step.is_some() {
+                    angle = rounded(angle, TURN_STEP);
+                }
+                let radians = f64::from(angle).to_radians();
+                turn(&mut object, time, AXES[axis].as_dvec3(), radians);
+                format!("{} {angle:+.0}°", NAMES[axis])
             }
-            Handle::Scale => {}
-        }
-        object
+            Handle::Scale => String::new(),
+        };
+        (object, told)
     }
-}
-
-/// How far along an axis through `middle` the place is that lies nearest to what a pixel shows.
-fn along_axis(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3, axis: Vec3) -> f32 {
-    let ray = camera.ray(pixel, size);
-    // The point of the axis nearest to the ray; nearly parallel ones have none.
-    let across = ray.direction - ray.direction.dot(axis) * axis;
-    let slope = across.length_squared().max(1e-3);
-    let from_eye = middle - ray.origin;
-    let along_ray = from_eye.dot(across) / slope;
-    (ray.origin + along_ray * ray.direction - middle).dot(axis)
-}
-
-/// By how much the ring about an axis has turned that a pointer holds and takes from one pixel to another, so that it stays
-/// under the pointer. `radius` is the ring's, world length.
-fn angle_round(
-    camera: &Camera,
-    size: Vec2,
-    pixels: [Vec2; 2],
-    middle: Vec3,
-    axis: Vec3,
-    radius: f32,
-) -> f32 {
-    let eye = camera.eye() - middle;
-    if eye.normalize().dot(axis).abs() < EDGE_ON {
-        // Seen from its edge it is a line: along it, the side that is seen goes round by as much as the pointer goes.
-        let near = (eye - eye.dot(axis) * axis).normalize_or(camera.backward());
-        let along = axis.cross(near);
-        let [from, to] = pixels.map(|pixel| on_plane(camera, size, pixel, middle).dot(along));
-        return (to - from) / radius;
-    }
-    let [from, to] = pixels.map(|pixel| {
-        let ray = camera.ray(pixel, size);
-        let slope = ray.direction.dot(axis);
-        let slope = slope.abs().max(1e-6).copysign(slope);
-        let along = (middle - ray.origin).dot(axis) / slope;
-        let way = ray.origin + along * ray.direction - middle;
-        // Where the ray passes the horizon of the ring's plane, the place at the other side of the eye is seen through it.
-        if along < 0.0 { -way } else { way }
-    });
-    from.cross(to).dot(axis).atan2(from.dot(to))
-}
-
-/// The cosine of the angle between an axis and the way to the eye up to which its ring is a line.
-const EDGE_ON: f32 = 0.17;
-
-/// The world length at a place that a pixel covers.
-fn length_of_pixel(camera: &Camera, size: Vec2, place: Vec3) -> f32 {
-    let depth = (camera.eye() - place).dot(camera.backward()).max(1e-6);
-    2.0 * depth * (0.5 * camera.vertical_fov).tan() / size.y.max(1.0)
-}
-
-/// Where a pixel's ray meets the plane of the picture through `middle`.
-fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 {
-    let ray = camera.ray(pixel, size);
-    let normal = camera.backward();
-    let along = (middle - ray.origin).dot(normal) / ray.direction.dot(normal).min(-1e-6);
-    ray.origin + along * ray.direction
-}
-
-/// Moves an object by a way in the world, whatever its motion makes of its position: that is affine, so three places tell.
-pub(super) fn shift(object: &mut ObjectSettings, time: f64, way: Vec3) {
-    let place = |position: [f32; 3]| {
-        let mut other = object.clone();
-        other.position = position;
-        still_model(&mut other);
-        pose_at(&other, None, time).translation
-    };
-    let origin = place([0.0; 3]);
-    let [x, y, z] =
-        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| place(axis) - origin);
-    let way = way.as_dvec3();
-    // A rotation, so its transpose takes back.
-    let back = DVec3::new(x.dot(way), y.dot(way), z.dot(way)).as_vec3();
-    let position = Vec3::from_array(object.position) + back;
-    object.position = position.to_array();
-}
-
-/// Turns an object about an axis of the world, whatever stands round its rotation.
-fn turn(object: &mut ObjectSettings, time: f64, axis: DVec3, angle: f64) {
-    let rotation_of = |object: &ObjectSettings| {
-        let pose: DAffine3 = pose_at(object, None, time);
-        DQuat::from_mat3(&pose.matrix3).normalize()
-    };
-    let mut round = object.clone();
-    still_model(&mut round);
-    round.rotation = [0.0; 3];
-    (round.motion.spin, round.motion.swing) = ([0.0; 3], [0.0; 3]);
-    let round = rotation_of(&round);
-    let mut own = object.clone();
-    still_model(&mut own);
-    own.motion = Default::default();
-    let own = rotation_of(&own);
-    let turned = round.inverse() * DQuat::from_axis_angle(axis, angle) * round * own;
-    let (z, y, x) = turned.to_euler(EulerRot::ZYX);
-    object.rotation = [x, y, z].map(|angle| angle.to_degrees() as f32);
-}
-
-/// A model's own animation is applied to where the object stands, and changes nothing about that.
-fn still_model(object: &mut ObjectSettings) {
-    object.motion.model = ModelAnimation::Still;
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn mover() -> ObjectSettings {
-        let mut object = ObjectSettings {
-            position: [0.5, 0.1, -0.3],
-            rotation: [10.0, 20.0, 30.0],
-            ..ObjectSettings::default()
-        };
-        object.motion.spin = [0.0, 40.0, 0.0];
-        object.motion.orbit = [5.0, 20.0, 0.0];
-        object.motion.slide = [0.1, 0.0, 0.0];
-        object
-    }
-
     #[test]
-    fn an_object_that_moves_goes_where_the_hand_puts_it() {
-        let before = mover();
-        let time = 3.7;
-        let mut after = before.clone();
-        let way = Vec3::new(0.2, -0.4, 0.7);
-        shift(&mut after, time, way);
-        let moved =
-            pose_at(&after, None, time).translation - pose_at(&before, None, time).translation;
-        assert!(moved.as_vec3().distance(way) < 1e-5, "{moved}");
-        assert_eq!(after.motion, before.motion, "and goes on moving");
-    }
-
-    #[test]
-    fn an_object_that_moves_turns_about_the_axis_of_the_world() {
-        let before = mover();
-        let (time, angle) = (3.7, 0.4);
-        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-            let mut after = before.clone();
-            turn(&mut after, time, axis, angle);
-            let rotation = |object| DQuat::from_mat3(&pose_at(object, None, time).matrix3);
-            let expected = DQuat::from_axis_angle(axis, angle) * rotation(&before);
-            let off = rotation(&after).angle_between(expected);
-            assert!(off < 1e-5, "{off}");
-            assert_eq!(after.position, before.position);
+    fn steps_are_round_numbers() {
+        for (radius, step) in [(1.0, 0.1), (0.4, 0.01), (5.0, 1.0), (30.0, 1.0), (0.0, 0.1)] {
+            let found = step_of(radius);
+            assert!((found / step - 1.0).abs() < 1e-5, "{radius}: {found}");
         }
-    }
-
-    #[test]
-    fn rings_follow_the_pointer() {
-        let size = Vec2::new(640.0, 480.0);
-        let middle = Vec3::new(0.1, 0.2, -0.1);
-        for (yaw, pitch) in [(20.0_f32, 25.0_f32), (-130.0, 70.0), (65.0, -40.0)] {
-            let camera = Camera {
-                distance: 5.0,
-                yaw: yaw.to_radians(),
-                pitch: pitch.to_radians(),
-                ..Camera::default()
-            };
-            for axis in AXES {
-                let side = axis.any_orthonormal_vector();
-                let place = |angle: f32| {
-                    let (sin, cos) = angle.sin_cos();
-                    middle + 0.4 * (cos * side + sin * axis.cross(side))
-                };
-                for begin in [0.3_f32, 1.9, 4.4] {
-                    for turned in [-1.2_f32, 0.01, 0.8] {
-                        let pixels = [begin, begin + turned]
-                            .map(|angle| camera.pixel(place(angle), size).unwrap());
-                        let angle = angle_round(&camera, size, pixels, middle, axis, 0.4);
-                        assert!(
-                            (angle - turned).abs() < 2e-3,
-                            "{axis} from {yaw}, {pitch}: {angle} instead of {turned}"
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_ring_that_is_a_line_is_drawn_along_it() {
-        let size = Vec2::new(640.0, 480.0);
-        let camera = Camera {
-            distance: 5.0,
-            yaw: 0.0,
-            pitch: 0.0,
-            ..Camera::default()
-        };
-        let middle = camera.target;
-        let at = camera.pixel(middle, size).unwrap();
-        // The ring about Y is seen from in front: to the right is the way that its near side goes round.
-        for begin in [-40.0, 0.0, 40.0] {
-            for way in [-30.0, 6.0, 60.0] {
-                let pixels = [begin, begin + way].map(|x| at + Vec2::new(x, 0.0));
-                let radius = 60.0 * length_of_pixel(&camera, size, middle);
-                let angle = angle_round(&camera, size, pixels, middle, Vec3::Y, radius);
-                assert!((angle - way / 60.0).abs() < 1e-3, "{begin}, {way}: {angle}");
-            }
-        }
-    }
-
-    #[test]
-    fn arrows_follow_the_pointer() {
-        let camera = Camera {
-            distance: 5.0,
-            ..Camera::default()
-        };
-        let size = Vec2::new(640.0, 480.0);
-        let middle = Vec3::new(0.1, 0.2, -0.1);
-        for axis in AXES {
-            let place = middle + 0.35 * axis;
-            let pixel = camera.pixel(place, size).unwrap();
-            let along = along_axis(&camera, size, pixel, middle, axis);
-            assert!((along - 0.35).abs() < 1e-3, "{axis}: {along}");
-        }
-        let place = middle + 0.3 * camera.right() - 0.2 * camera.up();
-        let pixel = camera.pixel(place, size).unwrap();
-        assert!(on_plane(&camera, size, pixel, middle).distance(place) < 1e-4);
+        assert!((rounded(-0.27, 0.1) + 0.3).abs() < 1e-6);
     }
 }

@@ -8,9 +8,11 @@ mod bar;
 mod depths;
 mod food;
 mod gizmo;
+mod handles;
 mod hold;
 pub(super) mod objects;
 mod overlay;
+mod picked;
 mod strokes;
 mod tool;
 mod work;
@@ -18,7 +20,7 @@ mod work;
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Start};
+use myxo::scene::settings::{FoodSettings, ObjectSettings};
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
@@ -26,10 +28,12 @@ use super::navigation::Drags;
 use super::saving::whole;
 pub use areas::CarriedOver;
 use food::FoodDrag;
+pub use food::{begin_on_food_that_is, remove_food};
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
+pub use picked::{Ticket, Which};
 pub use tool::Tool;
-pub use work::Hand;
+pub use work::{Coming, Hand};
 
 /// Vertices of an object that its outline is drawn round, at the most.
 const OUTLINE_VERTICES: usize = 3000;
@@ -118,11 +122,11 @@ pub enum Work {
     /// All particles begin anew, on what is painted to attract.
     StartOnPainted,
     /// Takes an object out of the scene.
-    Remove(usize),
+    Remove(Which),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.
-    Add(String),
+    Add(String, Ticket),
     /// Puts an object into the scene once more.
-    Duplicate(usize),
+    Duplicate(Which, Ticket),
     /// Multiplies an object's scale.
     Scale(usize, f32),
     /// Undo or redo has brought other objects than those that run: they take over what has grown.
@@ -144,6 +148,10 @@ pub struct Hands {
     pub probe: bool,
     /// The object that is picked.
     pub selected: Option<usize>,
+    /// The one that is picked when it comes; then no other is.
+    pub(super) awaited: Option<Ticket>,
+    /// The last one that was asked for.
+    asked: Ticket,
     /// The food that is picked.
     pub food: Option<usize>,
     /// What the next food will be like.
@@ -167,12 +175,14 @@ pub struct Hands {
     pub(super) reveals: Option<usize>,
     /// Where an object has come that is to be seen in the picture.
     pub(super) newcomer: Vec<Vec3>,
+    /// What the camera is to show, places in the world.
+    pub(super) framed: Vec<Vec3>,
     /// Since the press it has painted what undo may take back.
     pub(super) paints_areas: bool,
     /// Strokes that the hand has let go of, and of which it is not known yet whether they have changed anything.
     pub(super) pending_ends: u32,
     /// Some vertices of each object, for its outline.
-    vertices: Vec<Vec<Vec3>>,
+    pub(super) vertices: Vec<Vec<Vec3>>,
 }
 
 impl Hands {
@@ -185,6 +195,8 @@ impl Hands {
             strength: 3.0,
             probe: false,
             selected: None,
+            awaited: None,
+            asked: Ticket::default(),
             food: None,
             next_food: FoodSettings::default(),
             food_drag: FoodDrag::None,
@@ -197,6 +209,7 @@ impl Hands {
             is_covered: false,
             reveals: None,
             newcomer: Vec::new(),
+            framed: Vec::new(),
             paints_areas: false,
             pending_ends: 0,
             vertices: Vec::new(),
@@ -228,7 +241,7 @@ impl Hands {
 
     /// What was picked is left. In another scene it is not there, whatever has its number.
     pub fn leave_scene(&mut self) {
-        self.selected = None;
+        self.pick(None);
         self.food = None;
     }
 
@@ -242,7 +255,9 @@ impl Hands {
             self.tool = Tool::Look;
             return true;
         }
-        self.selected.take().is_some()
+        let picked = self.picked();
+        self.pick(None);
+        picked.is_some()
     }
 
     /// Takes a tool.
@@ -251,7 +266,7 @@ impl Hands {
         self.food = None;
         self.food_drag = FoodDrag::None;
         if tool != Tool::Look {
-            self.selected = None;
+            self.pick(None);
         }
         if tool.is_brush() {
             self.last_brush = tool;
@@ -319,6 +334,14 @@ impl Interface {
             _ => false,
         });
         self.hands.paints_areas |= paints;
+        let lasts = commands.iter().any(|command| match command {
+            Command::Hand(Work::Stroke { brush, .. }) => !brush.changes_areas(false),
+            _ => false,
+        });
+        if lasts && facts.hand.under.is_some() {
+            self.note_changes();
+            self.undo.note_lasting();
+        }
         // A pointer that leaves the picture and comes back goes on with its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         if !is_held && std::mem::take(&mut self.hands.paints_areas) {
@@ -411,9 +434,13 @@ impl Interface {
                 } else {
                     // Seen are the objects that run; the next ones may stand in other places already.
                     let running = under.and_then(|under| self.running.objects.get(under.object));
-                    self.hands.selected =
+                    let place =
                         running.and_then(|object| place_among(&self.edited.objects, object));
-                    self.hands.reveals = self.hands.selected.filter(|_| self.panel);
+                    self.hands.pick(place);
+                    // Who touches the only one there is goes on with what they see in the panel.
+                    let is_one_of_several = self.edited.objects.len() > 1;
+                    self.hands.reveals =
+                        (self.hands.selected).filter(|_| self.panel && is_one_of_several);
                     ui.ctx().request_repaint();
                 }
             } else {
@@ -482,36 +509,6 @@ impl Interface {
             self.hands.radius = radius.clamp(least, most);
         }
     }
-
-    /// The picked object goes, unless it is the last one.
-    pub(super) fn remove_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        if self.hands.tool == Tool::Food {
-            return self.remove_food(ctx, commands);
-        }
-        let Some(object) = self.hands.selected else {
-            self.notice(ctx, PICK_FIRST, false);
-            return;
-        };
-        // A copy that is on its way may go again.
-        if self.running.objects.len() < 2 && object == 0 {
-            let text = "The last object stays: a scene has at least one. Add another one first";
-            self.notice(ctx, text, false);
-            return;
-        }
-        self.hands.selected = None;
-        commands.push(Command::Hand(Work::Remove(object)));
-    }
-
-    /// The picked object comes once more. From now on the copy is picked: what is pressed next is about it, also before it
-    /// is there.
-    pub(super) fn duplicate_selected(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let Some(object) = self.hands.selected else {
-            self.notice(ctx, PICK_FIRST, false);
-            return;
-        };
-        commands.push(Command::Hand(Work::Duplicate(object)));
-        self.hands.selected = Some(self.edited.objects.len().max(object + 1));
-    }
 }
 
 /// Some places of the last object, where it begins.
@@ -540,29 +537,6 @@ pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
     };
     let mut known = endings.iter().copied().flatten();
     known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
-pub fn remove_food(settings: &mut Settings, food: usize) {
-    settings.foods.remove(food);
-    let start = &mut settings.particles.start_food;
-    if settings.particles.start == Start::Food && *start as usize > food {
-        *start -= 1;
-    }
-    begin_on_food_that_is(settings);
-}
-
-/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
-pub fn begin_on_food_that_is(settings: &mut Settings) {
-    let count = settings.food_count() as u32;
-    let particles = &mut settings.particles;
-    if particles.start != Start::Food {
-        return;
-    }
-    if count == 0 {
-        particles.start = Start::default();
-    }
-    particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
 /// Do these differ only in what can change while they run, or waits for a restart?

@@ -13,8 +13,9 @@ use super::super::renewal::renewed;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
-use super::gizmo::shift;
-use super::{Work, place_among, remove_food};
+use super::handles::shift;
+use super::work::Coming;
+use super::{Ticket, Which, Work, place_among, remove_food};
 
 /// A new object's radius, as a share of the scene's.
 const NEW_OBJECT: f32 = 0.4;
@@ -44,8 +45,9 @@ impl Lab {
     }
 
     /// One mesh more, at the right side of the others as the camera sees them.
-    pub(super) fn add_object(&mut self, mesh: String) {
+    pub(super) fn add_object(&mut self, mesh: String, ticket: Ticket) {
         let Some(stage) = &self.stage else {
+            self.interface.hands.answer(ticket, None);
             return;
         };
         let radius = stage.scene.radius;
@@ -54,12 +56,9 @@ impl Lab {
         let settings = self.interface.live_settings();
         let asked = settings.clone();
         let (name, folder) = (self.name.clone(), self.folder.clone());
-        let count = settings.objects.len();
         let mut from = self.where_they_run(&settings.objects);
         let what = short_name(&mesh).to_owned();
-        let again = Command::Hand(Work::Add(mesh.clone()));
-        // Picked when it is there.
-        self.interface.hands.selected = Some(count);
+        let again = Command::Hand(Work::Add(mesh.clone(), ticket));
         self.load(name.clone(), Origin::Shown, move || {
             let alone = Settings {
                 objects: vec![ObjectSettings {
@@ -82,21 +81,59 @@ impl Lab {
         // What waits for a restart goes on waiting.
         self.interface.asked = Some(asked);
         self.hand.carry = Some(from);
-        self.hand.coming = Some((what, Some(Left::Command(again, [0; 2]))));
+        self.hand.coming = Some(Coming {
+            what,
+            again: Some(Left::Command(again, [0; 2])),
+            ticket: Some(ticket),
+        });
     }
 
-    /// Is this object of the scene that is shown not there yet?
-    pub(super) fn is_coming(&self, object: usize) -> bool {
-        let loading = self.loading.as_ref();
-        let is_renewed = loading.is_some_and(|loading| loading.origin == Origin::Shown);
-        is_renewed && object >= self.interface.edited.objects.len()
+    /// The object as it is edited, if it is there.
+    pub(super) fn object(&self, which: Which) -> Option<&ObjectSettings> {
+        let objects = &self.interface.edited.objects;
+        match which {
+            Which::Object(place) => objects.get(place),
+            Which::Asked(ticket) => {
+                let name = self.hand.name_of(ticket)?;
+                objects.iter().find(|object| object.name == name)
+            }
+        }
+    }
+
+    /// Was it asked for, and is neither there nor given up?
+    pub(super) fn is_to_come(&self, which: Which) -> bool {
+        let Which::Asked(ticket) = which else {
+            return false;
+        };
+        let coming = self.hand.coming.as_ref();
+        let is_coming = coming.is_some_and(|coming| coming.ticket == Some(ticket));
+        is_coming || self.left.iter().any(|left| left.ticket() == Some(ticket))
+    }
+
+    /// The scene on its way is shown, or not: what is to be done with the object that came with it can be done now.
+    pub(in super::super) fn has_come(&mut self, is_shown: bool) {
+        let coming = self.hand.coming.take();
+        let Some(ticket) = coming.and_then(|coming| coming.ticket) else {
+            return;
+        };
+        // Objects that come are the last.
+        let last = self.interface.running.objects.last().filter(|_| is_shown);
+        let place = last.and_then(|last| place_among(&self.interface.edited.objects, last));
+        self.interface.hands.answer(ticket, place);
+        if let Some(last) = last {
+            self.hand.come.push((ticket, last.name.clone()));
+        }
     }
 
     /// Once more an object that runs, beside it. Objects that are on their way come first; with another scene it goes.
-    pub(in super::super) fn duplicate_object(&mut self, object: Box<ObjectSettings>) {
+    pub(in super::super) fn duplicate_object(
+        &mut self,
+        object: Box<ObjectSettings>,
+        ticket: Ticket,
+    ) {
         if let Some(loading) = &self.loading {
             if loading.origin == Origin::Shown {
-                self.left.push(Left::Copy(object));
+                self.left.push(Left::Copy(object, ticket));
             } else {
                 let text = format!(
                     "{} was not duplicated: another scene is on its way",
@@ -104,13 +141,14 @@ impl Lab {
                 );
                 let context = self.egui.egui_ctx().clone();
                 self.interface.notice(&context, text, false);
-                let objects = &self.interface.edited.objects;
-                self.interface.hands.selected = place_among(objects, &object);
+                let place = place_among(&self.interface.edited.objects, &object);
+                self.interface.hands.answer(ticket, place);
             }
             return;
         }
         let asked = self.interface.live_settings();
         let (Some(stage), Some(place)) = (&self.stage, place_among(&asked.objects, &object)) else {
+            self.interface.hands.answer(ticket, None);
             return;
         };
         let moves = !asked.objects[place].motion.is_still();
@@ -119,8 +157,6 @@ impl Lab {
         let settings = with_copy(&asked, place, way, stage.simulation.time());
         let mut from = self.where_they_run(&asked.objects);
         from.push(None);
-        // Picked when it is there.
-        self.interface.hands.selected = Some(asked.objects.len());
         // Of the same meshes, whatever has become of their files.
         let mut meshes = stage.scene.meshes.clone();
         meshes.push(meshes[place].clone());
@@ -131,7 +167,11 @@ impl Lab {
         self.interface.asked = Some(asked);
         self.hand.carry = Some(from);
         let what = format!("the copy of {}", object.name);
-        self.hand.coming = Some((what, Some(Left::Copy(object))));
+        self.hand.coming = Some(Coming {
+            what,
+            again: Some(Left::Copy(object, ticket)),
+            ticket: Some(ticket),
+        });
     }
 
     /// An object goes. Those that come or go already do so first.
@@ -161,7 +201,11 @@ impl Lab {
         self.interface.asked = Some(asked);
         self.hand.carry = Some(from);
         let what = format!("the removal of {}", object.name);
-        self.hand.coming = Some((what, Some(Left::Removal(object))));
+        self.hand.coming = Some(Coming {
+            what,
+            again: Some(Left::Removal(object)),
+            ticket: None,
+        });
     }
 }
 

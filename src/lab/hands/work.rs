@@ -21,7 +21,7 @@ use super::depths::dabs_seen;
 use super::food::placed;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
-use super::{HandFacts, Under, Work, is_mesh, mesh_name};
+use super::{HandFacts, Ticket, Under, Work, is_mesh, mesh_name};
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;
@@ -44,12 +44,34 @@ pub struct Hand {
     probe: Option<Probe>,
     /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
     pub carry: Option<Vec<Option<usize>>>,
-    /// The object that comes or goes with the scene on its way: how it is told of, and what asks for it again, if anything
-    /// may.
-    pub(in super::super) coming: Option<(String, Option<Left>)>,
+    /// The object that comes or goes with the scene on its way.
+    pub coming: Option<Coming>,
+    /// Those that were asked for and have come: their names.
+    pub(super) come: Vec<(Ticket, String)>,
+}
+
+/// An object that comes or goes.
+pub struct Coming {
+    /// How it is told of.
+    pub what: String,
+    /// What asks for it again, if anything may.
+    pub again: Option<Left>,
+    /// One that comes was asked for by this.
+    pub ticket: Option<Ticket>,
 }
 
 impl Hand {
+    /// What an object that was asked for is called, once it has come.
+    pub(super) fn name_of(&self, ticket: Ticket) -> Option<&str> {
+        let found = self.come.iter().find(|(known, _)| *known == ticket);
+        found.map(|(_, name)| name.as_str())
+    }
+
+    /// Another scene: what has come is not in it.
+    pub fn leave_scene(&mut self) {
+        self.come.clear();
+    }
+
     /// Is there something to record?
     pub(super) fn has_dabs(&self) -> bool {
         !self.dabs.is_empty()
@@ -132,27 +154,22 @@ impl Lab {
             Work::ToStroke(last) => self.take_strokes(context, last)?,
             Work::StartOnPainted => self.start_on_painted(context)?,
             // The first would take the place of what is on its way, and the others are about an object that is.
-            Work::Add(_) if self.loading.is_some() => {
+            Work::Add(..) if self.loading.is_some() => {
                 self.left.push(Left::Command(Command::Hand(work), size));
             }
-            Work::Remove(object) | Work::Duplicate(object) if self.is_coming(object) => {
-                if matches!(work, Work::Duplicate(_)) {
-                    // The copy of the copy is picked, as the copy was.
-                    self.interface.hands.selected = Some(object + 1);
-                }
+            Work::Remove(which) | Work::Duplicate(which, _) if self.is_to_come(which) => {
                 self.left.push(Left::Command(Command::Hand(work), size));
             }
-            Work::Add(mesh) => self.add_object(mesh),
-            Work::Remove(object) => {
-                if let Some(object) = self.interface.edited.objects.get(object) {
+            Work::Add(mesh, ticket) => self.add_object(mesh, ticket),
+            Work::Remove(which) => {
+                if let Some(object) = self.object(which) {
                     self.remove_object(Box::new(object.clone()));
                 }
             }
-            Work::Duplicate(object) => {
-                if let Some(object) = self.interface.edited.objects.get(object) {
-                    self.duplicate_object(Box::new(object.clone()));
-                }
-            }
+            Work::Duplicate(which, ticket) => match self.object(which) {
+                Some(object) => self.duplicate_object(Box::new(object.clone()), ticket),
+                None => self.interface.hands.answer(ticket, None),
+            },
             Work::Scale(object, factor) => {
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
                     object.scale *= factor;
@@ -174,7 +191,7 @@ impl Lab {
         }
         self.window.request_redraw();
         let before = self.loading.as_ref().and_then(|loading| {
-            let coming = self.hand.coming.as_ref().map(|(what, _)| what);
+            let coming = self.hand.coming.as_ref().map(|coming| &coming.what);
             // The scene that is shown is there already.
             let other = (loading.origin != Origin::Shown).then_some(&loading.name);
             coming.or(other)
@@ -195,7 +212,8 @@ impl Lab {
             self.left.push(Left::File(path));
             self.window.request_redraw();
         } else if is_mesh(&path) && self.stage.is_some() {
-            self.add_object(mesh_name(&path));
+            let ticket = self.interface.hands.ask();
+            self.add_object(mesh_name(&path), ticket);
         } else if let Some(text) = preset_in(&path) {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             self.take_look(&self.egui.egui_ctx().clone(), &name, &text);

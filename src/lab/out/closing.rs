@@ -134,7 +134,8 @@ impl Lab {
 
     /// What is said of a scene, or an object that was to come or to go.
     fn was_on_its_way(&self) -> Option<String> {
-        let coming = self.hand.coming.as_ref().map(|(what, _)| what.clone());
+        let coming = self.hand.coming.as_ref();
+        let coming = coming.map(|coming| coming.what.clone());
         let loading = self.loading.as_ref();
         // Before there is a scene, nothing but the first one can be.
         let loading = loading.filter(|loading| {
@@ -184,7 +185,7 @@ impl Lab {
         };
         let begun = Instant::now();
         while job.draws() && begun.elapsed() < LAST_PICTURE {
-            job.advance(&mut self.frames, stage)?;
+            job.advance(&mut self.frames, stage, false)?;
         }
         Ok(())
     }
@@ -260,7 +261,7 @@ fn end_of(left: &Left) -> AtTheEnd {
     match left {
         Left::Command(command, _) => at_the_end(command),
         Left::File(path) => not_opened(path),
-        Left::Copy(object) => AtTheEnd::GivenUp(format!(
+        Left::Copy(object, _) => AtTheEnd::GivenUp(format!(
             "{} was not duplicated: the window closed before its turn",
             object.name
         )),
@@ -287,10 +288,10 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         Command::Hand(Work::Remove(_)) => {
             given_up("an object was not taken out of the scene: the window closed before its turn")
         }
-        Command::Hand(Work::Duplicate(_)) => {
+        Command::Hand(Work::Duplicate(..)) => {
             given_up("an object was not duplicated: the window closed before its turn")
         }
-        Command::Hand(Work::Add(mesh)) => AtTheEnd::GivenUp(format!(
+        Command::Hand(Work::Add(mesh, _)) => AtTheEnd::GivenUp(format!(
             "{mesh} was not added to the scene: the window closed before its turn"
         )),
         Command::Screenshot
@@ -359,6 +360,7 @@ pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) 
 mod tests {
     use super::super::Model;
     use super::*;
+    use crate::lab::hands::{Ticket, Which};
     use crate::lab::left::LeftScene;
     use glam::Vec2;
     use myxo::scene::settings::ObjectSettings;
@@ -392,9 +394,10 @@ mod tests {
             name: "ball".to_owned(),
             ..ObjectSettings::default()
         });
-        let add = Command::Hand(Work::Add("builtin:cube".to_owned()));
-        let duplicate = Command::Hand(Work::Duplicate(0));
-        let remove = Command::Hand(Work::Remove(0));
+        let (which, ticket) = (Which::Object(0), Ticket::default());
+        let add = Command::Hand(Work::Add("builtin:cube".to_owned(), ticket));
+        let duplicate = Command::Hand(Work::Duplicate(which, ticket));
+        let remove = Command::Hand(Work::Remove(which));
         let as_left = Command::OpenLeft(LeftScene {
             name: "knot".to_owned(),
             file: "left/knot_000001.toml".into(),
@@ -416,8 +419,15 @@ mod tests {
                 Left::Command(Command::Open("torus"), [1, 1]),
                 "torus was not opened",
             ),
+            (
+                Left::Command(Command::OpenWithLook("torus"), [1, 1]),
+                "torus was not opened",
+            ),
             (Left::Command(as_left, [1, 1]), "knot was not opened"),
-            (Left::Copy(object.clone()), "ball was not duplicated"),
+            (
+                Left::Copy(object.clone(), ticket),
+                "ball was not duplicated",
+            ),
             (Left::Removal(object), "ball was not taken out of the scene"),
         ] {
             let AtTheEnd::GivenUp(text) = end_of(&left) else {

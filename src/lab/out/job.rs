@@ -41,11 +41,16 @@ pub enum Job {
 }
 
 impl Job {
-    /// Goes on for a moment.
-    pub fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
+    /// Goes on for a moment. While the look changes, every picture of a film has one of its own.
+    pub fn advance(
+        &mut self,
+        frames: &mut Frames,
+        stage: &mut Stage,
+        look_changes: bool,
+    ) -> Result<()> {
         match self {
             Self::Picture(picture) => picture.advance(frames, stage),
-            Self::Film(film) => film.advance(frames, stage),
+            Self::Film(film) => film.advance(frames, stage, look_changes),
             Self::Export(_) => Ok(()),
         }
     }
@@ -309,9 +314,21 @@ impl Film {
     }
 
     /// Steps and parts of pictures, one by one. Where the writer is slower, it is waited for: no picture is left out.
-    fn advance(&mut self, frames: &mut Frames, stage: &mut Stage) -> Result<()> {
+    fn advance(
+        &mut self,
+        frames: &mut Frames,
+        stage: &mut Stage,
+        look_changes: bool,
+    ) -> Result<()> {
         let begun = Instant::now();
+        // The next picture waits for its look.
+        let most = if look_changes {
+            self.done + 1
+        } else {
+            self.all
+        };
         while !self.is_filmed()
+            && self.done < most
             && begun.elapsed() < MOMENT
             && let Some(shot) = &mut self.shot
         {

@@ -9,7 +9,7 @@ mod panel;
 mod recording;
 mod shot;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use myxo::render::View;
@@ -175,10 +175,21 @@ impl TakeOut {
     }
 }
 
+/// A folder as somebody types it, who means their own by ~ as in a shell.
+fn typed_folder(text: &str, home: Option<&Path>) -> PathBuf {
+    let text = Path::new(text.trim());
+    match (text.strip_prefix("~"), home) {
+        (Ok(below), Some(home)) => home.join(below),
+        _ => text.to_owned(),
+    }
+}
+
 impl Lab {
     /// Where files go.
     pub(super) fn folder_out(&self) -> PathBuf {
-        PathBuf::from(self.interface.out.folder.trim())
+        let home = directories::UserDirs::new();
+        let home = home.as_ref().map(|dirs| dirs.home_dir());
+        typed_folder(&self.interface.out.folder, home)
     }
 
     /// Does what the interface asks for; what is wrong is said.
@@ -348,7 +359,7 @@ impl Lab {
             && let Some(stage) = &mut self.stage
         {
             // Where that fails, what there is of it is still kept.
-            job.advance(&mut self.frames, stage)?;
+            job.advance(&mut self.frames, stage, self.interface.morph.is_some())?;
         }
         let ended = self.out.job.as_mut().and_then(Job::take);
         if let Some(ended) = ended {
@@ -466,6 +477,22 @@ mod tests {
     use super::*;
     use glam::Vec2;
     use myxo::scene::{Overrides, Scene};
+
+    #[test]
+    fn folders_are_typed_as_in_a_shell() {
+        let home = Some(Path::new("/home/somebody"));
+        for (typed, wanted) in [
+            ("", ""),
+            (" films ", "films"),
+            ("~", "/home/somebody"),
+            ("~/Pictures", "/home/somebody/Pictures"),
+            ("~other/films", "~other/films"),
+            ("/a/~/b", "/a/~/b"),
+        ] {
+            assert_eq!(typed_folder(typed, home), Path::new(wanted));
+        }
+        assert_eq!(typed_folder("~/films", None), Path::new("~/films"));
+    }
 
     #[test]
     fn what_the_window_shows_is_in_pictures_of_any_shape() {

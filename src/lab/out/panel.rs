@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{Making, Model, Out, Recorded};
 use crate::lab::interface::{Command, Facts, Interface};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
+use crate::lab::preferences::pick;
 use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole};
 
@@ -86,8 +87,10 @@ const SECONDS: (f64, f64) = (0.1, 3600.0);
 const TURNS: (f64, f64) = (-100.0, 100.0);
 /// Steps from one of its frames to the next.
 const EVERY: (u32, u32) = (1, 1000);
-/// Frames a second of films, and of recordings.
-const FPS: [(u32, u32); 2] = [(1, 120), (1, 60)];
+/// Frames a second of films.
+const FILM_FPS: (u32, u32) = (1, 120);
+/// Frames a second of recordings.
+const RECORDING_FPS: (u32, u32) = (1, 60);
 
 /// The choices, which are kept from one time to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -151,6 +154,30 @@ impl OutPanel {
         (self.seconds * f64::from(self.film_fps)).round().max(1.0) as u64
     }
 
+    /// What another window has kept since this one opened, but for what was changed in this one.
+    pub fn over(&self, opened: &Self, kept: &Self) -> Self {
+        Self {
+            open: false,
+            folder: pick(&self.folder, &opened.folder, &kept.folder),
+            size: pick(&self.size, &opened.size, &kept.size),
+            film_size: pick(&self.film_size, &opened.film_size, &kept.film_size),
+            custom: pick(&self.custom, &opened.custom, &kept.custom),
+            transparent: pick(&self.transparent, &opened.transparent, &kept.transparent),
+            film_transparent: pick(
+                &self.film_transparent,
+                &opened.film_transparent,
+                &kept.film_transparent,
+            ),
+            kind: pick(&self.kind, &opened.kind, &kept.kind),
+            fps: pick(&self.fps, &opened.fps, &kept.fps),
+            film_fps: pick(&self.film_fps, &opened.film_fps, &kept.film_fps),
+            seconds: pick(&self.seconds, &opened.seconds, &kept.seconds),
+            every: pick(&self.every, &opened.every, &kept.every),
+            turns: pick(&self.turns, &opened.turns, &kept.turns),
+            colors: pick(&self.colors, &opened.colors, &kept.colors),
+        }
+    }
+
     /// What is kept of it: the choices that the card allows.
     pub fn kept(&self) -> Self {
         let within = |value: f64, (least, most): (f64, f64), usual| match value.is_finite() {
@@ -161,8 +188,8 @@ impl OutPanel {
         Self {
             open: false,
             custom: self.custom.map(|pixels| pixels.clamp(CUSTOM.0, CUSTOM.1)),
-            fps: self.fps.clamp(FPS[1].0, FPS[1].1),
-            film_fps: self.film_fps.clamp(FPS[0].0, FPS[0].1),
+            fps: self.fps.clamp(RECORDING_FPS.0, RECORDING_FPS.1),
+            film_fps: self.film_fps.clamp(FILM_FPS.0, FILM_FPS.1),
             seconds: within(self.seconds, SECONDS, usual.seconds),
             every: self.every.clamp(EVERY.0, EVERY.1),
             turns: within(self.turns, TURNS, usual.turns),
@@ -284,7 +311,7 @@ impl Interface {
             {
                 commands.push(Command::TakeOut(Out::Record));
             }
-            number(ui, "out.fps", &mut out.fps, FPS[1].0..=FPS[1].1, " fps").on_hover_text(
+            number(ui, "out.fps", &mut out.fps, RECORDING_FPS.0..=RECORDING_FPS.1, " fps").on_hover_text(
                 "Frames a second. Where the window is slower, pictures stay for longer.",
             );
         });
@@ -315,7 +342,7 @@ impl Interface {
                 ui,
                 "out.film_fps",
                 &mut out.film_fps,
-                FPS[0].0..=FPS[0].1,
+                FILM_FPS.0..=FILM_FPS.1,
                 " fps",
             )
             .on_hover_text("Frames a second when it plays");

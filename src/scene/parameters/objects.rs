@@ -214,7 +214,7 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         unit: "degrees per step",
         help: "For particles on this object, over the scene's physarum.rotation_angle.",
         effect: Effect::Live,
-        kind: own!(rotation_angle, (-360.0, 360.0), (0.0, 120.0), Linear),
+        kind: own!(rotation_angle, (-360.0, 360.0), (-60.0, 120.0), Linear),
     },
     Parameter {
         key: "physarum.sensor_angle",
@@ -254,7 +254,7 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         unit: "trail units per scene radius",
         help: "For particles on this object, over the scene's physarum.gravity_weight.",
         effect: Effect::Live,
-        kind: own!(gravity_weight, (-1e6, 1e6), (-100.0, 100.0), Linear),
+        kind: own!(gravity_weight, (-1e6, 1e6), (-500.0, 500.0), Linear),
     },
     Parameter {
         key: "physarum.decrowding_weight",
@@ -270,6 +270,6 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         unit: "trail units per scene radius",
         help: "For particles on this object, over the scene's physarum.distance_weight.",
         effect: Effect::Live,
-        kind: own!(distance_weight, (-1e6, 1e6), (-100.0, 100.0), Linear),
+        kind: own!(distance_weight, (-1e6, 1e6), (-500.0, 500.0), Linear),
     },
 ];

@@ -137,7 +137,7 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(
             physarum.rotation_angle,
             (-360.0, 360.0),
-            (0.0, 120.0),
+            (-60.0, 120.0),
             Linear
         ),
     },
@@ -232,7 +232,7 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(
             physarum.gravity_weight,
             (-1e6, 1e6),
-            (-100.0, 100.0),
+            (-500.0, 500.0),
             Linear
         ),
     },
@@ -258,7 +258,7 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(
             physarum.distance_weight,
             (-1e6, 1e6),
-            (-100.0, 100.0),
+            (-500.0, 500.0),
             Linear
         ),
     },

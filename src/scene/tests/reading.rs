@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::scene::builtin::PRESETS;
 use crate::scene::file::Reader;
 use crate::scene::parameters::{Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter, out_of_range};
 use crate::scene::settings::{Border, ObjectSettings, Settings, Show, Start};
@@ -158,6 +159,33 @@ fn defaults_are_in_range_and_documented() {
                 parameter.key
             );
             assert!(number.slider.0 < number.slider.1, "{}", parameter.key);
+        }
+    }
+}
+
+/// Who touches a slider would lose a value that is beyond its ends, and could not drag it back.
+#[test]
+fn sliders_have_what_presets_say() {
+    for preset in PRESETS {
+        let mut reader = Reader::new(Settings::default());
+        reader.preset("", preset.text);
+        let settings = finish(reader).expect("it is right");
+        for parameter in PARAMETERS {
+            if let Kind::Number(number) = &parameter.kind {
+                let value = (number.get)(&settings);
+                let (low, high) = number.slider;
+                let told = format!("{}: {} = {value}", preset.name, parameter.key);
+                assert!(low <= value && value <= high, "{told}");
+            }
+        }
+    }
+    // An object's own values are looked for in the same places.
+    for own in OBJECT_PARAMETERS {
+        let shared = PARAMETERS.iter().find(|shared| shared.key == own.key);
+        if let (Kind::Own(own_kind), Some(Kind::Number(shared))) =
+            (&own.kind, shared.map(|shared| &shared.kind))
+        {
+            assert_eq!(own_kind.slider, shared.slider, "{}", own.key);
         }
     }
 }

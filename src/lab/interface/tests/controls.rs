@@ -111,6 +111,18 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
     assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
     let before = harness.interface.edited.clone();
+    // With Shift or Alt it is another program's key.
+    for modifiers in [Modifiers::SHIFT, Modifiers::ALT] {
+        let event = Event::Key {
+            key: Key::D,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers,
+        };
+        assert_eq!(harness.frame(vec![event]).commands, []);
+        assert_eq!(harness.interface.edited, before);
+    }
     assert_eq!(harness.press(Key::D), [Command::Apply]);
     assert_ne!(harness.interface.edited, before);
     assert_eq!(harness.interface.preset, None);

@@ -1,6 +1,7 @@
 //! Brushes, picked objects and their handles, by events of a pointer and keys.
 
 mod food;
+mod gizmo;
 mod objects;
 mod slow;
 
@@ -8,7 +9,7 @@ use glam::Affine3A;
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
-use super::super::super::hands::{Tool, Under};
+use super::super::super::hands::{Tool, Under, Which};
 use super::*;
 
 const LEFT: PointerButton = PointerButton::Primary;

@@ -10,7 +10,7 @@ fn the_last_object_stays() {
     assert!(notice(&harness).is_some_and(|text| text.contains("Pick an object first")));
     harness.interface.hands.selected = Some(1);
     let commands = harness.press(Key::Delete);
-    assert_eq!(commands, [Command::Hand(Work::Remove(1))]);
+    assert_eq!(commands, [Command::Hand(Work::Remove(Which::Object(1)))]);
     harness.interface.running.objects.pop();
     harness.interface.edited.objects.pop();
     harness.interface.hands.selected = Some(0);
@@ -46,12 +46,30 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     assert_eq!(harness.click(at), [], "it is grey");
     harness.interface.hands.selected = Some(1);
     harness.frame(vec![]);
-    let duplicate = |object| Command::Hand(Work::Duplicate(object));
-    assert_eq!(key(&mut harness), [duplicate(1)]);
+    let copy = |commands: Vec<Command>| match commands[..] {
+        [Command::Hand(Work::Duplicate(which, ticket))] => (which, ticket),
+        _ => panic!("{commands:?}"),
+    };
+    let (which, first) = copy(key(&mut harness));
+    assert_eq!(which, Which::Object(1));
     // What comes next is about the copy, and about its copy.
-    assert_eq!(harness.click(at), [duplicate(2)]);
-    assert_eq!(harness.interface.hands.selected, Some(3));
+    let (which, second) = copy(harness.click(at));
+    assert_eq!(which, Which::Asked(first));
     assert_eq!(harness.interface.edited, edited, "no look by chance");
+    // The last one is picked when it comes, and no other.
+    harness.interface.hands.answer(first, Some(0));
+    assert_eq!(harness.interface.hands.selected, None);
+    harness.interface.hands.answer(second, Some(1));
+    assert_eq!(harness.interface.hands.selected, Some(1));
+    // Who picks another meanwhile has picked that.
+    let (_, third) = copy(key(&mut harness));
+    harness.interface.hands.pick(Some(0));
+    harness.interface.hands.answer(third, Some(1));
+    assert_eq!(harness.interface.hands.selected, Some(0));
+    // Esc leaves the one that is to come, and only then gives up what loads.
+    key(&mut harness);
+    assert_eq!(harness.press(Key::Escape), []);
+    assert_eq!(harness.press(Key::Escape), [Command::CancelLoading]);
 
     // Also where a slow frame gets them at once, and of the only object there is.
     harness.interface.running.objects.pop();
@@ -63,7 +81,15 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
         event(Key::D, control, true),
         event(Key::Delete, Modifiers::NONE, true),
     ];
-    let wanted = [duplicate(0), duplicate(1), Command::Hand(Work::Remove(2))];
-    assert_eq!(harness.frame(presses.to_vec()).commands, wanted);
-    assert_eq!(harness.interface.hands.selected, None);
+    let commands = harness.frame(presses.to_vec()).commands;
+    let [
+        Command::Hand(Work::Duplicate(Which::Object(0), first)),
+        Command::Hand(Work::Duplicate(Which::Asked(copied), second)),
+        Command::Hand(Work::Remove(Which::Asked(removed))),
+    ] = commands[..]
+    else {
+        panic!("{commands:?}")
+    };
+    assert_eq!((copied, removed), (first, second));
+    assert_eq!(harness.interface.hands.picked(), None);
 }

@@ -205,6 +205,18 @@ fn what_is_picked_has_its_section_in_sight() {
     assert!(is_shown(&harness));
     assert_eq!(harness.places_of("Position").len(), 1, "and it is open");
     assert_eq!(harness.interface.hands.reveals, None);
+
+    // The only one there is.
+    let mut harness = Harness::new();
+    harness.facts.hand.under = Some(under());
+    harness.facts.hand.poses = vec![Affine3A::IDENTITY];
+    harness.click(IN_PICTURE + vec2(-120.0, 150.0));
+    harness.facts.hand.looked = harness.interface.hands.pointer;
+    for _ in 0..90 {
+        harness.frame(vec![]);
+    }
+    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert!(!is_shown(&harness));
 }
 
 #[test]

@@ -1,0 +1,85 @@
+//! What is picked: an object that is there, or one that was asked for and is picked when it comes.
+
+use super::super::interface::{Command, Interface};
+use super::{Hands, PICK_FIRST, Tool, Work};
+
+/// Tells objects that were asked for from each other before they have names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ticket(u64);
+
+/// An object that something is to be done with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// One that is edited, by its place.
+    Object(usize),
+    /// One that was asked for, whether it has come or not.
+    Asked(Ticket),
+}
+
+impl Hands {
+    /// What the hand has to do with.
+    pub fn picked(&self) -> Option<Which> {
+        let asked = self.awaited.map(Which::Asked);
+        asked.or(self.selected.map(Which::Object))
+    }
+
+    /// An object is picked, or none.
+    pub fn pick(&mut self, object: Option<usize>) {
+        self.selected = object;
+        self.awaited = None;
+    }
+
+    /// For an object that is asked for; it is picked from now on, and shown so when it comes.
+    pub(super) fn ask(&mut self) -> Ticket {
+        self.asked.0 += 1;
+        self.pick(None);
+        self.awaited = Some(self.asked);
+        self.asked
+    }
+
+    /// An object that was asked for is there, in this place, or does not come.
+    pub fn answer(&mut self, ticket: Ticket, place: Option<usize>) {
+        if self.awaited == Some(ticket) {
+            self.pick(place);
+        }
+    }
+}
+
+impl Interface {
+    /// The picked object goes, unless it is the last one.
+    pub(in super::super) fn remove_selected(
+        &mut self,
+        ctx: &egui::Context,
+        commands: &mut Vec<Command>,
+    ) {
+        if self.hands.tool == Tool::Food {
+            return self.remove_food(ctx, commands);
+        }
+        let Some(which) = self.hands.picked() else {
+            self.notice(ctx, PICK_FIRST, false);
+            return;
+        };
+        let is_there = matches!(which, Which::Object(_));
+        if is_there && self.running.objects.len() < 2 {
+            let text = "The last object stays: a scene has at least one. Add another one first";
+            self.notice(ctx, text, false);
+            return;
+        }
+        self.hands.pick(None);
+        commands.push(Command::Hand(Work::Remove(which)));
+    }
+
+    /// The picked object comes once more. What is pressed next is about the copy, also before it is there.
+    pub(in super::super) fn duplicate_selected(
+        &mut self,
+        ctx: &egui::Context,
+        commands: &mut Vec<Command>,
+    ) {
+        let Some(which) = self.hands.picked() else {
+            self.notice(ctx, PICK_FIRST, false);
+            return;
+        };
+        let ticket = self.hands.ask();
+        commands.push(Command::Hand(Work::Duplicate(which, ticket)));
+    }
+}
