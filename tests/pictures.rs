@@ -258,15 +258,24 @@ fn colours_are_encoded_once() {
     // Well inside of the first triangle.
     stage.view.atlas.zoom = 8.0;
     stage.view.atlas.middle = stage.setup().atlas.position_of(0, 0.3, 0.3) / 64.0;
-    for map in [ColorMap::Viridis, ColorMap::Grayscale, ColorMap::Inferno] {
+    for (map, darkest) in [
+        (ColorMap::Viridis, 0.0),
+        (ColorMap::Grayscale, 0.0),
+        // The same colours, from another ground.
+        (ColorMap::Grayscale, 0.3),
+        (ColorMap::Inferno, 0.7),
+    ] {
         stage.view.color_map = map;
+        stage.view.darkest = darkest;
         for value in [0.15, 0.5, 1.0, 7.0] {
             stage.set_trail(&gpu.ctx, |_| value);
             let picture = stage.picture(&gpu);
             // As `tone` in colormap.glsl: 0.45 is the shoulder.
-            let shown = (1.45 * value / (value + 0.45)).min(1.0);
+            let tone = |value: f32| (1.45 * value / (value + 0.45)).min(1.0);
+            let shown = tone(value);
+            let color = map.color((shown - tone(darkest)) / (1.0 - tone(darkest)));
             // On the bare material, which ever less of shows.
-            let light = map.color(shown) + (1.0 - shown) * Vec3::new(0.021, 0.022, 0.025);
+            let light = color + (1.0 - shown) * Vec3::new(0.021, 0.022, 0.025);
             let expected = light
                 .to_array()
                 .map(|linear| 255.0 * srgb_from_linear(linear));
@@ -275,7 +284,7 @@ fn colours_are_encoded_once() {
                 let off = (f32::from(pixel.0[channel]) - expected[channel]).abs();
                 assert!(
                     off <= 1.5,
-                    "{map:?} at {value}: {pixel:?}, expected {expected:?}"
+                    "{map:?} from {darkest} at {value}: {pixel:?}, expected {expected:?}"
                 );
             }
         }

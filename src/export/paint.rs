@@ -24,7 +24,7 @@ impl Paint {
     /// As a picture with this view has them; `density` says which texels belong to triangles.
     #[must_use]
     pub fn new(view: &View, trail: &[f32], density: &[f32]) -> Self {
-        let table = view.color_map.table();
+        let table = view.color_map.table(view.darkest);
         Self {
             table: table.iter().map(|color| color.truncate()).collect(),
             brightest: match view.exposure {

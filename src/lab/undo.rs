@@ -16,6 +16,7 @@ const MOST: usize = 200;
 struct Look {
     color_map: ColorMap,
     exposure: Exposure,
+    darkest: f32,
     particle_size: f32,
     charts: f32,
     light: Light,
@@ -32,6 +33,7 @@ impl Look {
         Self {
             color_map: view.color_map,
             exposure: view.exposure,
+            darkest: view.darkest,
             particle_size: view.particle_size,
             charts: view.charts,
             light: view.light,
@@ -46,6 +48,7 @@ impl Look {
     fn put(self, view: &mut View) {
         view.color_map = self.color_map;
         view.exposure = self.exposure;
+        view.darkest = self.darkest;
         view.particle_size = self.particle_size;
         view.charts = self.charts;
         view.light = self.light;

@@ -15,7 +15,8 @@ use super::rows::{RowContext, editor, row_with, within};
 use super::widgets::{color_map_picker, parse_number, wide_slider};
 
 /// Of the section Picture.
-pub(super) const COLOR_ROWS: &[&str] = &["picture.color_map", "picture.brightest"];
+pub(super) const COLOR_ROWS: &[&str] =
+    &["picture.color_map", "picture.brightest", "picture.darkest"];
 /// Of the section below it, which begins closed: Physarum has to be seen in a small window.
 pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.particle_size",
@@ -97,7 +98,7 @@ impl Interface {
             idle: &|key| match key {
                 "picture.areas" if !self.has_areas => Some(NO_AREAS),
                 // The atlas beside the picture has the trail's colours, whatever the picture shows.
-                "picture.color_map" | "picture.brightest" if self.split => None,
+                "picture.color_map" | "picture.brightest" | "picture.darkest" if self.split => None,
                 _ => why_idle(key, &before),
             },
         };

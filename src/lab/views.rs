@@ -3,6 +3,7 @@
 use egui::{Align, Color32, Layout, Pos2, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use glam::{Vec2, Vec3};
 use myxo::render::camera::Side;
+use myxo::render::colormap::above;
 use myxo::render::colormap::srgb_from_linear;
 use myxo::render::exposure::tone;
 use myxo::render::hues::{hue_light, object_light};
@@ -135,7 +136,8 @@ impl Interface {
                 };
                 let map = self.view.color_map;
                 let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
-                let colors = trails.map(|trail| map.color(tone(trail, brightest)));
+                let colors =
+                    trails.map(|trail| map.color(above(tone(trail, brightest), self.view.darkest)));
                 let told = trails.map(three_digits);
                 note_value(ui.ctx(), "brightest", || told[3].clone());
                 line(ui, &colors, &format!("trail {} and more", told.join(", ")));

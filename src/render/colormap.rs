@@ -7,6 +7,7 @@
 
 use glam::{Mat3, Vec3, Vec4};
 
+use super::exposure::tone;
 use crate::scene::settings::ColorMap;
 
 /// Entries of a table.
@@ -82,13 +83,24 @@ impl ColorMap {
         linear_from_oklab(lab).clamp(Vec3::ZERO, Vec3::ONE)
     }
 
-    /// The table for the shaders: linear light, `w` is 1.
+    /// The table for the shaders: linear light, `w` is 1. Up to a share `darkest` of the brightest trail, 0 to below 1, all of
+    /// it has the first colour.
     #[must_use]
-    pub fn table(self) -> Vec<Vec4> {
+    pub fn table(self, darkest: f32) -> Vec<Vec4> {
         (0..LENGTH)
-            .map(|i| self.color(i as f32 / (LENGTH - 1) as f32).extend(1.0))
+            .map(|i| {
+                let brightness = i as f32 / (LENGTH - 1) as f32;
+                self.color(above(brightness, darkest)).extend(1.0)
+            })
             .collect()
     }
+}
+
+/// What is left of a brightness, 0 to 1, where all up to a share `darkest` of the brightest trail is dark.
+#[must_use]
+pub fn above(brightness: f32, darkest: f32) -> f32 {
+    let ground = tone(darkest, 1.0);
+    ((brightness - ground) / (1.0 - ground)).max(0.0)
 }
 
 /// One channel of light as it is written to a file: the sRGB transfer function (IEC 61966-2-1).
@@ -202,7 +214,7 @@ mod tests {
     fn every_map_grows_lighter_all_the_way() {
         for map in ColorMap::ALL {
             let lightness: Vec<f32> = map
-                .table()
+                .table(0.0)
                 .iter()
                 .map(|c| oklab_from_linear(c.truncate()).x)
                 .collect();
@@ -210,6 +222,21 @@ mod tests {
                 assert!(pair[1] > pair[0] - 2e-4, "{map:?} darkens at {i}: {pair:?}");
             }
             assert!(lightness[LENGTH - 1] - lightness[0] > 0.5, "{map:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_below_the_darkest_trail_has_the_first_colour() {
+        for darkest in [0.0, 0.1, 0.5, 0.99] {
+            let table = ColorMap::Myxo.table(darkest);
+            let first = ColorMap::Myxo.color(0.0);
+            for (i, color) in table.iter().enumerate() {
+                let brightness = i as f32 / (LENGTH - 1) as f32;
+                let is_dark = color.truncate().distance(first) < 1e-6;
+                assert_eq!(is_dark, brightness <= tone(darkest, 1.0), "{darkest}: {i}");
+            }
+            let last = table[LENGTH - 1].truncate();
+            assert!(last.distance(ColorMap::Myxo.color(1.0)) < 1e-4, "{last}");
         }
     }
 
@@ -223,7 +250,7 @@ mod tests {
         );
         assert!(difference(middle, 0x636363) < 1.0);
         for map in ColorMap::ALL {
-            let table = map.table();
+            let table = map.table(0.0);
             assert_eq!(table.len(), LENGTH);
             assert!(
                 table

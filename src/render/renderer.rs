@@ -141,7 +141,7 @@ pub struct Renderer {
     /// The colour and the seams of each triangle.
     charts: Buffer<u32>,
     colors: Buffer<Vec4>,
-    colors_are: Option<ColorMap>,
+    colors_are: Option<(ColorMap, f32)>,
     /// The slots of the particles that are drawn.
     order: Buffer<u32>,
     histogram: Buffer<u32>,
@@ -385,10 +385,11 @@ impl Renderer {
 
     /// Colours and exposure.
     fn prepare(&mut self, rec: &mut Recorder, state: &State, view: &View) {
-        if self.colors_are != Some(view.color_map) {
-            self.colors_are = Some(view.color_map);
+        let colors = (view.color_map, view.darkest);
+        if self.colors_are != Some(colors) {
+            self.colors_are = Some(colors);
             rec.barrier(Access::Vertex, Access::Copy, &[&self.colors]);
-            rec.update(&self.colors, 0, &view.color_map.table());
+            rec.update(&self.colors, 0, &view.color_map.table(view.darkest));
             rec.barrier(Access::Copy, Access::Vertex, &[&self.colors]);
         }
         match view.exposure {

@@ -19,6 +19,8 @@ pub struct View {
     pub color_map: ColorMap,
     /// How bright the trail is.
     pub exposure: Exposure,
+    /// Share of the brightest trail up to which everything has the darkest colour, 0 to below 1.
+    pub darkest: f32,
     /// Diameter of a drawn particle, pixels.
     pub particle_size: f32,
     /// The most particles that are drawn; of more, every second is, or every third, and so on.
@@ -111,6 +113,7 @@ impl View {
             show: Show::default(),
             color_map: ColorMap::default(),
             exposure: Exposure::default(),
+            darkest: 0.0,
             particle_size: 1.0,
             most_particles: u32::MAX,
             background: Vec3::ZERO,
@@ -137,6 +140,7 @@ impl View {
             brightest if brightest > 0.0 => Exposure::Fixed(brightest),
             _ => Exposure::default(),
         };
+        self.darkest = picture.darkest;
         self.particle_size = picture.particle_size;
         self.background = Vec3::from_array(picture.background);
         self.charts = picture.charts;
@@ -163,6 +167,7 @@ impl View {
     pub fn tell(&self, picture: &mut PictureSettings) {
         picture.show = self.show;
         picture.color_map = self.color_map;
+        picture.darkest = self.darkest;
         picture.charts = self.charts;
         picture.particle_size = self.particle_size;
         picture.light_azimuth = self.light.azimuth;

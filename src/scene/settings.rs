@@ -334,6 +334,8 @@ impl Default for CameraSettings {
 pub struct PictureSettings {
     /// Trail value that gets the brightest colour; 0 takes it from the picture's own range.
     pub brightest: f32,
+    /// Share of the brightest trail up to which everything has the darkest colour, 0 to 0.99.
+    pub darkest: f32,
     /// What is drawn.
     pub show: Show,
     /// Colours of the trail.
@@ -360,6 +362,7 @@ impl Default for PictureSettings {
     fn default() -> Self {
         Self {
             brightest: 0.0,
+            darkest: 0.0,
             show: Show::Surface,
             color_map: ColorMap::Myxo,
             charts: 0.0,

@@ -168,7 +168,17 @@ fn hands_paint_what_they_touch() {
     lab.wait("it says nothing", |seen| !told(seen));
     lab.click("probe");
     lab.point("picture", 0.5);
-    lab.wait("it says it again", told);
+    let seen = lab.wait("it says it again", told);
+    let says = |what: &str| seen["values"][format!("probe.{what}")].as_str();
+    assert_eq!(says("object"), Some("ball"));
+    let triangle = says("triangle").map(|words| words.replace(',', ""));
+    let triangle = triangle.and_then(|words| words.parse::<u32>().ok());
+    assert!(triangle < Some(1280), "{triangle:?}");
+    let uv = says("uv").unwrap_or_default().split_whitespace();
+    let uv: Vec<f32> = uv.map(|words| words.parse().expect("numbers")).collect();
+    assert_eq!(uv.len(), 2);
+    assert!(uv.iter().all(|u| *u >= 0.0) && uv.iter().sum::<f32>() < 1.001);
+    assert!(says("to others").is_some_and(|words| words.ends_with("radii")));
     lab.click("tool=look");
     lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
     lab.quit();

@@ -40,7 +40,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             !settings.picture.show.has_charts(),
             "The views Density, Wireframe, Charts, Distance and Nearest do not have it.",
         ),
-        "picture.color_map" | "picture.brightest"
+        "picture.color_map" | "picture.brightest" | "picture.darkest"
             if matches!(settings.picture.show, Show::Distance | Show::Nearest) =>
         {
             Some("The views Distance and Nearest have colours of their own.")
@@ -51,6 +51,13 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
                 Show::Particles | Show::Headings | Show::Density | Show::Charts
             ),
             "The views Particles, Headings, Density and Charts do not show the trail.",
+        ),
+        "picture.darkest" => because(
+            matches!(
+                settings.picture.show,
+                Show::Particles | Show::Headings | Show::Charts
+            ),
+            "The views Particles, Headings and Charts have no scale of colours.",
         ),
         "picture.background" => because(
             settings.picture.show.is_flat(),
@@ -245,7 +252,8 @@ mod tests {
             [
                 "particles.start_food",
                 "particles.start_mask",
-                "picture.brightest"
+                "picture.brightest",
+                "picture.darkest"
             ],
             "all others have an effect"
         );
@@ -256,7 +264,8 @@ mod tests {
                 "particles.start_at",
                 "particles.start_radius",
                 "particles.start_food",
-                "picture.brightest"
+                "picture.brightest",
+                "picture.darkest"
             ]
         );
         settings.particles.start_heading = Heading::Radial;
@@ -266,7 +275,8 @@ mod tests {
                 "particles.start_radius",
                 "particles.start_food",
                 "particles.start_direction",
-                "picture.brightest"
+                "picture.brightest",
+                "picture.darkest"
             ]
         );
         settings.particles.start_heading = Heading::Auto;
@@ -280,7 +290,8 @@ mod tests {
                 "particles.start_mask",
                 "particles.start_direction",
                 "trail.diffusion_distance",
-                "picture.brightest"
+                "picture.brightest",
+                "picture.darkest"
             ]
         );
     }

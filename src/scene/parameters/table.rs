@@ -516,6 +516,14 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(picture.brightest, (0.0, 1e9), (0.0, 200.0), Logarithmic),
     },
     Parameter {
+        key: "picture.darkest",
+        name: "Darkest trail",
+        unit: "share of the brightest",
+        help: "Up to this share of the brightest trail everything has the darkest colour. 0 shows the faintest haze.",
+        effect: Effect::Live,
+        kind: real!(picture.darkest, (0.0, 0.99), (0.0, 0.9), Linear),
+    },
+    Parameter {
         key: "picture.show",
         name: "Show",
         unit: "",
