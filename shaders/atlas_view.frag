@@ -57,6 +57,7 @@ void main() {
     float brightness = params.trail_share * tone(sum / max(owned, 1.0), brightest[0]);
     vec3 matte = mix(BARE, owned_chart / max(owned, 1.0), params.chart_share);
     vec3 beside = mix(UNOWNED, other_chart / max(all - owned, 1.0), params.chart_share);
-    vec3 shown = matte * (1.0 - brightness) + params.trail_share * color_of(brightness);
+    vec4 trail_color = color_of(brightness);
+    vec3 shown = matte * (1.0 - trail_color.a) + params.trail_share * trail_color.rgb;
     color = vec4(mix(beside, shown, owned / all), 1.0);
 }

@@ -52,7 +52,7 @@ vec3 wireframe() {
     Taps taps = taps_at(texel_at(uv));
     vec4 there = vec4(texel_of(trail, taps.texels.x), texel_of(trail, taps.texels.y),
         texel_of(trail, taps.texels.z), texel_of(trail, taps.texels.w));
-    vec3 under = 0.3 * color_of(tone(between(there, taps.weight), brightest[0]));
+    vec3 under = 0.3 * color_of(tone(between(there, taps.weight), brightest[0])).rgb;
     return mix(BARE + under, vec3(0.62, 0.66, 0.70), line * mix(0.05, 0.85, smoothstep(2.0, 14.0, side)));
 }
 
@@ -75,7 +75,7 @@ vec3 crowd() {
             }
         }
     }
-    return color_of(log2(1.0 + particles / max(area * params.usual, 1e-20)) / 6.0);
+    return color_of(log2(1.0 + particles / max(area * params.usual, 1e-20)) / 6.0).rgb;
 }
 
 vec4 distances_of(uvec4 texels) {

@@ -54,7 +54,7 @@ void main() {
         vec2 heading = uintBitsToFloat(texelFetch(motions, slot).xy);
         light = hue_light(turn_of(frame_of(particle.triangle), heading, pose)) * shade;
     } else {
-        light = color_of(0.92 * shade) * params.strength;
+        light = color_of(mix(params.ground, 1.0, 0.92 * shade)).rgb * params.strength;
     }
     gl_Position = params.clip_from_world * vec4(position, 1.0);
     gl_PointSize = params.diameter;

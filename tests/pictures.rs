@@ -272,10 +272,10 @@ fn colours_are_encoded_once() {
             let picture = stage.picture(&gpu);
             // As `tone` in colormap.glsl: 0.45 is the shoulder.
             let tone = |value: f32| (1.45 * value / (value + 0.45)).min(1.0);
-            let shown = tone(value);
-            let color = map.color((shown - tone(darkest)) / (1.0 - tone(darkest)));
+            let shown = (tone(value) - tone(darkest)) / (1.0 - tone(darkest));
+            let shown = shown.max(0.0);
             // On the bare material, which ever less of shows.
-            let light = color + (1.0 - shown) * Vec3::new(0.021, 0.022, 0.025);
+            let light = map.color(shown) + (1.0 - shown) * Vec3::new(0.021, 0.022, 0.025);
             let expected = light
                 .to_array()
                 .map(|linear| 255.0 * srgb_from_linear(linear));

@@ -21,11 +21,11 @@ float tone_slope(float trail, float brightest) {
     return (1.0 + shoulder) * shoulder / (x * x * brightest);
 }
 
-// The colour of a brightness, between the two nearest entries of the table.
-vec3 color_of(float brightness) {
+// The colour of a brightness, between the two nearest entries of the table, and how much it hides of what is below.
+vec4 color_of(float brightness) {
     float place = clamp(brightness, 0.0, 1.0) * float(COLOR_COUNT - 1u);
     uint entry = min(uint(place), COLOR_COUNT - 2u);
-    return mix(colors[entry].rgb, colors[entry + 1u].rgb, place - float(entry));
+    return mix(colors[entry], colors[entry + 1u], place - float(entry));
 }
 
 #endif

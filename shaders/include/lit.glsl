@@ -19,12 +19,12 @@ vec4 lit(float trail_value, vec3 bare, vec3 outwards, float open) {
     vec3 n = gl_FrontFacing ? outwards : -outwards;
     vec3 to_eye = normalize(params.eye - position);
     float brightness = params.trail_share * tone(trail_value, brightest[0]);
-    vec3 trail_color = color_of(brightness);
-    vec3 matte = bare * (1.0 - brightness) + trail_color;
+    vec4 trail_color = color_of(brightness);
+    vec3 matte = bare * (1.0 - trail_color.a) + trail_color.rgb;
     float left = 1.0 - params.occlusion * (1.0 - open);
     vec3 light = params.lamp * (matte * diffuse_light(n, params.key_direction, left)
             + left * specular_light(n, to_eye, params.key_direction))
-        + params.glow * trail_color;
+        + params.glow * trail_color.rgb;
     return vec4(dithered(light, gl_FragCoord.xy), 1.0);
 }
 

@@ -1,6 +1,6 @@
 //! The trail's colours as pictures have them, at a texel and as a whole texture.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::mesh::atlas::Atlas;
@@ -14,8 +14,8 @@ const BARE: Vec3 = Vec3::new(0.021, 0.022, 0.025);
 
 /// From trail values to colours.
 pub struct Paint {
-    /// Linear light, from no trail to the brightest.
-    table: Vec<Vec3>,
+    /// Linear light, from no trail to the brightest, and how much it hides of what is below.
+    table: Vec<Vec4>,
     /// The trail value of the brightest colour.
     pub brightest: f32,
 }
@@ -24,9 +24,8 @@ impl Paint {
     /// As a picture with this view has them; `density` says which texels belong to triangles.
     #[must_use]
     pub fn new(view: &View, trail: &[f32], density: &[f32]) -> Self {
-        let table = view.color_map.table(view.darkest);
         Self {
-            table: table.iter().map(|color| color.truncate()).collect(),
+            table: view.color_map.table(view.darkest),
             brightest: match view.exposure {
                 Exposure::Fixed(brightest) => brightest.max(f32::MIN_POSITIVE),
                 Exposure::Auto { clipped_share, .. } => exposed(clipped_share, trail, density),
@@ -35,7 +34,7 @@ impl Paint {
     }
 
     /// Twin of `color_of` in `shaders/include/colormap.glsl`.
-    fn color_of(&self, brightness: f32) -> Vec3 {
+    fn color_of(&self, brightness: f32) -> Vec4 {
         let last = self.table.len() - 1;
         let place = brightness.clamp(0.0, 1.0) * last as f32;
         let entry = (place as usize).min(last - 1);
@@ -45,14 +44,14 @@ impl Paint {
     /// The colour of the surface under white light, in linear light: bare material where there is no trail.
     #[must_use]
     pub fn color(&self, trail: f32) -> Vec3 {
-        let brightness = tone(trail, self.brightest);
-        BARE * (1.0 - brightness) + self.color_of(brightness)
+        let color = self.color_of(tone(trail, self.brightest));
+        BARE * (1.0 - color.w) + color.truncate()
     }
 
     /// What of it is the trail's alone, which glows.
     #[must_use]
     pub fn glow(&self, trail: f32) -> Vec3 {
-        self.color_of(tone(trail, self.brightest))
+        self.color_of(tone(trail, self.brightest)).truncate()
     }
 
     /// The surface's colour as three bytes of a file.

@@ -83,23 +83,29 @@ impl ColorMap {
         linear_from_oklab(lab).clamp(Vec3::ZERO, Vec3::ONE)
     }
 
-    /// The table for the shaders: linear light, `w` is 1. Up to a share `darkest` of the brightest trail, 0 to below 1, all of
-    /// it has the first colour.
+    /// The table for the shaders: linear light, and in `w` how much of what is below is hidden, 0 to 1. Up to a share `darkest`
+    /// of the brightest trail, 0 to below 1, all of it has the first colour, and hides nothing.
     #[must_use]
     pub fn table(self, darkest: f32) -> Vec<Vec4> {
         (0..LENGTH)
             .map(|i| {
-                let brightness = i as f32 / (LENGTH - 1) as f32;
-                self.color(above(brightness, darkest)).extend(1.0)
+                let brightness = above(i as f32 / (LENGTH - 1) as f32, darkest);
+                self.color(brightness).extend(brightness)
             })
             .collect()
     }
 }
 
-/// What is left of a brightness, 0 to 1, where all up to a share `darkest` of the brightest trail is dark.
+/// The brightness at which colours begin, where all up to a share `darkest` of the brightest trail is dark.
+#[must_use]
+pub fn ground(darkest: f32) -> f32 {
+    tone(darkest, 1.0)
+}
+
+/// What is left of a brightness, 0 to 1, above that.
 #[must_use]
 pub fn above(brightness: f32, darkest: f32) -> f32 {
-    let ground = tone(darkest, 1.0);
+    let ground = ground(darkest);
     ((brightness - ground) / (1.0 - ground)).max(0.0)
 }
 

@@ -4,6 +4,7 @@ use glam::Vec2;
 
 use super::{Renderer, Shot, world_per_pixel};
 use crate::gpu::{Access, PassRecorder, Recorder, Threads};
+use crate::render::colormap::ground;
 use crate::render::draw_order;
 use crate::render::view::View;
 use crate::scene::settings::Show;
@@ -64,6 +65,7 @@ impl Renderer {
                 diameter: view.particle_size.max(1.0),
                 strength: strength(drawn, self.shape.radius, view, size),
                 hued: u32::from(is_hued),
+                ground: ground(view.darkest),
             },
         );
     }

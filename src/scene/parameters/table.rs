@@ -6,6 +6,9 @@ use crate::scene::settings::{
     SignRule, Start, Strategy,
 };
 
+/// Of what is added to sensors.
+const WEIGHTS: (f64, f64) = (-1e6, 1e6);
+
 /// Every parameter of a scene, in the order that people read them.
 pub static PARAMETERS: &[Parameter] = &[
     Parameter {
@@ -229,12 +232,7 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "trail units per scene radius",
         help: "Added to a sensor for its height (+Y). Positive values climb, negative ones sink, 0 is off.",
         effect: Effect::Live,
-        kind: real!(
-            physarum.gravity_weight,
-            (-1e6, 1e6),
-            (-500.0, 500.0),
-            Linear
-        ),
+        kind: real!(physarum.gravity_weight, WEIGHTS, (-500.0, 500.0), Linear),
     },
     Parameter {
         key: "physarum.decrowding_weight",
@@ -244,7 +242,7 @@ pub static PARAMETERS: &[Parameter] = &[
         effect: Effect::Live,
         kind: real!(
             physarum.decrowding_weight,
-            (-1e6, 1e6),
+            WEIGHTS,
             (0.0, 20.0),
             Logarithmic
         ),
@@ -255,12 +253,7 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "trail units per scene radius",
         help: "Added to a sensor for the signed distance to other objects. Positive values keep away from them, negative ones seek them, 0 is off.",
         effect: Effect::Live,
-        kind: real!(
-            physarum.distance_weight,
-            (-1e6, 1e6),
-            (-500.0, 500.0),
-            Linear
-        ),
+        kind: real!(physarum.distance_weight, WEIGHTS, (-500.0, 500.0), Linear),
     },
     Parameter {
         key: "time.dt",
