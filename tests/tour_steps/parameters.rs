@@ -131,7 +131,7 @@ const MODEL: &str = "motion.model";
 const SENSING: &str = "physarum.sensing";
 const START_FOOD: &str = "particles.start_food";
 /// Particles are drawn without the trail.
-const BRIGHTEST: &str = "picture.brightest";
+const OF_TRAIL: [&str; 2] = ["picture.brightest", "picture.darkest"];
 
 /// These have buttons and a list instead of what can be typed; other tours use them.
 fn has_row(parameter: &Parameter) -> bool {
@@ -180,7 +180,8 @@ fn every_parameter_can_be_turned_by_hand() {
     lab.click("particles.start=mask");
     expected.particles.start = Start::Mask;
     let (of_food, idle): (Vec<_>, Vec<_>) = (idle.into_iter()).partition(|p| p.key == START_FOOD);
-    let (of_trail, idle): (Vec<_>, Vec<_>) = (idle.into_iter()).partition(|p| p.key == BRIGHTEST);
+    let (of_trail, idle): (Vec<_>, Vec<_>) =
+        (idle.into_iter()).partition(|p| OF_TRAIL.contains(&p.key));
     for parameter in idle {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
