@@ -148,6 +148,49 @@ fn what_cannot_be_written_is_known_at_once() {
     assert_eq!(std::fs::read(file).expect("it is there"), b"");
 }
 
+/// A series has the states of its steps, as a run to each of them exports it, and goes on where a checkpoint ended.
+#[test]
+fn a_series_has_each_step_in_a_file_of_its_own() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let (series, state) = (folder.file("x.npz"), folder.file("x.state"));
+    let scene = [&["export"], &TINY[..]].concat();
+    let run = |options: &[&str]| done(&[&scene, options].concat());
+    let kept = ["--checkpoint", path(&state)];
+    let every = ["--every", "3", "--out", path(&series)];
+    let messages = run(&[&["--steps", "7"], &every[..], &kept].concat());
+    let name = |step: u32| format!("x_{step:06}.npz");
+    for step in [3, 6, 7] {
+        let told = path(&folder.file(name(step))).to_owned();
+        assert!(messages.contains(&told), "{told} in {messages}");
+    }
+    let names = [3, 6, 7].map(name);
+    let wanted: Vec<&str> = ["x.state"]
+        .into_iter()
+        .chain(names.iter().map(String::as_str))
+        .collect();
+    assert_eq!(folder.names(), wanted, "and nothing of another name");
+    for step in [3, 7] {
+        let alone = folder.file("alone.npz");
+        run(&["--steps", &step.to_string(), "--out", path(&alone)]);
+        let [found, wanted] = [&folder.file(name(step)), &alone]
+            .map(|file| std::fs::read(file).expect("it is there"));
+        assert!(found == wanted, "step {step}");
+    }
+    // By the steps of the whole, wherever it goes on.
+    run(&[&["--steps", "3", "--resume", path(&state)], &every[..]].concat());
+    for step in [9, 10] {
+        assert!(folder.file(name(step)).exists(), "{step}");
+    }
+    assert!(!folder.file(name(8)).exists());
+    refused(
+        2,
+        &[&scene[..], &["--every", "0", "--out", "x.npz"]].concat(),
+    );
+}
+
 /// What fails is told, nothing half-written is left, what was there before stays, and what fits is written.
 #[cfg(unix)]
 #[test]
@@ -172,6 +215,28 @@ fn a_full_disk_leaves_what_is_whole() {
     assert_eq!(folder.names(), ["x.glb", "x.npz", "x.ply", "x.toml"]);
     let old = std::fs::read(folder.file("x.npz")).expect("it is there");
     assert_eq!(old, b"old");
+    // Of a series each is told, and the others are written.
+    let out = [folder.file("y.npz"), folder.file("y.toml")];
+    let mut arguments = [&["export"], &TINY[..], &["--steps", "2", "--every", "1"]].concat();
+    out.iter()
+        .for_each(|file| arguments.extend(["--out", path(file)]));
+    let output = program::with_files_up_to(64, &arguments);
+    let messages = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    for step in [1, 2] {
+        let lacks = format!(
+            "cannot write {}",
+            path(&folder.file(format!("y_{step:06}.npz")))
+        );
+        assert_eq!(messages.matches(&lacks).count(), 1, "{messages}");
+        assert!(folder.file(format!("y_{step:06}.toml")).exists());
+    }
+    assert!(
+        !folder
+            .names()
+            .iter()
+            .any(|name| name.starts_with("y_") && name.ends_with("npz"))
+    );
 }
 
 #[test]

@@ -21,6 +21,8 @@ mod program;
 mod views;
 #[path = "tour_steps/window_times.rs"]
 mod window_times;
+#[path = "tour_steps/worked.rs"]
+mod worked;
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -79,6 +81,7 @@ fn said(mut file: &File) -> String {
 
 /// Is there a display and a hand to be had?
 fn can_tour() -> bool {
+    worked::begins();
     let has = |tool: &str| {
         let mut version = Command::new(tool);
         version.arg("-version").stdin(Stdio::null());
@@ -97,6 +100,7 @@ fn can_tour() -> bool {
 }
 
 fn xdotool(arguments: &[&str]) -> String {
+    worked::did(arguments);
     let output = Command::new("xdotool")
         .args(arguments)
         .output()
@@ -168,7 +172,9 @@ impl Lab {
     }
 
     fn seen(&self) -> Option<Value> {
-        serde_json::from_str(&std::fs::read_to_string(&self.places).ok()?).ok()
+        let seen = serde_json::from_str(&std::fs::read_to_string(&self.places).ok()?).ok()?;
+        worked::met(&seen);
+        Some(seen)
     }
 
     /// Waits until it is so.
@@ -233,6 +239,7 @@ impl Lab {
         let x = (left + share * (right - left)).round().to_string();
         let y = (0.5 * (top + bottom)).round().to_string();
         xdotool(&["mousemove", &x, &y]);
+        worked::at(name);
         sleep(Duration::from_millis(60));
     }
 
@@ -449,9 +456,11 @@ fn every_button_and_key_has_its_effect() {
     assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
     lab.click("redo");
     assert_eq!(lab.save("cube").trail.decay, 0.5);
-    lab.key("ctrl+z");
-    lab.key("ctrl+shift+z");
-    assert_eq!(lab.save("cube").trail.decay, 0.5);
+    for key in ["ctrl+shift+z", "ctrl+y"] {
+        lab.key("ctrl+z");
+        lab.key(key);
+        assert_eq!(lab.save("cube").trail.decay, 0.5, "{key}");
+    }
     lab.click("trail.decay:reset");
     assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
 

@@ -1,15 +1,16 @@
 //! `myxo export`: models, data and scene files of a state.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, value_parser};
 use myxo::Result;
 use myxo::export::{self, Export, ExportFile};
 use myxo::render::output::Written;
+use myxo::sim::Snapshot;
 
 use super::files::{Sink, check_distinct};
 use super::options::CommonOptions;
-use super::session::{Ending, Session};
+use super::session::Session;
 use super::{Outcome, console, interrupt};
 
 /// Vertices that are more texels apart than this are too few for the trail.
@@ -18,7 +19,8 @@ const FINE: f32 = 6.0;
 /// Run a scene without a window and take its state out: as model, as data, as scene file
 ///
 /// The name of each --out says what it becomes: x.glb is a model with the trail as texture (or, by --colors vertex, as
-/// colours of its vertices), x.ply a mesh with colours, x.npz all data for NumPy, x.toml a scene that begins here.
+/// colours of its vertices), x.ply a mesh with colours, x.npz all data for NumPy, x.toml a scene that begins here. With --every
+/// there is a series of each: x_000400.npz is x.npz of step 400.
 #[derive(Clone, Debug, Args)]
 #[command(
     name = "export",
@@ -26,6 +28,7 @@ const FINE: f32 = 6.0;
 Examples:
   myxo export torus --steps 400 --out torus.glb
   myxo export trio --steps 900 --out trio.npz --out trio.ply --report trio.json
+  myxo export torus --steps 2000 --every 100 --out torus.npz
   myxo export suzanne --preset cells --steps 600 --colors vertex --out head.glb
   myxo export --resume torus.ckpt --steps 0 --out torus.npz"
 )]
@@ -39,6 +42,9 @@ pub struct ExportCommand {
     /// What to write: .glb, .ply, .npz or .toml. May be repeated
     #[arg(long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
+    /// Writes the files at every step that is a multiple of N, counted from step 0, and at the end, with the step in their names
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+    every: Option<u32>,
     /// Writes the report of the run as JSON; - for the standard output
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -73,24 +79,28 @@ impl ExportCommand {
         interrupt::install()?;
 
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
-        let ran = self.step(&mut session).and_then(|completed| {
+        let mut series = Series::new(self.every.is_none().then_some(files));
+        let ran = self.step(&mut session, &mut series).and_then(|completed| {
             let ending = session.finish()?;
-            let written = self.write(files, &session, &ending)?;
-            Ok((completed, ending, written))
+            self.write(&mut series, &session, &ending.snapshot)?;
+            Ok((completed, ending))
         });
         session.progress.finish();
-        let (completed, ending, written) = ran?;
+        let written = |series: &Series| {
+            for written in &series.written {
+                console::message(&written.to_string());
+            }
+        };
+        let (completed, ending) = ran.inspect_err(|_| written(&series))?;
 
-        let all = written.len() == self.out.len() && !ending.lacks_checkpoint;
+        let all = !series.lacks_files && !ending.lacks_checkpoint;
         console::message(&format!(
             "{} at step {}: state hash {:016x}",
             session.scene.name,
             ending.snapshot.step,
             ending.snapshot.hash()
         ));
-        for written in written {
-            console::message(&written.to_string());
-        }
+        written(&series);
         if let Some(sink) = report_sink {
             sink.write(session.report(&ending, !completed).to_json())?;
         }
@@ -101,48 +111,109 @@ impl ExportCommand {
         })
     }
 
-    /// Runs the steps; says whether all of them were run.
-    fn step(&self, session: &mut Session) -> Result<bool> {
-        for _ in 0..self.steps {
+    /// Runs the steps and writes what is due on the way; says whether all of them were run.
+    fn step(&self, session: &mut Session, series: &mut Series) -> Result<bool> {
+        for done in 1..=self.steps {
             if interrupt::requested() {
                 return Ok(false);
             }
             session.step()?;
             session.forget_first(self.steps)?;
+            let step = session.simulation.step();
+            let is_due = |every: u32| step.is_multiple_of(u64::from(every));
+            // The end writes its own.
+            if done < self.steps && self.every.is_some_and(is_due) {
+                let snapshot = session.snapshot()?;
+                self.write(series, session, &snapshot)?;
+                session.progress.goes_on();
+            }
         }
         Ok(true)
     }
 
+    /// The files of a state.
+    fn files(&self, series: &mut Series, step: u64) -> Vec<Result<ExportFile>> {
+        match series.files.take() {
+            Some(files) => files.into_iter().map(Ok).collect(),
+            None => {
+                let paths = self.out.iter().map(|path| of_step(path, step));
+                paths.map(|path| ExportFile::create(&path)).collect()
+            }
+        }
+    }
+
     /// Writes the files. One that fails is told about, and the others go on.
-    fn write(
-        &self,
-        files: Vec<ExportFile>,
-        session: &Session,
-        ending: &Ending,
-    ) -> Result<Vec<Written>> {
-        let export = Export::of(&session.scene, &session.simulation, &ending.snapshot)?;
+    fn write(&self, series: &mut Series, session: &Session, snapshot: &Snapshot) -> Result<()> {
+        // Where it was interrupted, the end may be what was just written.
+        if series.step.replace(snapshot.step) == Some(snapshot.step) {
+            return Ok(());
+        }
+        let export = Export::of(&session.scene, &session.simulation, snapshot)?;
         let colors = match self.colors {
             Colors::Texture => export::Colors::Texture,
             Colors::Vertex => export::Colors::Vertex,
         };
+        let files = self.files(series, snapshot.step);
         let apart = export.texels_between_vertices();
-        if apart > FINE && files.iter().any(|file| file.is_as_fine_as_its_mesh(colors)) {
+        let mut all = files.iter().flatten();
+        if !series.has_told && apart > FINE && all.any(|file| file.is_as_fine_as_its_mesh(colors)) {
+            series.has_told = true;
             session.progress.say(&format!(
                 "{}: vertices lie about {apart:.0} texels apart, and the trail is finer than that: colours of vertices \
                  show little of it; a .glb with texture shows it all",
                 session.scene.name
             ));
         }
-        let mut written = Vec::new();
         for file in files {
-            session
-                .progress
-                .doing(&format!("writing {}", file.path().display()));
-            match file.write(&export, colors) {
-                Ok(file) => written.push(file),
-                Err(error) => session.progress.say(&format!("myxo: {error}")),
+            let written = file.and_then(|file| {
+                let path = file.path().display();
+                session.progress.doing(&format!("writing {path}"));
+                file.write(&export, colors)
+            });
+            match written {
+                Ok(file) => series.written.push(file),
+                Err(error) => {
+                    series.lacks_files = true;
+                    session.progress.say(&format!("myxo: {error}"));
+                }
             }
         }
-        Ok(written)
+        Ok(())
     }
+}
+
+/// What is written on the way and at the end.
+struct Series {
+    /// Those that were begun before the work, where the end is all there is.
+    files: Option<Vec<ExportFile>>,
+    written: Vec<Written>,
+    /// Which was written last.
+    step: Option<u64>,
+    /// Some could not be written.
+    lacks_files: bool,
+    /// How coarse vertices are was said.
+    has_told: bool,
+}
+
+impl Series {
+    fn new(files: Option<Vec<ExportFile>>) -> Self {
+        Self {
+            files,
+            written: Vec::new(),
+            step: None,
+            lacks_files: false,
+            has_told: false,
+        }
+    }
+}
+
+/// `x.npz` of step 400 is `x_000400.npz`.
+fn of_step(path: &Path, step: u64) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_{step:06}"));
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
 }

@@ -68,6 +68,11 @@ impl Progress {
         self.bar.set_message(format!("{}: {what}", self.what));
     }
 
+    /// Steps come next, again.
+    pub fn goes_on(&self) {
+        self.bar.set_message(self.what.clone());
+    }
+
     /// One more step is done.
     pub fn step(&mut self) {
         if self.is_silent {

@@ -66,7 +66,7 @@ pub struct Session {
 pub struct Ending {
     /// The state after the last step.
     pub snapshot: Snapshot,
-    /// From the first step to the last, compiling of kernels included.
+    /// From the first step to the last, compiling of kernels and what is written on the way included.
     pub wall: Duration,
     /// Steps that this session did; with earlier repetitions, those of all.
     pub steps: u64,
@@ -250,6 +250,12 @@ impl Session {
             Err(error) => return Err(error.into()),
         };
         Ok(())
+    }
+
+    /// The state after the steps so far.
+    pub fn snapshot(&mut self) -> Result<Snapshot> {
+        spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
+        self.simulation.snapshot()
     }
 
     /// Forgets the GPU times so far.

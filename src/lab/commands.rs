@@ -71,6 +71,10 @@ impl Lab {
             }
             Command::Save => self.save(context),
             Command::AskWhereToSave => self.ask_where_to_save(context),
+            Command::AskForFolder => {
+                let folder = self.folder_out();
+                self.interface.begin_to_choose_folder(context, &folder);
+            }
             Command::SaveAs(file) => self.save_as(context, file),
             Command::FullScreen => {
                 let screen = self.window.fullscreen().is_none();

@@ -64,6 +64,8 @@ pub enum Command {
     Save,
     /// Opens the dialog that asks where.
     AskWhereToSave,
+    /// Opens the dialog that asks for the folder of what is taken out.
+    AskForFolder,
     /// Saves the scene in this file, in the place of what is there.
     SaveAs(PathBuf),
     /// Show another scene that comes with the program.

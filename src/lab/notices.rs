@@ -124,6 +124,12 @@ fn show_error(ui: &mut Ui, place: usize, error: &str) -> bool {
             ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
                 let cross = RichText::new("×").color(theme::weak(ui));
                 ui.add(egui::Label::new(cross).selectable(false));
+                let copy = RichText::new("🗐").small().color(theme::weak(ui));
+                let copy = ui.add(egui::Button::new(copy).frame(false));
+                let copy = copy.on_hover_text("Copies what it says");
+                if copy.marked(&format!("error.{place}:copy")).clicked() {
+                    ui.ctx().copy_text(error.to_owned());
+                }
                 ui.with_layout(Layout::top_down(Align::Min), |ui| {
                     let text = RichText::new(error).color(theme::error(ui));
                     ui.add(egui::Label::new(text).selectable(false));

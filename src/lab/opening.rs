@@ -1,5 +1,6 @@
 //! "Open…": a file that is chosen in the window itself, for whoever cannot drop one onto it, as on Wayland. It goes the way
-//! of a file that was dropped; a picture to begin on goes into the row that asks for it. The same asks where to save.
+//! of a file that was dropped; a picture to begin on goes into the row that asks for it. The same asks where to save, and for the
+//! folder of what is taken out.
 
 use std::cell::RefCell;
 use std::mem::discriminant;
@@ -59,6 +60,8 @@ enum Purpose {
     Mask(String),
     /// Where the scene is saved.
     Save,
+    /// The folder for what is taken out.
+    Folder,
 }
 
 /// The dialog, once somebody has asked for it. A copy shows the same one.
@@ -118,6 +121,12 @@ impl Opening {
         dialog.save_file();
     }
 
+    /// Asks for a folder; at first it is this one.
+    fn choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
+        let dialog = self.prepared(ctx, Purpose::Folder, folder);
+        dialog.borrow_mut().pick_directory();
+    }
+
     /// The dialog for a purpose, which begins in this folder.
     fn prepared(
         &mut self,
@@ -135,6 +144,13 @@ impl Opening {
                 .add_save_extension(SCENES.0, SCENES.1)
                 .default_save_extension(SCENES.0)
                 .show_new_folder_button(true),
+            Purpose::Folder => {
+                let mut dialog = dialog("Where files go", &[]).show_new_folder_button(true);
+                let labels = dialog.labels_mut();
+                labels.open_button = "Choose".to_owned();
+                labels.selected_directory = "This folder:".to_owned();
+                dialog
+            }
         };
         let dialog = (self.dialog).get_or_insert_with(|| Rc::new(made().into()));
         let dialog = Rc::clone(dialog);
@@ -232,6 +248,12 @@ impl Interface {
         self.opening.save(ctx, folder, name);
     }
 
+    /// Asks for the folder of what is taken out.
+    pub(super) fn begin_to_choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
+        self.gallery.open = false;
+        self.opening.choose_folder(ctx, folder);
+    }
+
     /// The same for the picture of a row.
     pub(super) fn begin_to_open_mask(&mut self, ctx: &egui::Context, key: String) {
         self.gallery.open = false;
@@ -247,6 +269,20 @@ impl Interface {
         match &self.opening.purpose {
             Purpose::Open => commands.push(Command::TakeFile(path)),
             Purpose::Save => commands.push(Command::SaveAs(path)),
+            Purpose::Folder => {
+                let path = whole(&path);
+                // As if it had been typed.
+                match path.to_str().filter(|text| text.trim() == *text) {
+                    Some(text) => self.out.folder = text.to_owned(),
+                    None => {
+                        let text = format!(
+                            "{}: rename this folder, or take another: it cannot be typed",
+                            path.display()
+                        );
+                        self.notice(ctx, text, true);
+                    }
+                }
+            }
             Purpose::Mask(key) => {
                 if let Some(mask) = mask_of(&mut self.edited, key) {
                     *mask = as_written(&path, &self.opening.scene);

@@ -80,6 +80,7 @@ pub fn row_with<T>(
             };
             // A label that can be selected would take the click from the row.
             ui.add(Label::new(name).selectable(false))
+                .marked(&format!("{key}:name"))
                 .on_hover_ui(|ui| explain(ui, parameter, context, idle));
             if !parameter.unit.is_empty() {
                 let unit = RichText::new(parameter.unit).small();

@@ -140,6 +140,16 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     views::drag_until(&lab, "trail.decay", (-48, 0), "trail.decay");
     let dragged = saved.next().trail.decay;
     assert!(dragged < decay - 0.05, "{dragged}, and {decay} before");
+    // The menu of a row has two ways back.
+    let usual = Settings::default().trail.decay;
+    for (way, wanted) in [("default", usual), ("scene", decay)] {
+        lab.point("trail.decay:name", 0.5);
+        xdotool(&["click", "3"]);
+        lab.click(&format!("trail.decay:{way}"));
+        let wanted = wanted.to_string();
+        lab.wait(way, |seen| seen["values"]["trail.decay"] == wanted.as_str());
+    }
+    assert_ne!(usual, decay, "there are two");
     lab.find("position");
     let position = "object.0.position";
     views::drag_until(&lab, &format!("{position}.x"), (48, 0), position);

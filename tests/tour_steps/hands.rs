@@ -7,7 +7,8 @@ mod back;
 #[path = "objects.rs"]
 mod objects;
 
-use myxo::scene::settings::FoodSettings;
+use glam::{DQuat, EulerRot};
+use myxo::scene::settings::{FoodSettings, ObjectSettings};
 
 use super::*;
 
@@ -321,6 +322,14 @@ fn hands_work_in_every_view() {
     lab.quit();
 }
 
+/// How an object is turned: about X, then Y, then Z.
+fn rotation(object: &ObjectSettings) -> DQuat {
+    let [x, y, z] = object
+        .rotation
+        .map(|degrees| f64::from(degrees).to_radians());
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
+}
+
 #[test]
 fn hands_move_and_turn_objects() {
     if !can_tour() {
@@ -372,10 +381,19 @@ fn hands_move_and_turn_objects() {
         // In one slow frame two of them would be one.
         lab.save("pair");
     }
-    lab.pull("gizmo=turn", ["8", "8"]);
-    let turned = lab.save("pair");
-    assert_ne!(turned.objects[0].rotation, moved.objects[0].rotation);
-    assert_eq!(turned.objects[0].position, moved.objects[0].position);
+    // About the axis of the ring, and no other.
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        lab.pull(&format!("gizmo=turn.{name}"), ["8", "8"]);
+        let turned = lab.save("pair");
+        let before = &moved.objects[0];
+        assert_eq!(turned.objects[0].position, before.position, "{name}");
+        let rotations = [before, &turned.objects[0]].map(rotation);
+        let (about, angle) = (rotations[1] * rotations[0].inverse()).to_axis_angle();
+        let along = about.as_ref()[axis].abs();
+        assert!(angle > 0.01 && along > 0.999, "{name}: {angle}, {about}");
+        lab.key("ctrl+z");
+        assert_eq!(lab.save("pair").objects[0], *before, "{name}");
+    }
     lab.quit();
 }
 

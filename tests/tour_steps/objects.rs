@@ -1,6 +1,8 @@
 //! Steps of the tour with whole objects: scaled by the box beside the middle one, added, taken out, and each undone. The
 //! simulation goes on from where it was each time.
 
+use myxo::mesh::builtin::BUILTINS;
+
 use super::*;
 
 fn step(lab: &Lab) -> u64 {
@@ -184,6 +186,15 @@ fn hands_scale_add_and_remove_objects() {
         lab.key("ctrl+z");
         there_are(&lab, &before.objects.len().to_string(), grown);
         assert_eq!(lab.save("pair").objects, before.objects);
+    }
+    // Every other mesh of the menu, too.
+    for (name, _) in BUILTINS.iter().filter(|(name, _)| *name != "capsule") {
+        add(&lab, name);
+        there_are(&lab, "3", grown);
+        let mesh = lab.save("pair").objects.pop().map(|object| object.mesh);
+        assert_eq!(mesh, Some(format!("builtin:{name}")));
+        lab.key("ctrl+z");
+        there_are(&lab, "2", grown);
     }
     lab.key_until("space", "it runs", "playing", true);
     lab.wait("it goes on", |seen| {

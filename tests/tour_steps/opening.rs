@@ -33,6 +33,27 @@ fn type_path(lab: &Lab, path: &str, is_behind: bool) {
     panic!("{path} is not taken: {:?}", lab.seen());
 }
 
+/// What the lab has put into the clipboard, once this is part of it.
+#[track_caller]
+fn clipboard(lab: &Lab, part: &str) -> String {
+    let begun = Instant::now();
+    loop {
+        // It waits for whoever has copied something.
+        let output = Command::new("timeout")
+            .args(["5", "xclip", "-selection", "clipboard", "-out"])
+            .stdin(Stdio::null())
+            .output();
+        let output = output.expect("it is installed");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        if text.contains(part) {
+            return text;
+        }
+        assert!(begun.elapsed() < PATIENCE, "{text}");
+        lab.is_open();
+        sleep(Duration::from_millis(100));
+    }
+}
+
 #[test]
 fn files_are_opened_by_a_dialog() {
     if !can_tour() {
@@ -144,8 +165,32 @@ fn files_are_opened_by_a_dialog() {
         notice.is_some_and(|text| text.contains("trail.decay = 7"))
     };
     assert!(is_told(&lab.seen().expect("it is told")));
+    lab.click("error.0:copy");
+    let copied = clipboard(&lab, "is out of range");
+    assert!(copied.contains("wrong.toml"), "{copied}");
+    assert!(is_told(&lab.seen().expect("it is told")), "it stays");
     lab.click("error.0");
     lab.wait("it is gone", |seen| !is_told(seen));
+
+    // The folder of what is taken out, typed and taken as it is.
+    let folder = lab.folder.file("taken out");
+    std::fs::create_dir(&folder).expect("it is new");
+    lab.click_until("out", "out", true);
+    lab.click_until("out.folder:choose", "opening", true);
+    lab.key("slash");
+    lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
+    lab.key("ctrl+a");
+    lab.write(path(&folder));
+    lab.key("Return");
+    lab.wait("it is read", |seen| seen["state"]["typing"] == false);
+    lab.key("Return");
+    lab.wait("it is chosen", |seen| {
+        seen["state"]["opening"] == false && seen["values"]["out.folder"] == path(&folder)
+    });
+    lab.click("out.picture");
+    lab.wait("it is there", |_| {
+        folder.join("screenshot_000001.png").exists()
+    });
     lab.quit();
 }
 

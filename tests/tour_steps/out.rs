@@ -167,6 +167,8 @@ fn everything_that_is_taken_out_is_whole() {
     // The camera goes half round the cube, an eighth of a turn a frame: every other one looks at it alike.
     lab.click("out.kind=PNG");
     lab.type_until("out.turns", 0.5, "0,5", "out.turns", "0.5");
+    // Little may grow meanwhile.
+    lab.type_until("out.every", 0.2, "1", "out.every", "1");
     lab.click("out.film");
     lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
     lab.wait("it has ended", |seen| seen["state"]["making"].is_null());

@@ -302,21 +302,22 @@ impl Interface {
         }
         mark(ui, "gizmo=plane", shape.middle);
         mark(ui, "gizmo=scale", shape.scale);
-        // Where nothing else is near.
-        let away = |at: &Pos2| {
-            let ends = shape.ends.iter().flatten();
-            let arrows = ends.map(|end| to_segment(*at, shape.middle, *end));
-            let others = shape.rings[..2]
-                .iter()
-                .flatten()
-                .map(|other| at.distance(*other));
-            arrows
-                .chain(others)
-                .fold(at.distance(shape.scale), f32::min)
-        };
-        let free = shape.rings[2].iter().copied();
-        if let Some(at) = free.max_by(|a, b| away(a).total_cmp(&away(b))) {
-            mark(ui, "gizmo=turn", at);
+        for (axis, name) in NAMES.into_iter().enumerate() {
+            // Where nothing else is near.
+            let away = |at: &Pos2| {
+                let ends = shape.ends.iter().flatten();
+                let arrows = ends.map(|end| to_segment(*at, shape.middle, *end));
+                let others = (0..3).filter(|other| *other != axis);
+                let others = others.flat_map(|other| &shape.rings[other]);
+                let others = others.map(|other| at.distance(*other));
+                arrows
+                    .chain(others)
+                    .fold(at.distance(shape.scale), f32::min)
+            };
+            let ring = shape.rings[axis].iter().copied();
+            if let Some(at) = ring.max_by(|a, b| away(a).total_cmp(&away(b))) {
+                mark(ui, &format!("gizmo=turn.{name}"), at);
+            }
         }
     }
 }

@@ -250,13 +250,19 @@ impl Interface {
             "Where all files go. Names are numbered; nothing is overwritten.",
         );
         let here = std::env::current_dir().unwrap_or_default();
-        ui.add(
-            egui::TextEdit::singleline(&mut out.folder)
-                .hint_text(here.to_string_lossy().into_owned())
-                .desired_width(f32::INFINITY),
-        )
-        .on_hover_text("Where files go; empty for the folder that the program was started in. Kept for next time.")
-        .marked("out.folder");
+        ui.horizontal(|ui| {
+            let choose = ui.button("🗁").on_hover_text("Chooses the folder");
+            if choose.marked("out.folder:choose").clicked() {
+                commands.push(Command::AskForFolder);
+            }
+            ui.add(
+                egui::TextEdit::singleline(&mut out.folder)
+                    .hint_text(here.to_string_lossy().into_owned())
+                    .desired_width(f32::INFINITY),
+            )
+            .on_hover_text("Where files go; empty for the folder that the program was started in. Kept for next time.")
+            .marked("out.folder");
+        });
         note_value(ui.ctx(), "out.folder", || out.folder.clone());
 
         title(

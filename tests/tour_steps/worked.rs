@@ -1,0 +1,307 @@
+//! The end of the tour: every control that it has met, and every key that the help lists, was worked by it.
+//!
+//! Controls are known by their names in `--places`. Worked is one onto which the pointer was brought before one of its buttons
+//! or its wheel moved; what came of it is for the tours themselves to see.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::can_tour;
+
+/// All tours together may take so long on a slow machine.
+const PATIENCE: Duration = Duration::from_secs(3600);
+
+/// Of which there are as many as there are scenes, looks, files, maps or words: one of them stands for all. Of others, such as tools and
+/// views, each is a control of its own.
+const ANY: [&str; 7] = [
+    "card", "preset", "recent", "left", "remove", "colors", "section",
+];
+
+/// The beginnings of names whose words after `=` are controls of their own, though a dot is in them.
+const OWN_WORDS: [&str; 2] = ["out.", "picture.background"];
+
+/// What stands before a name in the lab's code.
+const CALLS: [&str; 4] = ["marked(", "mark(ui,", "mark_cross(shown,", "number(ui,"];
+
+/// What all tours have seen and done.
+#[derive(Default)]
+struct Told {
+    /// The first name of each control that was met.
+    met: BTreeMap<String, String>,
+    worked: BTreeSet<String>,
+    /// Those of the help.
+    keys: BTreeSet<String>,
+    /// Where the pointer is.
+    at: String,
+    /// Tests that have ended.
+    ended: BTreeSet<String>,
+}
+
+static TOLD: Mutex<Option<Told>> = Mutex::new(None);
+
+fn told<T>(what: impl FnOnce(&mut Told) -> T) -> T {
+    let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
+    what(told.get_or_insert_default())
+}
+
+/// What stands for the control of this name.
+fn control(name: &str) -> String {
+    let parts = name.split('.').map(|part| {
+        let is_number = !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        if is_number { "0" } else { part }
+    });
+    let name = parts.collect::<Vec<_>>().join(".");
+    let way = name.rsplit_once(':').map(|(_, way)| way);
+    // What every row has: its name with its menu, its reset, a dialog.
+    if let Some(way @ ("name" | "reset" | "scene" | "default" | "open")) = way {
+        return format!("a row's {way}");
+    }
+    if let Some((list, _)) = name.split_once('=')
+        && ANY.contains(&list)
+    {
+        let way = way.filter(|way| matches!(*way, "yes" | "no"));
+        return format!("{list} {}", way.unwrap_or_default());
+    }
+    // A parameter's words.
+    if let Some((key, _)) = name.split_once('=')
+        && key.contains('.')
+        && !OWN_WORDS.iter().any(|own| key.starts_with(own))
+    {
+        return format!("{key}=");
+    }
+    name
+}
+
+/// The lab has told this.
+pub fn met(seen: &Value) {
+    let Some(places) = seen["places"].as_object() else {
+        return;
+    };
+    told(|told| {
+        for name in places.keys() {
+            let first = told.met.entry(control(name));
+            first.or_insert_with(|| name.clone());
+        }
+        if let Some(keys) = seen["values"]["help.keys"].as_str() {
+            told.keys.extend(keys_of(keys));
+        }
+    });
+}
+
+/// The pointer was brought there.
+pub fn at(name: &str) {
+    told(|told| told.at = control(name));
+}
+
+/// The hand has done this.
+pub fn did(arguments: &[&str]) {
+    told(|told| match arguments.first() {
+        Some(&("mousedown" | "click")) => {
+            let at = told.at.clone();
+            told.worked.insert(at);
+        }
+        Some(&"key") => {
+            for key in arguments.iter().skip(1) {
+                told.worked.insert(format!("key {}", key.to_lowercase()));
+            }
+        }
+        _ => {}
+    });
+}
+
+/// A test of this program, until its thread ends.
+struct Tour {
+    name: String,
+}
+
+impl Drop for Tour {
+    fn drop(&mut self) {
+        told(|told| told.ended.insert(std::mem::take(&mut self.name)));
+    }
+}
+
+fn own_name() -> String {
+    std::thread::current().name().unwrap_or_default().to_owned()
+}
+
+/// The test that calls it is waited for, whatever comes of it.
+pub fn begins() {
+    thread_local!(static TOUR: Tour = Tour { name: own_name() });
+    TOUR.with(|_| {});
+}
+
+/// The keys that the help lists, as the hand names them.
+fn keys_of(list: &str) -> Vec<String> {
+    let keys = list.split(", ").flat_map(|some| some.split("  "));
+    let key = |key: &str| {
+        let words = key.split(' ').map(|word| match word {
+            "]" => "bracketright".to_owned(),
+            "[" => "bracketleft".to_owned(),
+            "." => "period".to_owned(),
+            "Esc" => "escape".to_owned(),
+            word => word.to_lowercase(),
+        });
+        words.collect::<Vec<_>>().join("+")
+    };
+    keys.map(|one| format!("key {}", key(one))).collect()
+}
+
+/// The names that the lab's code gives to controls, where it writes a word of them out: what stands before, between and after
+/// what is put in. Rows have the keys of their parameters, which other tours take from the table.
+fn names_in_code() -> BTreeMap<String, Vec<String>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lab");
+    let mut folders = vec![folder];
+    let mut names = BTreeMap::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("it is there") {
+            let path = entry.expect("it can be read").path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let code = std::fs::read_to_string(path).expect("it is text");
+            for call in CALLS {
+                for after in code.split(call).skip(1) {
+                    let after = after.trim_start();
+                    let after = after
+                        .strip_prefix("&format!(")
+                        .unwrap_or(after)
+                        .trim_start();
+                    // Others are called as a variable says.
+                    let Some(name) = after.strip_prefix('"') else {
+                        continue;
+                    };
+                    let name = name.split('"').next().unwrap_or_default();
+                    names.insert(name.to_owned(), pieces(name));
+                }
+            }
+        }
+    }
+    names
+}
+
+/// What is written of a name that has others put into it.
+fn pieces(name: &str) -> Vec<String> {
+    let mut pieces = name.split('{');
+    let first = pieces.next().unwrap_or_default().to_owned();
+    let others = pieces.map(|piece| piece.split_once('}').map_or("", |(_, after)| after));
+    std::iter::once(first)
+        .chain(others.map(str::to_owned))
+        .collect()
+}
+
+/// Can the pieces have become this name?
+fn fits(pieces: &[String], name: &str) -> bool {
+    let Some(mut rest) = name.strip_prefix(pieces[0].as_str()) else {
+        return false;
+    };
+    for piece in &pieces[1..] {
+        let Some((_, after)) = rest.split_once(piece.as_str()) else {
+            return false;
+        };
+        rest = after;
+    }
+    pieces
+        .last()
+        .is_some_and(|last| name.ends_with(last.as_str()))
+}
+
+/// The tests of this program that run by themselves.
+fn tours() -> BTreeSet<String> {
+    let tests = |kinds: &[&str]| {
+        let program = std::env::current_exe().expect("it is running");
+        let list = Command::new(program).arg("--list").args(kinds).output();
+        let list = String::from_utf8(list.expect("it lists its tests").stdout);
+        let list = list.expect("they are words");
+        let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        names.map(str::to_owned).collect::<BTreeSet<_>>()
+    };
+    &tests(&[]) - &tests(&["--ignored"])
+}
+
+/// Comes last by its name, so that one thread is enough for all.
+#[test]
+fn every_control_that_was_met_was_worked() {
+    if !can_tour() {
+        return;
+    }
+    let is_filter = |word: &String| !word.starts_with('-') && word.parse::<usize>().is_err();
+    let filter = std::env::args().skip(1).find(is_filter);
+    if let Some(filter) = filter {
+        return eprintln!("skipped: {filter:?} chooses tests, and only the whole tour can tell");
+    }
+    let mut others = tours();
+    let own = others.pop_last().unwrap_or_default();
+    assert!(own.ends_with("every_control_that_was_met_was_worked"));
+    let missing = || told(|told| others.difference(&told.ended).cloned().collect::<Vec<_>>());
+    // A single thread, which has no name of a test then, has all of them behind it.
+    if own_name() == own {
+        let begun = Instant::now();
+        while !missing().is_empty() {
+            assert!(begun.elapsed() < PATIENCE, "not ended: {:?}", missing());
+            sleep(Duration::from_millis(200));
+        }
+    }
+    let (met, worked, keys) =
+        told(|told| (told.met.clone(), told.worked.clone(), told.keys.clone()));
+    assert!(met.len() > 150 && keys.len() > 40, "{met:?}, {keys:?}");
+    let left: Vec<&String> = (met.iter())
+        .filter(|(control, _)| !worked.contains(*control))
+        .map(|(_, name)| name)
+        .collect();
+    let not_pressed: Vec<&String> = keys.difference(&worked).collect();
+    // What was never shown cannot be worked.
+    let code = names_in_code();
+    assert!(code.len() > 60, "{code:?}");
+    let has_word = |pieces: &[String]| pieces.iter().any(|piece| piece.len() > 2);
+    let is_met = |pieces: &[String]| met.values().any(|name| fits(pieces, name));
+    let unmet: Vec<&String> = (code.iter())
+        .filter(|(_, pieces)| has_word(pieces) && !is_met(pieces))
+        .map(|(name, _)| name)
+        .collect();
+    assert_eq!(unmet, [""; 0], "nobody has met these");
+    assert!(
+        left.is_empty() && not_pressed.is_empty(),
+        "nobody has worked {left:?}, nor pressed {not_pressed:?}"
+    );
+}
+
+#[test]
+fn controls_of_a_kind_are_one() {
+    begins();
+    for (name, is) in [
+        ("undo", "undo"),
+        ("object.12.scale", "object.0.scale"),
+        ("object.1.motion.model=follow", "object.0.motion.model="),
+        ("trail.decay:reset", "a row's reset"),
+        ("card=trio", "card "),
+        ("section=Object: box", "section "),
+        ("error.2:copy", "error.0:copy"),
+        ("preset.keep", "preset.keep"),
+        ("remove=mine:yes", "remove yes"),
+        ("out.kind=GIF", "out.kind=GIF"),
+        ("tool=erase", "tool=erase"),
+    ] {
+        assert_eq!(control(name), is);
+    }
+    for (written, name, can) in [
+        ("undo", "undo", true),
+        ("undo", "undo.not", false),
+        ("{key}:reset", "trail.decay:reset", true),
+        ("{key}:reset", "trail.decay", false),
+        ("remove={name}:yes", "remove=mine:yes", true),
+        ("{key}.{axis}", "object.0.position.x", true),
+        ("card={name}", "recent=1", false),
+    ] {
+        assert_eq!(fits(&pieces(written), name), can, "{written}, {name}");
+    }
+    assert_eq!(keys_of("H, F1"), ["key h", "key f1"]);
+    assert_eq!(keys_of("S  ."), ["key s", "key period"]);
+    assert_eq!(keys_of("Ctrl Shift Z"), ["key ctrl+shift+z"]);
+}
