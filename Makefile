@@ -89,7 +89,7 @@ PICTURES := assets/pictures
 pictures: ## draw the README's other pictures (ten minutes)
 	@.ci/setup demo
 	cargo build --release
-	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --set camera.target=[0,-0.04,0] --set camera.distance=3.6 \
+	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --set camera.target=[0,-0.10,0] --set camera.distance=3.8 \
 		--set camera.elevation=33 --set camera.azimuth=50 --out $(PICTURES)/trio.gif
 	$(DRAW) gears --steps 636 --from 420 --every 4 --fps 15 --size 600x375 --set camera.target=[0.45,0,0] --set camera.distance=1.5 \
 		--set camera.elevation=30 --set camera.azimuth=40 --out $(PICTURES)/gears.gif

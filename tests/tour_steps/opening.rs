@@ -167,7 +167,7 @@ fn files_are_opened_by_a_dialog() {
     assert!(is_told(&lab.seen().expect("it is told")));
     lab.click("error.0:copy");
     let copied = clipboard(&lab, "is out of range");
-    assert!(copied.contains("wrong.toml"), "{copied}");
+    assert!(copied.contains("trail.decay = 7"), "{copied}");
     assert!(is_told(&lab.seen().expect("it is told")), "it stays");
     lab.click("error.0");
     lab.wait("it is gone", |seen| !is_told(seen));

@@ -52,11 +52,12 @@ fn told<T>(what: impl FnOnce(&mut Told) -> T) -> T {
 
 /// What stands for the control of this name.
 fn control(name: &str) -> String {
-    let parts = name.split('.').map(|part| {
-        let is_number = !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
-        if is_number { "0" } else { part }
+    let parts = name.split_inclusive(['.', ':']).map(|part| {
+        let (word, end) = part.split_at(part.trim_end_matches(['.', ':']).len());
+        let is_number = !word.is_empty() && word.bytes().all(|b| b.is_ascii_digit());
+        [if is_number { "0" } else { word }, end].concat()
     });
-    let name = parts.collect::<Vec<_>>().join(".");
+    let name: String = parts.collect();
     let way = name.rsplit_once(':').map(|(_, way)| way);
     // What every row has: its name with its menu, its reset, a dialog.
     if let Some(way @ ("name" | "reset" | "scene" | "default" | "open")) = way {
