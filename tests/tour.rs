@@ -42,8 +42,6 @@ use serde_json::Value;
 
 /// Longer than anything may take on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Where no frame is told for so long, none is on its way.
-const STANDS_STILL: Duration = Duration::from_millis(600);
 
 /// There is one pointer.
 static HAND: Mutex<()> = Mutex::new(());
@@ -209,26 +207,26 @@ impl Lab {
             let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
             ends.try_into().ok()
         };
-        let mut last: Option<([f64; 4], Option<SystemTime>, Instant)> = None;
+        let mut last: Option<([f64; 4], Value)> = None;
         let begun = Instant::now();
         loop {
-            let file = std::fs::metadata(&self.places);
-            let written = file.and_then(|file| file.modified()).ok();
-            let now = self.seen().as_ref().and_then(of);
-            last = match (now, last) {
-                // What has just come moves in the next frame, which may take long; where nothing changes there is none.
-                (Some(place), Some((was, at, since))) if place == was => {
-                    if written != at || since.elapsed() > STANDS_STILL {
-                        return place;
-                    }
-                    last
-                }
-                (now, _) => now.map(|place| (place, written, Instant::now())),
-            };
             let seen = self.seen();
+            let now = seen.as_ref().and_then(of);
+            if let (Some(seen), Some(now)) = (&seen, now) {
+                // What has just come moves in the next frame, which may take long, unless there is none to come.
+                let stays = last.take().is_some_and(|(was, frames)| {
+                    was == now && (seen["rests"] == true || seen["frames"] != frames)
+                });
+                if stays {
+                    return now;
+                }
+                last = Some((now, seen["frames"].clone()));
+            } else {
+                last = None;
+            }
             assert!(begun.elapsed() < PATIENCE, "{name} is not there: {seen:?}");
             self.is_open();
-            sleep(Duration::from_millis(120));
+            sleep(Duration::from_millis(60));
         }
     }
 

@@ -63,6 +63,10 @@ pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> Strin
 /// What a frame has shown.
 #[derive(Debug, PartialEq, Serialize)]
 struct Seen<S> {
+    /// Nothing will move, unless the hand does something.
+    rests: bool,
+    /// How many frames were told of so far.
+    frames: u64,
     /// What the lab is doing.
     state: S,
     /// Left, top, right and bottom of each control, in pixels of the window.
@@ -77,7 +81,12 @@ pub struct Places {
     found: Found,
     /// What it says.
     last: String,
+    frames: u64,
 }
+
+/// What stands at the beginning of the file where nothing moves, and where something may.
+const RESTS: &str = "{\"rests\":true";
+const STIRS: &str = "{\"rests\":false";
 
 impl Places {
     /// Begins to look for names.
@@ -88,7 +97,24 @@ impl Places {
             file: file.to_owned(),
             found,
             last: String::new(),
+            frames: 0,
         }
+    }
+
+    /// A frame begins, or will: what the file says may not be true for long.
+    pub fn stir(&mut self) -> std::io::Result<()> {
+        match self.last.strip_prefix(RESTS) {
+            Some(rest) => self.put([STIRS, rest].concat()),
+            None => Ok(()),
+        }
+    }
+
+    fn put(&mut self, text: String) -> std::io::Result<()> {
+        let mut file = WholeFile::create(&self.file)?;
+        file.write_all(text.as_bytes())?;
+        file.finish()?;
+        self.last = text;
+        Ok(())
     }
 
     /// What the frame has named was not shown.
@@ -97,27 +123,28 @@ impl Places {
         *found = Named::default();
     }
 
-    /// Writes what the frame has shown, if anything is elsewhere or otherwise than before.
-    pub fn write(&mut self, state: impl Serialize, pixels_per_point: f32) -> std::io::Result<()> {
+    /// Writes what the frame has shown; where it `rests`, nothing will move by itself.
+    pub fn write(
+        &mut self,
+        state: impl Serialize,
+        pixels_per_point: f32,
+        rests: bool,
+    ) -> std::io::Result<()> {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let Named { places, values } = std::mem::take(&mut *found);
+        drop(found);
         let pixels = |(name, rect): (String, Rect)| {
             let ends = [rect.left(), rect.top(), rect.right(), rect.bottom()];
             (name, ends.map(|end| end * pixels_per_point))
         };
-        let Named { places, values } = std::mem::take(&mut *found);
-        let places = places.into_iter().map(pixels).collect();
+        self.frames += 1;
         let seen = Seen {
+            rests,
+            frames: self.frames,
             state,
-            places,
+            places: places.into_iter().map(pixels).collect(),
             values,
         };
-        let text = serde_json::to_string(&seen)?;
-        if text != self.last {
-            let mut file = WholeFile::create(&self.file)?;
-            file.write_all(text.as_bytes())?;
-            file.finish()?;
-            self.last = text;
-        }
-        Ok(())
+        self.put(serde_json::to_string(&seen)?)
     }
 }

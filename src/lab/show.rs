@@ -8,6 +8,7 @@ use myxo::{Error, Result};
 
 use super::interface::Shown;
 use super::place::Place;
+use super::places::Places;
 use super::stage::Sizes;
 use super::window::Lab;
 
@@ -142,6 +143,7 @@ impl Lab {
         &mut self,
         context: &egui::Context,
         pixels_per_point: f32,
+        rests: bool,
     ) -> Result<()> {
         let Some(places) = &mut self.places else {
             return Ok(());
@@ -149,8 +151,12 @@ impl Lab {
         let state = self
             .interface
             .state(&self.clocks.facts, context.text_edit_focused());
-        let written = places.write(state, pixels_per_point);
-        written.map_err(|error| Error::Invalid(format!("--places: {error}")))
+        told(places.write(state, pixels_per_point, rests))
+    }
+
+    /// What the window shows may change.
+    pub(super) fn stir_places(&mut self) -> Result<()> {
+        told(self.places.as_mut().map_or(Ok(()), Places::stir))
     }
 
     /// What this frame has named is not in the window.
@@ -159,4 +165,9 @@ impl Lab {
             places.forget();
         }
     }
+}
+
+/// What came of writing places.
+fn told(written: std::io::Result<()>) -> Result<()> {
+    written.map_err(|error| Error::Invalid(format!("--places: {error}")))
 }

@@ -186,6 +186,6 @@ impl Lab {
         self.draw(rec, image, &shot)?;
         self.answers.wait_idle()?;
         self.clocks.facts.answers_within_steps += 1;
-        self.tell_places(&seen.context, seen.pixels_per_point)
+        self.tell_places(&seen.context, seen.pixels_per_point, false)
     }
 }

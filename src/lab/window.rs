@@ -44,6 +44,8 @@ const SETTLES_AFTER: Duration = Duration::from_millis(250);
 const EXPOSURE_SPEED: f32 = 3.0;
 /// How often a window without a size is looked at again.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
+/// Who looks at places may take them as they are, where no frame is due for so long.
+const RESTS_FOR: Duration = Duration::from_millis(250);
 /// How often it is shown how far a scene is that loads, and asked for food that is on its way.
 const LOADING_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -203,7 +205,12 @@ impl Lab {
 
     /// An event of the system that the interface may want. Does the window have to be drawn again?
     pub fn take_in(&mut self, event: &WindowEvent) -> bool {
-        self.egui.on_window_event(&self.window, event).repaint
+        let repaint = self.egui.on_window_event(&self.window, event).repaint;
+        if repaint {
+            // What fails is told by the frame that follows.
+            drop(self.stir_places());
+        }
+        repaint
     }
 
     /// The window has another size, in pixels.
@@ -217,6 +224,7 @@ impl Lab {
         if self.go_on()? {
             return Ok(Some(Instant::now()));
         }
+        self.stir_places()?;
         let since_last = self.clocks.tick();
         if self.left.is_empty() && self.loading.is_none() {
             self.interface.end_drop();
@@ -317,12 +325,14 @@ impl Lab {
             self.count_picture();
         }
         self.report_messages();
+        let next = self.next_frame(is_moving, seen.repaint);
         if task.only_steps {
             self.forget_places();
         } else {
-            self.tell_places(&seen.context, seen.pixels_per_point)?;
+            let rests = next.is_none_or(|next| next > Instant::now() + RESTS_FOR);
+            self.tell_places(&seen.context, seen.pixels_per_point, rests)?;
         }
-        Ok(self.next_frame(is_moving, seen.repaint))
+        Ok(next)
     }
 
     /// So many steps have been submitted.

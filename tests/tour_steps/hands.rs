@@ -70,7 +70,7 @@ impl Lab {
     #[track_caller]
     fn pull(&self, handle: &str, way: [&str; 2]) {
         // It follows its object a frame later.
-        sleep(Duration::from_millis(600));
+        sleep(Duration::from_millis(200));
         self.point(handle, 0.5);
         sleep(Duration::from_millis(200));
         xdotool(&["mousedown", "1"]);
