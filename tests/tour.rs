@@ -43,6 +43,9 @@ use serde_json::Value;
 /// Longer than anything may take on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// Longer than keys and clicks take to the lab.
+const REACHES_IT: Duration = Duration::from_millis(150);
+
 /// There is one pointer.
 static HAND: Mutex<()> = Mutex::new(());
 
@@ -207,26 +210,30 @@ impl Lab {
             let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
             ends.try_into().ok()
         };
-        let mut last: Option<([f64; 4], Value)> = None;
+        let mut last: Option<([f64; 4], Value, Instant)> = None;
         let begun = Instant::now();
         loop {
             let seen = self.seen();
             let now = seen.as_ref().and_then(of);
             if let (Some(seen), Some(now)) = (&seen, now) {
-                // What has just come moves in the next frame, which may take long, unless there is none to come.
-                let stays = last.take().is_some_and(|(was, frames)| {
-                    was == now && (seen["rests"] == true || seen["frames"] != frames)
-                });
-                if stays {
-                    return now;
-                }
-                last = Some((now, seen["frames"].clone()));
+                // What has just come moves in the next frame, which may take long, unless there is none to come; what the hand
+                // did last may still be on its way.
+                last = match last {
+                    Some((was, frames, since)) if was == now => {
+                        let rests = seen["rests"] == true && since.elapsed() > REACHES_IT;
+                        if rests || seen["frames"] != frames {
+                            return now;
+                        }
+                        Some((was, frames, since))
+                    }
+                    _ => Some((now, seen["frames"].clone(), Instant::now())),
+                };
             } else {
                 last = None;
             }
             assert!(begun.elapsed() < PATIENCE, "{name} is not there: {seen:?}");
             self.is_open();
-            sleep(Duration::from_millis(60));
+            sleep(Duration::from_millis(40));
         }
     }
 
@@ -456,7 +463,9 @@ fn every_button_and_key_has_its_effect() {
     assert_eq!(lab.save("cube").trail.decay, 0.5);
     for key in ["ctrl+shift+z", "ctrl+y"] {
         lab.key("ctrl+z");
+        lab.wait("undone", |seen| seen["values"]["trail.decay"] != "0.5");
         lab.key(key);
+        lab.wait(key, |seen| seen["values"]["trail.decay"] == "0.5");
         assert_eq!(lab.save("cube").trail.decay, 0.5, "{key}");
     }
     lab.click("trail.decay:reset");

@@ -42,7 +42,10 @@ pub struct ExportCommand {
     /// What to write: .glb, .ply, .npz or .toml. May be repeated
     #[arg(long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
-    /// Writes the files at every step that is a multiple of N, counted from step 0, and at the end, with the step in their names
+    /// Also writes the files after every step whose number is a multiple of N; all have the step in their names
+    ///
+    /// Steps are numbered over all runs, so that one that goes on from a checkpoint goes on with the series. The report's wall time
+    /// includes the writing.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     every: Option<u32>,
     /// Writes the report of the run as JSON; - for the standard output
@@ -93,7 +96,7 @@ impl ExportCommand {
         };
         let (completed, ending) = ran.inspect_err(|_| written(&series))?;
 
-        let all = !series.lacks_files && !ending.lacks_checkpoint;
+        let all = series.has_all_files && !ending.lacks_checkpoint;
         console::message(&format!(
             "{} at step {}: state hash {:016x}",
             session.scene.name,
@@ -156,8 +159,11 @@ impl ExportCommand {
         let files = self.files(series, snapshot.step);
         let apart = export.texels_between_vertices();
         let mut all = files.iter().flatten();
-        if !series.has_told && apart > FINE && all.any(|file| file.is_as_fine_as_its_mesh(colors)) {
-            series.has_told = true;
+        if !series.has_told_coarseness
+            && apart > FINE
+            && all.any(|file| file.is_as_fine_as_its_mesh(colors))
+        {
+            series.has_told_coarseness = true;
             session.progress.say(&format!(
                 "{}: vertices lie about {apart:.0} texels apart, and the trail is finer than that: colours of vertices \
                  show little of it; a .glb with texture shows it all",
@@ -173,7 +179,7 @@ impl ExportCommand {
             match written {
                 Ok(file) => series.written.push(file),
                 Err(error) => {
-                    series.lacks_files = true;
+                    series.has_all_files = false;
                     session.progress.say(&format!("myxo: {error}"));
                 }
             }
@@ -189,10 +195,10 @@ struct Series {
     written: Vec<Written>,
     /// Which was written last.
     step: Option<u64>,
-    /// Some could not be written.
-    lacks_files: bool,
+    /// None could not be written.
+    has_all_files: bool,
     /// How coarse vertices are was said.
-    has_told: bool,
+    has_told_coarseness: bool,
 }
 
 impl Series {
@@ -201,8 +207,8 @@ impl Series {
             files,
             written: Vec::new(),
             step: None,
-            lacks_files: false,
-            has_told: false,
+            has_all_files: true,
+            has_told_coarseness: false,
         }
     }
 }

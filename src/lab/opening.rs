@@ -276,7 +276,7 @@ impl Interface {
                     Some(text) => self.out.folder = text.to_owned(),
                     None => {
                         let text = format!(
-                            "{}: rename this folder, or take another: it cannot be typed",
+                            "cannot take the folder {}: its name is not plain text, or begins or ends with a space; rename it or choose another",
                             path.display()
                         );
                         self.notice(ctx, text, true);

@@ -40,6 +40,11 @@ impl Marked for Response {
     }
 }
 
+/// Are names asked for? Then it may cost something to find them.
+pub fn are_asked_for(ctx: &egui::Context) -> bool {
+    ctx.data(|data| data.get_temp::<Found>(id())).is_some()
+}
+
 /// Gives the cross a name that closes a floating window with a title; egui does not tell where it lies.
 pub fn mark_cross<R>(shown: Option<egui::InnerResponse<R>>, name: &str) {
     const SIDE: f32 = 18.0;
@@ -63,7 +68,7 @@ pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> Strin
 /// What a frame has shown.
 #[derive(Debug, PartialEq, Serialize)]
 struct Seen<S> {
-    /// Nothing will move, unless the hand does something.
+    /// No frame is due for a while, unless something comes in. First, for `stir` to find it.
     rests: bool,
     /// How many frames were told of so far.
     frames: u64,
@@ -101,12 +106,13 @@ impl Places {
         }
     }
 
-    /// A frame begins, or will: what the file says may not be true for long.
-    pub fn stir(&mut self) -> std::io::Result<()> {
-        match self.last.strip_prefix(RESTS) {
-            Some(rest) => self.put([STIRS, rest].concat()),
-            None => Ok(()),
-        }
+    /// A frame begins, or will: what the file says may not be true for long. Has it said that all rests?
+    pub fn stir(&mut self) -> std::io::Result<bool> {
+        let Some(rest) = self.last.strip_prefix(RESTS) else {
+            return Ok(false);
+        };
+        self.put([STIRS, rest].concat())?;
+        Ok(true)
     }
 
     fn put(&mut self, text: String) -> std::io::Result<()> {
@@ -146,5 +152,31 @@ impl Places {
             values,
         };
         self.put(serde_json::to_string(&seen)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    #[test]
+    fn what_rested_stirs_and_says_all_else_as_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("places.json");
+        let read = || -> Value { serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap() };
+        let mut places = Places::new(&file, &egui::Context::default());
+        assert!(!places.stir().unwrap(), "nothing is told yet");
+        places.write("a state", 1.0, true).unwrap();
+        let mut told = read();
+        assert_eq!((&told["rests"], &told["frames"]), (&true.into(), &1.into()));
+        assert_eq!(told["state"], "a state");
+        assert!(places.stir().unwrap());
+        told["rests"] = false.into();
+        assert_eq!(read(), told);
+        assert!(!places.stir().unwrap(), "once");
+        places.write("a state", 1.0, false).unwrap();
+        assert!(!places.stir().unwrap(), "it did not rest");
+        assert_eq!(read()["frames"], 2);
     }
 }

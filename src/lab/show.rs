@@ -155,8 +155,8 @@ impl Lab {
     }
 
     /// What the window shows may change.
-    pub(super) fn stir_places(&mut self) -> Result<()> {
-        told(self.places.as_mut().map_or(Ok(()), Places::stir))
+    pub(super) fn stir_places(&mut self) -> Result<bool> {
+        told(self.places.as_mut().map_or(Ok(false), Places::stir))
     }
 
     /// What this frame has named is not in the window.
@@ -168,6 +168,6 @@ impl Lab {
 }
 
 /// What came of writing places.
-fn told(written: std::io::Result<()>) -> Result<()> {
+fn told<T>(written: std::io::Result<T>) -> Result<T> {
     written.map_err(|error| Error::Invalid(format!("--places: {error}")))
 }

@@ -205,12 +205,10 @@ impl Lab {
 
     /// An event of the system that the interface may want. Does the window have to be drawn again?
     pub fn take_in(&mut self, event: &WindowEvent) -> bool {
-        let repaint = self.egui.on_window_event(&self.window, event).repaint;
-        if repaint {
-            // What fails is told by the frame that follows.
-            drop(self.stir_places());
-        }
-        repaint
+        // At once: egui may take its time, as with what others have copied. What fails is told by the frame that follows.
+        let is_frame = matches!(event, WindowEvent::RedrawRequested);
+        let is_stirred = !is_frame && self.stir_places().unwrap_or(true);
+        self.egui.on_window_event(&self.window, event).repaint || is_stirred
     }
 
     /// The window has another size, in pixels.

@@ -1,8 +1,8 @@
 //! The end of the tour: every control that it has met, and every key that the help lists, was worked by it.
 //!
-//! Controls are known by their names in `--places`. Worked is one onto which the pointer was brought before one of its buttons
-//! or its wheel moved; what came of it is for the tours themselves to see. Controls that no tour
-//! meets are for `tests/tidy.rs` to find.
+//! Controls are known by their names in `--places`; what all rows have, such as a way back, is one control. Worked is one onto
+//! which the pointer was brought before one of its buttons went down, and a key that was pressed anywhere; what came of it is
+//! for the tours themselves to see. Controls that no tour meets are for `tests/tidy.rs` to find.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -17,8 +17,8 @@ use super::can_tour;
 /// All tours together may take so long on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(3600);
 
-/// Of which there are as many as there are scenes, looks, files, maps or words: one of them stands for all. Of others, such as tools and
-/// views, each is a control of its own.
+/// Of which there are as many as there are scenes, looks, files, maps or words: one of them stands for all. Of others, such as
+/// tools and views, each is a control of its own.
 const ANY: [&str; 7] = [
     "card", "preset", "recent", "left", "remove", "colors", "section",
 ];
@@ -100,13 +100,20 @@ pub fn at(name: &str) {
 /// The hand has done this.
 pub fn did(arguments: &[&str]) {
     told(|told| match arguments.first() {
-        Some(&("mousedown" | "click")) => {
+        // The wheel has other numbers.
+        Some(&("mousedown" | "click")) if matches!(arguments.last(), Some(&("1" | "2" | "3"))) => {
             let at = told.at.clone();
             told.worked.insert(at);
         }
         Some(&"key") => {
-            for key in arguments.iter().skip(1) {
-                told.worked.insert(format!("key {}", key.to_lowercase()));
+            let mut words = arguments.iter().skip(1);
+            while let Some(word) = words.next() {
+                if word.starts_with("--") {
+                    // Its value.
+                    words.next();
+                } else {
+                    told.worked.insert(format!("key {}", word.to_lowercase()));
+                }
             }
         }
         _ => {}
@@ -169,8 +176,17 @@ fn every_control_that_was_met_was_worked() {
     if !can_tour() {
         return;
     }
-    let is_filter = |word: &String| !word.starts_with('-') && word.parse::<usize>().is_err();
-    let filter = std::env::args().skip(1).find(is_filter);
+    let mut words = std::env::args().skip(1);
+    let has_value = |word: &str| matches!(word, "--color" | "--format" | "--test-threads");
+    let mut words_alone = std::iter::from_fn(|| {
+        let word = words.next()?;
+        if has_value(&word) {
+            words.next();
+        }
+        Some(word)
+    });
+    // What `--skip` names is one, too.
+    let filter = words_alone.find(|word| !word.starts_with('-'));
     if let Some(filter) = filter {
         return eprintln!("skipped: {filter:?} chooses tests, and only the whole tour can tell");
     }

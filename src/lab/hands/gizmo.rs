@@ -7,7 +7,7 @@ use myxo::render::Camera;
 use myxo::scene::settings::ObjectSettings;
 
 use super::super::interface::{Command, Facts, Interface};
-use super::super::places::{Marked as _, note_value};
+use super::super::places::{Marked as _, are_asked_for, note_value};
 use super::super::theme;
 use super::handles::{along_axis, angle_round, length_of_pixel, on_plane, shift, turn};
 use super::{Held, Work};
@@ -302,6 +302,9 @@ impl Interface {
         }
         mark(ui, "gizmo=plane", shape.middle);
         mark(ui, "gizmo=scale", shape.scale);
+        if !are_asked_for(ui.ctx()) {
+            return;
+        }
         for (axis, name) in NAMES.into_iter().enumerate() {
             // Where nothing else is near.
             let away = |at: &Pos2| {
