@@ -255,6 +255,8 @@ fn no_control_is_left_out_by_the_tour() {
                 .into_iter()
                 .filter(|(path, _)| path.ends_with("tour.rs")),
         )
+        // This names controls and operates none.
+        .filter(|(path, _)| !path.ends_with("worked.rs"))
         .map(|(_, text)| text)
         .collect();
     let names = names_of_controls();
