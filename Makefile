@@ -22,13 +22,12 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 # By itself a display begins anew when its last window goes, and refuses the next one meanwhile.
 DISPLAY_OF_TESTS := -screen 0 1280x1024x24 -noreset
 
+# Some of the tests: make test ONLY="walk diffuse"
+ONLY ?=
+
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
 	@.ci/setup test
-	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
-		cargo test --release; \
-	else \
-		xvfb-run -a -s "$(DISPLAY_OF_TESTS)" cargo test --release; \
-	fi
+	@.ci/test $(ONLY)
 
 long: ## run the built-in scenes of several objects for long; the table goes to benches/results/strategies.md (an hour)
 	@.ci/setup test

@@ -119,6 +119,7 @@
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`] and in the one file
 //! that hands egui's painter its Vulkan handles (`render::gui`).
 
+mod commit;
 pub mod error;
 pub mod rng;
 pub mod whole_file;
@@ -134,4 +135,5 @@ pub mod render;
 
 pub mod export;
 
+pub use commit::commit;
 pub use error::{Error, Result};

@@ -135,8 +135,7 @@ fn in_path(program: &str) -> Option<PathBuf> {
 }
 
 fn as_text(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> String {
-    let commit =
-        option_env!("MYXO_COMMIT").map_or(String::new(), |commit| format!(" (commit {commit})"));
+    let commit = myxo::commit().map_or(String::new(), |commit| format!(" (commit {commit})"));
     let mut text = format!("myxo {}{commit}\n\nDevices:\n", env!("CARGO_PKG_VERSION"));
     if devices.is_empty() {
         text.push_str("  none\n");
@@ -266,7 +265,7 @@ fn as_json(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Val
     let tool = |tool: &Tool| (tool.name.replace(' ', "_"), json!(tool.found));
     json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("MYXO_COMMIT"),
+        "commit": myxo::commit(),
         "chosen": chosen,
         "devices": devices.iter().map(device).collect::<Vec<_>>(),
         "tools": tools.iter().map(tool).collect::<serde_json::Map<_, _>>(),

@@ -396,7 +396,7 @@ impl Report {
         Self {
             command: host::command(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: option_env!("MYXO_COMMIT").map(str::to_owned),
+            commit: myxo::commit(),
             processor: host::processor(),
             load_average: host::load_average(),
             ..Self::default()

@@ -82,10 +82,11 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     archive.scalar("scene_radius", f64::from(export.scene.radius))?;
     archive.texts("scene_name", &[], &[export.scene.name.as_str()])?;
     archive.texts("scene_toml", &[], &[export.scene_file().as_str()])?;
+    let commit = crate::commit().unwrap_or_default();
     let state_hash = format!("{:016x}", export.snapshot.hash());
     for (name, text) in [
         ("version", env!("CARGO_PKG_VERSION")),
-        ("commit", option_env!("MYXO_COMMIT").unwrap_or_default()),
+        ("commit", &commit),
         ("device", &export.device),
         ("driver", &export.driver),
         ("state_hash", &state_hash),

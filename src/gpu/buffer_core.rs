@@ -159,7 +159,9 @@ impl BufferCore {
     pub(crate) fn barrier(&self, ticket: u64, from: Access, to: Access) {
         let mut state = self.lock();
         state.ticket = ticket;
-        state.history.barrier(from, to);
+        if self.ctx.hazard_check {
+            state.history.barrier(from, to);
+        }
     }
 
     /// A full barrier was put round a blocking transfer.

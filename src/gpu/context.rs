@@ -29,9 +29,9 @@ pub struct ContextOptions {
     pub validation: bool,
     /// The display that a window will be opened on.
     pub window: Option<RawDisplayHandle>,
-    /// Panic where a buffer is used without the barrier it needs. Only a test of the validation layer has a reason
-    /// to switch it off.
-    pub hazard_check: bool,
+    /// Panic where a buffer is used without the barrier that it needs: a check on the host of everything that is recorded.
+    /// `None` checks where `validation` is on.
+    pub hazard_check: Option<bool>,
     /// How long the device may take for what it is waited for.
     pub timeout: Duration,
     /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
@@ -60,7 +60,7 @@ impl Default for ContextOptions {
             device: None,
             validation: false,
             window: None,
-            hazard_check: true,
+            hazard_check: None,
             timeout: Duration::from_secs(60),
             breadcrumbs: true,
             cache_folder: None,
@@ -168,7 +168,7 @@ impl Context {
         Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
             transfer: Mutex::default(),
-            hazard_check: options.hazard_check,
+            hazard_check: options.hazard_check.unwrap_or(options.validation),
             timeout: options.timeout,
             patience: AtomicU64::new(0),
             breadcrumbs: options.breadcrumbs,

@@ -282,7 +282,8 @@ impl Recorder {
                 ),
                 (Resource::Texels(_) | Resource::Sampled(_), _) => {}
             }
-            for (other, other_binding) in resources.iter().zip(I::BINDINGS).skip(i + 1) {
+            let others = resources.iter().zip(I::BINDINGS).skip(i + 1);
+            for (other, other_binding) in others.filter(|_| self.ctx().hazard_check) {
                 // What is read as texels beside what is written is read by the invocation that writes it, before that, or
                 // nobody writes it here: the kernel's header says so. Parts of a buffer are written one by one.
                 let own = [(binding, other_binding), (other_binding, binding)]
@@ -296,7 +297,7 @@ impl Recorder {
                     && (binding.access != BindingAccess::Read
                         || other_binding.access != BindingAccess::Read);
                 assert!(
-                    !is_of(other, core) || !written || !self.ctx().hazard_check,
+                    !is_of(other, core) || !written,
                     "`{}` binds the buffer `{}` twice, as {} and as {}, and writes it",
                     name,
                     core.name(),

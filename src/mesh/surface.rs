@@ -112,7 +112,7 @@ impl Seam {
     /// One with weights in [`Seam::UNITS`].
     #[must_use]
     pub fn new(texel: u32, source: [u32; 4], units: [u32; 4]) -> Self {
-        debug_assert_eq!(units.iter().sum::<u32>(), Self::UNITS);
+        assert_eq!(units.iter().sum::<u32>(), Self::UNITS);
         Self {
             source,
             texel,

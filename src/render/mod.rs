@@ -7,6 +7,7 @@ pub mod charts;
 pub mod colormap;
 pub mod draw_order;
 pub mod exposure;
+#[cfg(feature = "app")]
 pub mod gui;
 pub mod hues;
 pub mod normals;

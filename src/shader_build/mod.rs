@@ -1,17 +1,22 @@
 //! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here knows Vulkan.
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
-//! optimised one is shipped. `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
+//! optimised one is shipped. Shaders are compiled side by side, and only those of which a file has changed (`kept`).
+//! `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
 pub mod generate;
 pub mod interface;
+pub mod kept;
 pub mod model;
 pub mod reflect;
 pub mod source;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
+use kept::{Kept, Modules};
 use model::{Shader, Stage};
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude,
@@ -24,34 +29,40 @@ use shaderc::{
 ///
 /// Returns the compiler's warnings; the error has one line a problem, each with file and line.
 pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
-    let mut warnings = Vec::new();
     let include = shaders.join("include");
-    for (folder, compute_file, draw_file) in [
+    let kept = Kept::open(out)?;
+    let folders = [
         (shaders.to_path_buf(), "kernels.rs", "draws.rs"),
         (shaders.join("choices"), "choices.rs", "choices_draws.rs"),
         (shaders.join("selftest"), "selftest.rs", "selftest_draws.rs"),
-    ] {
-        let mut compiled = Vec::new();
-        let mut problems = Vec::new();
-        for path in sources(&folder)? {
-            match compile(&path, &include) {
-                Ok(shader) => {
-                    warnings.extend(shader.warnings.iter().cloned());
-                    compiled.push(shader);
-                }
-                Err(message) => problems.push(message),
-            }
+    ];
+    let mut paths = Vec::new();
+    for (folder, _, _) in &folders {
+        paths.extend(sources(folder)?);
+    }
+    let mut compiled = Vec::new();
+    let mut problems = Vec::new();
+    for result in side_by_side(&paths, |path| compile(path, &include, &kept)) {
+        match result {
+            Ok(shader) => compiled.push(shader),
+            Err(message) => problems.push(message),
         }
-        if !problems.is_empty() {
-            return Err(problems.join("\n"));
-        }
-        for shader in &compiled {
-            let bytes: Vec<u8> = shader
-                .optimized
-                .iter()
-                .flat_map(|word| word.to_le_bytes())
-                .collect();
-            write(&out.join(shader.spirv_file()), &bytes)?;
+    }
+    if !problems.is_empty() {
+        return Err(problems.join("\n"));
+    }
+    let mut warnings = Vec::new();
+    for (folder, compute_file, draw_file) in folders {
+        let (own, others) = (compiled.into_iter().zip(paths))
+            .partition::<Vec<_>, _>(|(_, path)| path.parent() == Some(&folder));
+        (compiled, paths) = others.into_iter().unzip();
+        let own: Vec<Shader> = own.into_iter().map(|(shader, _)| shader).collect();
+        for shader in &own {
+            warnings.extend(shader.warnings.iter().cloned());
+            write(
+                &out.join(shader.spirv_file()),
+                &kept::bytes(&shader.optimized),
+            )?;
         }
         // The self-test's handles belong to `gpu`, which does not know the simulation's structs.
         let shared = if compute_file == "kernels.rs" {
@@ -61,15 +72,40 @@ pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
         };
         write(
             &out.join(compute_file),
-            generate::kernels(&compiled, &shared)?.as_bytes(),
+            generate::kernels(&own, &shared)?.as_bytes(),
         )?;
-        write(&out.join(draw_file), generate::draws(&compiled)?.as_bytes())?;
+        write(&out.join(draw_file), generate::draws(&own)?.as_bytes())?;
     }
     Ok(warnings)
 }
 
-/// Compiles and reflects one file.
-pub fn compile(path: &Path, include: &Path) -> Result<Shader, String> {
+/// The results of `work` on each item, in order, by as many threads as there are processors.
+fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let mut done = Vec::new();
+        while let Some((i, item)) = {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            items.get(i).map(|item| (i, item))
+        } {
+            done.push((i, work(item)));
+        }
+        done
+    };
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let mut all: Vec<(usize, R)> = thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|_| scope.spawn(take)).collect();
+        let results = running.into_iter().map(|thread| thread.join());
+        results
+            .flat_map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    all.sort_by_key(|(i, _)| *i);
+    all.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Compiles and reflects one file, or takes what was kept of it.
+fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
     let source =
         fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
     let stage = match path.extension().and_then(|e| e.to_str()) {
@@ -88,18 +124,25 @@ pub fn compile(path: &Path, include: &Path) -> Result<Shader, String> {
         .and_then(|s| s.to_str())
         .unwrap_or_default();
     let name = path.display().to_string();
-    let (plain, warnings) = to_spirv(&source, &name, stage, include, OptimizationLevel::Zero)?;
-    let (optimized, _) = to_spirv(
-        &source,
-        &name,
-        stage,
-        include,
-        OptimizationLevel::Performance,
-    )?;
-    let mut shader =
-        reflect::reflect(stem, stage, &plain, &source).map_err(|e| format!("{name}: {e}"))?;
-    shader.optimized = optimized;
-    shader.warnings = warnings;
+    let modules = kept.get_or_make(&name, &source, include, || {
+        let (plain, warnings) = to_spirv(&source, &name, stage, include, OptimizationLevel::Zero)?;
+        let (optimized, _) = to_spirv(
+            &source,
+            &name,
+            stage,
+            include,
+            OptimizationLevel::Performance,
+        )?;
+        Ok(Modules {
+            plain,
+            optimized,
+            warnings,
+        })
+    })?;
+    let mut shader = reflect::reflect(stem, stage, &modules.plain, &source)
+        .map_err(|e| format!("{name}: {e}"))?;
+    shader.optimized = modules.optimized;
+    shader.warnings = modules.warnings;
     Ok(shader)
 }
 
@@ -203,6 +246,10 @@ fn sources(folder: &Path) -> Result<Vec<PathBuf>, String> {
     Ok(paths)
 }
 
+/// Writes a file, unless it holds these bytes already.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    if fs::read(path).is_ok_and(|present| present == bytes) {
+        return Ok(());
+    }
     fs::write(path, bytes).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }

@@ -78,7 +78,7 @@ impl Model {
         };
         let atlas = Atlas::build_with(&surface, &options, &control)?;
         let laid_out = Instant::now();
-        debug_assert!(atlas.owned_count > 0);
+        assert!(atlas.owned_count > 0);
         let ends = [begun, loaded, built, laid_out];
         for (times, pair) in self.times.iter_mut().zip(ends.windows(2)) {
             times.push(1e3 * (pair[1] - pair[0]).as_secs_f64());

@@ -333,7 +333,7 @@ fn results(
         whole: suite.whole,
         command: host::command(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        commit: option_env!("MYXO_COMMIT").map(str::to_owned),
+        commit: myxo::commit(),
         device: info.map(|info| info.name.clone()),
         driver: info.map(|info| format!("{} {}", info.driver, info.driver_version)),
         processor: host::processor(),

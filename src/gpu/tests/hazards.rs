@@ -15,7 +15,7 @@ impl Setup {
     fn new(hazard_check: bool) -> Option<Self> {
         let ctx = context_with(ContextOptions {
             validation: true,
-            hazard_check,
+            hazard_check: Some(hazard_check),
             ..ContextOptions::default()
         })?;
         Some(Self {

@@ -7,7 +7,7 @@ mod frames;
 mod hazards;
 mod kernels;
 mod queries;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "app"))]
 mod window;
 
 use std::sync::Arc;

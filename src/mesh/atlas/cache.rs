@@ -126,8 +126,6 @@ fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
         turn,
     } = options;
     let mut hash = Hash::new();
-    hash.slice(env!("CARGO_PKG_VERSION").as_bytes());
-    hash.slice(option_env!("MYXO_COMMIT").unwrap_or_default().as_bytes());
     hash.slice(&[VERSION, *method as u32, *size, *cell_size, *gutter]);
     hash.slice(weights);
     hash.slice(&[*turn]);

@@ -101,7 +101,7 @@ fn flat(bvh: &Bvh2) -> Flat {
         let node = &bvh.nodes[from];
         let first = node.first_index as usize;
         let link = if node.is_leaf() {
-            debug_assert!(node.prim_count <= Node::MOST_FACES);
+            assert!(node.prim_count <= Node::MOST_FACES);
             let start = flat.order.len() as u32;
             let end = first + node.prim_count as usize;
             flat.order.extend(&bvh.primitive_indices[first..end]);

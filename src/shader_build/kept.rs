@@ -1,0 +1,139 @@
+//! Modules of the build before: a shader is compiled again only if the text of it, of a file that it includes, or the
+//! compiler itself has changed.
+//!
+//! Each shader has a file in the output folder's `compiled/`: a hash of everything that its modules depend on, and the
+//! modules. A file that is damaged counts as none.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::hash::{DefaultHasher, Hasher};
+use std::path::{Path, PathBuf};
+
+/// What is compiled of one shader.
+pub struct Modules {
+    /// Words of the unoptimised module, with names.
+    pub plain: Vec<u32>,
+    /// Words of the optimised module.
+    pub optimized: Vec<u32>,
+    /// The compiler's warnings, one a line.
+    pub warnings: Vec<String>,
+}
+
+/// The folder of what was compiled.
+pub struct Kept {
+    folder: PathBuf,
+    /// Stands for the compiler: a hash of the running program, which holds it.
+    compiler: u64,
+}
+
+impl Kept {
+    /// Opens the folder in `out`, or makes it.
+    pub fn open(out: &Path) -> Result<Self, String> {
+        let folder = out.join("compiled");
+        fs::create_dir_all(&folder)
+            .map_err(|e| format!("cannot make the folder {}: {e}", folder.display()))?;
+        let program = std::env::current_exe().and_then(fs::read);
+        let program = program.map_err(|e| format!("the build script cannot read itself: {e}"))?;
+        let mut hash = DefaultHasher::new();
+        hash.write(&program);
+        Ok(Self {
+            folder,
+            compiler: hash.finish(),
+        })
+    }
+
+    /// The modules of the shader `name`, kept or made.
+    pub fn get_or_make(
+        &self,
+        name: &str,
+        source: &str,
+        include: &Path,
+        make: impl FnOnce() -> Result<Modules, String>,
+    ) -> Result<Modules, String> {
+        let file = self.folder.join(name.replace(['/', '\\'], "+"));
+        let key = self.key(name, source, include);
+        let kept = fs::read(&file).ok().and_then(|bytes| unpack(&bytes, key));
+        if let Some(modules) = kept {
+            return Ok(modules);
+        }
+        let modules = make()?;
+        fs::write(&file, pack(&modules, key))
+            .map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+        Ok(modules)
+    }
+
+    /// A hash of the compiler, the shader's name and text, and all files that it includes.
+    fn key(&self, name: &str, source: &str, include: &Path) -> u64 {
+        let mut hash = DefaultHasher::new();
+        hash.write_u64(self.compiler);
+        let mut add = |text: &str| {
+            hash.write_usize(text.len());
+            hash.write(text.as_bytes());
+        };
+        add(name);
+        add(source);
+        let mut known = BTreeSet::new();
+        let mut open: Vec<String> = includes(source);
+        while let Some(name) = open.pop() {
+            if !known.insert(name.clone()) {
+                continue;
+            }
+            // The compiler reports files that are missing.
+            let text = fs::read_to_string(include.join(&name)).unwrap_or_default();
+            add(&name);
+            add(&text);
+            open.extend(includes(&text));
+        }
+        hash.finish()
+    }
+}
+
+/// The files that a text names in its `#include` lines.
+fn includes(text: &str) -> Vec<String> {
+    let lines = text.lines().filter_map(|line| {
+        let rest = line.trim_start().strip_prefix('#')?.trim_start();
+        let rest = rest.strip_prefix("include")?.trim_start();
+        let name = rest.get(1..)?.split(['"', '>']).next()?;
+        Some(name.to_owned())
+    });
+    lines.collect()
+}
+
+/// Words as a file holds them.
+pub fn bytes(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+/// The key and the number of words of each module, the modules, the warnings.
+fn pack(modules: &Modules, key: u64) -> Vec<u8> {
+    let mut packed = key.to_le_bytes().to_vec();
+    for words in [&modules.plain, &modules.optimized] {
+        packed.extend((words.len() as u64).to_le_bytes());
+        packed.extend(bytes(words));
+    }
+    packed.extend(modules.warnings.join("\n").into_bytes());
+    packed
+}
+
+fn unpack(packed: &[u8], key: u64) -> Option<Modules> {
+    let (found, mut rest) = packed.split_first_chunk::<8>()?;
+    if u64::from_le_bytes(*found) != key {
+        return None;
+    }
+    let mut take = || {
+        let (count, after) = rest.split_first_chunk::<8>()?;
+        let len = usize::try_from(u64::from_le_bytes(*count)).ok()?;
+        let (words, after) = after.split_at_checked(len.checked_mul(4)?)?;
+        rest = after;
+        let words = words.chunks_exact(4);
+        Some(words.map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])))
+    };
+    let plain = take()?.collect();
+    let optimized = take()?.collect();
+    let warnings = std::str::from_utf8(rest).ok()?;
+    Some(Modules {
+        plain,
+        optimized,
+        warnings: warnings.lines().map(str::to_owned).collect(),
+    })
+}
