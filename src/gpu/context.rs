@@ -30,7 +30,7 @@ pub struct ContextOptions {
     /// The display that a window will be opened on.
     pub window: Option<RawDisplayHandle>,
     /// Panic where a buffer is used without the barrier that it needs: a check on the host of everything that is recorded.
-    /// `None` checks where `validation` is on.
+    /// `None` checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
     pub hazard_check: Option<bool>,
     /// How long the device may take for what it is waited for.
     pub timeout: Duration,
@@ -168,7 +168,8 @@ impl Context {
         Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
             transfer: Mutex::default(),
-            hazard_check: options.hazard_check.unwrap_or(options.validation),
+            hazard_check: (options.hazard_check)
+                .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
             timeout: options.timeout,
             patience: AtomicU64::new(0),
             breadcrumbs: options.breadcrumbs,
