@@ -356,10 +356,10 @@ fn charts_do_not_depend_on_the_number_of_threads() {
 /// A mesh that takes long enough to be interrupted.
 const LARGE: &str = "builtin:torus?major=1000&minor=500";
 
-#[cfg(target_os = "linux")]
+#[cfg(unix)]
 #[test]
 fn ctrl_c_stops_it() {
-    use crate::program::interrupted;
+    use crate::program::{interrupted, telling_its_parts};
     use std::time::Duration;
     let folder = Folder::new();
     let picture = folder.file("atlas.png");
@@ -377,14 +377,13 @@ fn ctrl_c_stops_it() {
     for command in commands {
         let mut run = program();
         run.args(&command).args(["--out", path(&picture)]);
-        let run = run
+        let run = telling_its_parts(&mut run)
             .env("XDG_CACHE_HOME", folder.file("cache"))
             .stdout(std::process::Stdio::piped())
             .stderr(std::process::Stdio::piped())
             .spawn()
             .expect("the program starts");
-        // It makes and pools the mesh first.
-        let output = interrupted(run, Duration::from_millis(1500), Duration::from_secs(20));
+        let output = interrupted(run, "cutting into charts", Duration::from_secs(20));
         let message = text(&output.stderr);
         assert!(
             message.ends_with("myxo: interrupted while setting up\n"),

@@ -473,9 +473,10 @@ fn wrong_places_and_settings_are_told_before_the_work() {
 }
 
 /// Ctrl-C: the exit code says so, and what was measured is there.
-#[cfg(target_os = "linux")]
+#[cfg(unix)]
 #[test]
 fn an_interrupted_suite_keeps_what_it_has() {
+    use crate::program::interrupt;
     if no_device() {
         return;
     }
@@ -499,10 +500,7 @@ fn an_interrupted_suite_keeps_what_it_has() {
         messages.any(|line| line.contains("edges") && line.contains("cases")),
         "it ended before it had measured anything"
     );
-    let kill = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(kill.is_ok_and(|status| status.success()));
+    interrupt(&child);
     let status = child.wait().expect("it ends");
     assert_eq!(status.code(), Some(130));
     let results = report(&out.join("edges.json"));

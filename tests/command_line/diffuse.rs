@@ -181,6 +181,8 @@ fn help_lists_the_ways_to_lay_triangles_out() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_question_leaves_nothing_behind() {
+    use crate::program::{interrupt, wait_until};
+    use std::time::Duration;
     if no_device() {
         return;
     }
@@ -203,13 +205,12 @@ fn an_interrupted_question_leaves_nothing_behind() {
         .expect("the program starts");
     let deep = folder.file("deep");
     let is_begun = || std::fs::read_dir(&deep).is_ok_and(|mut files| files.next().is_some());
-    while !is_begun() && child.try_wait().expect("it can be asked").is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    let killed = std::process::Command::new("sh")
-        .args(["-c", &format!("kill -INT {}", child.id())])
-        .status();
-    assert!(killed.expect("there is a shell").success());
+    wait_until("its file is begun", Duration::from_secs(60), || {
+        let ended = child.try_wait().expect("it can be asked");
+        assert!(ended.is_none(), "it ends before: {ended:?}");
+        is_begun()
+    });
+    interrupt(&child);
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
     assert_eq!(std::fs::read_dir(&deep).expect("it was made").count(), 0);
 }

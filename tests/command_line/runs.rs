@@ -4,11 +4,12 @@ use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::Stdio;
 
-use myxo::scene::Settings;
 use crate::program::{
     Folder, TINY, difference_of, done, failed, myxo, no_device, path, program, report, shown_of,
     text,
 };
+use myxo::scene::Settings;
+use myxo::sim::food::MEASURING;
 use serde_json::Value;
 
 /// Renders [`TINY`] and gives the report.
@@ -384,13 +385,11 @@ fn no_steps_show_the_start() {
     assert_eq!(folder.names(), ["x.gif", "x.json", "x.png"]);
 }
 
-/// Ctrl-C in a long render: whole files, a checkpoint, exit code 130; and the run that goes on from there ends as if
-/// nothing had happened.
 /// Food that reaches far takes minutes where there is much of it.
-#[cfg(target_os = "linux")]
+#[cfg(unix)]
 #[test]
 fn ctrl_c_stops_the_measuring_of_food() {
-    use crate::program::interrupted;
+    use crate::program::{interrupted, telling_its_parts};
     use std::time::Duration;
     if no_device() {
         return;
@@ -406,14 +405,13 @@ fn ctrl_c_stops_the_measuring_of_food() {
     let mut run = program();
     run.args(["render", "torus", "--steps", "1", "--out", path(&picture)]);
     run.args(settings.iter().flat_map(|set| ["--set", set]));
-    let run = run
+    let run = telling_its_parts(&mut run)
         .env("XDG_CACHE_HOME", folder.file("cache"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // The atlas takes a second or two.
-    let output = interrupted(run, Duration::from_secs(8), Duration::from_secs(10));
+    let output = interrupted(run, MEASURING, Duration::from_secs(10));
     let message = text(&output.stderr);
     assert!(
         message.ends_with("myxo: interrupted while setting up\n"),
@@ -422,9 +420,12 @@ fn ctrl_c_stops_the_measuring_of_food() {
     assert!(!picture.exists());
 }
 
+/// Ctrl-C in a long render: whole files, a checkpoint, exit code 130; and the run that goes on from there ends as if
+/// nothing had happened.
 #[cfg(unix)]
 #[test]
 fn interrupted_and_resumed_ends_in_the_same_hash() {
+    use crate::program::interrupt;
     if no_device() {
         return;
     }
@@ -455,11 +456,7 @@ fn interrupted_and_resumed_ends_in_the_same_hash() {
         let length = messages.read_line(&mut line).expect("it is UTF-8");
         assert!(length > 0, "it ends before step 6");
     }
-    let interrupt = format!("kill -INT {}", child.id());
-    let killed = std::process::Command::new("sh")
-        .args(["-c", &interrupt])
-        .status();
-    assert!(killed.expect("there is a shell").success());
+    interrupt(&child);
     let mut rest = String::new();
     messages.read_to_string(&mut rest).expect("it is UTF-8");
     let status = child.wait().expect("it ends");

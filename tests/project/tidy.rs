@@ -1,4 +1,4 @@
-//! The shape of the project, checked: layers, file headers, file sizes, and a twin for every kernel.
+//! The shape of the project, checked: layers, file headers, file sizes, the programs of tests, and a twin for every kernel.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -144,6 +144,106 @@ fn files_fit_in_the_head() {
     }
 }
 
+/// The programs that tests are built into, and what belongs there. Each is linked by itself, so there are few.
+const PROGRAMS: &[(&str, &str)] = &[
+    ("kernels", "kernels against their twins"),
+    ("simulation", "what holds over many steps"),
+    ("mesh", "meshes without Vulkan"),
+    ("command_line", "the program as people run it"),
+    ("pictures", "what pictures show"),
+    ("project", "the project's shape, documents and build"),
+    ("window", "the window, with a hand on it"),
+];
+
+#[test]
+fn tests_belong_to_one_of_the_few_programs() {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let window_is_moved = tests.join("window/main.rs").is_file();
+    let mut wrong = Vec::new();
+    for entry in fs::read_dir(&tests).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        // These become tests/window.
+        if !window_is_moved && ["tour.rs", "lab.rs"].contains(&name.as_str()) {
+            continue;
+        }
+        let is_known = PROGRAMS.iter().any(|(program, _)| *program == name);
+        if name.ends_with(".rs") || (path.join("main.rs").is_file() && !is_known) {
+            wrong.push(name);
+        }
+    }
+    let places: Vec<_> = PROGRAMS
+        .iter()
+        .map(|(program, what)| format!("  tests/{program}/: {what}"))
+        .collect();
+    assert!(
+        wrong.is_empty(),
+        "tests/ has {wrong:?}, each a program of its own: make it a module of one of these, and name it in its main.rs\n{}",
+        places.join("\n")
+    );
+    for (program, _) in PROGRAMS {
+        let is_there = tests.join(program).join("main.rs").is_file();
+        assert!(
+            is_there || (*program == "window" && !window_is_moved),
+            "tests/{program} is no program any more: take it out of the list"
+        );
+    }
+}
+
+/// Lines that sleep, but for those of a function of this name.
+fn sleeps(text: &str, but_for: Option<&str>) -> Vec<usize> {
+    let call = format!("{}(", "sleep");
+    let mut function = "";
+    let mut found = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        if let Some((_, rest)) = line.split_once("fn ") {
+            function = rest.split(['(', '<']).next().unwrap();
+        }
+        let is_comment = line.trim_start().starts_with("//");
+        if !is_comment && line.contains(&call) && Some(function) != but_for {
+            found.push(number + 1);
+        }
+    }
+    found
+}
+
+/// A fixed time is too short on one machine and too long on all others.
+#[test]
+fn tests_wait_for_conditions_and_not_for_times() {
+    let mut wrong = Vec::new();
+    let mut look = |path: &Path, text: &str, first_line: usize, but_for| {
+        for line in sleeps(text, but_for) {
+            wrong.push(format!("{}:{}", path.display(), first_line + line));
+        }
+    };
+    for (path, text) in files("tests", &["rs"]) {
+        // The tour becomes tests/window.
+        if !path.starts_with("tests/tour.rs") && !path.starts_with("tests/tour_steps") {
+            let polls = path.ends_with("program/mod.rs").then_some("wait_until");
+            look(&path, &text, 0, polls);
+        }
+    }
+    for (path, text) in files("src", &["rs"]) {
+        // The window's own tests become those of tests/window, too.
+        if path.starts_with("src/lab") {
+            continue;
+        }
+        let is_test = path.ends_with("tests.rs") || path.iter().any(|part| part == "tests");
+        let tests = match text.find("#[cfg(test)]\nmod tests {") {
+            _ if is_test => 0,
+            Some(begin) => begin,
+            None => continue,
+        };
+        let before = text[..tests].lines().count();
+        look(&path, &text[tests..], before, None);
+    }
+    assert!(
+        wrong.is_empty(),
+        "these sleep; `wait_until` of tests/program/mod.rs waits for a condition instead:\n{}",
+        wrong.join("\n")
+    );
+}
+
 #[test]
 fn every_kernel_has_a_twin_and_a_mutant() {
     let sources = files("src", &["rs"]);
@@ -248,13 +348,12 @@ fn names_of_controls() -> Vec<(PathBuf, String)> {
 /// A control that is new has a step of the tour, in which a hand operates it.
 #[test]
 fn no_control_is_left_out_by_the_tour() {
-    let steps: String = files("tests/tour_steps", &["rs"])
+    let steps: String = files("tests", &["rs"])
         .into_iter()
-        .chain(
-            files("tests", &["rs"])
-                .into_iter()
-                .filter(|(path, _)| path.ends_with("tour.rs")),
-        )
+        .filter(|(path, _)| {
+            let folders = ["tests/tour.rs", "tests/tour_steps", "tests/window"];
+            folders.iter().any(|folder| path.starts_with(folder))
+        })
         // This names controls and operates none.
         .filter(|(path, _)| !path.ends_with("worked.rs"))
         .map(|(_, text)| text)
@@ -267,6 +366,6 @@ fn no_control_is_left_out_by_the_tour() {
         .collect();
     assert!(
         left_out.is_empty(),
-        "no step of tests/tour_steps operates {left_out:?}"
+        "no step of the tour operates {left_out:?}"
     );
 }
