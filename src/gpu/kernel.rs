@@ -269,14 +269,19 @@ impl PipelineCore {
             .check("vkCreateComputePipelines", name)?;
         core.pipeline = made[0];
         ctx.device.set_name(core.pipeline, name);
-        let made = core.handles();
-        let kept = ctx.pipelines.keep(key, made);
-        core.is_kept = kept == made;
-        Ok(Self::kept(ctx, name, kept))
+        Ok(core.keep(key))
+    }
+
+    /// Leaves it to the context, and gives what is to be used: where another thread was faster, the one that it made.
+    pub(crate) fn keep(mut self, key: PipelineKey) -> Self {
+        let made = self.handles();
+        let kept = self.ctx.pipelines.keep(key, made);
+        self.is_kept = kept == made;
+        Self::kept(&self.ctx, self.name, kept)
     }
 
     /// One that the context keeps.
-    fn kept(ctx: &Arc<Context>, name: &'static str, made: PipelineHandles) -> Self {
+    pub(crate) fn kept(ctx: &Arc<Context>, name: &'static str, made: PipelineHandles) -> Self {
         Self {
             ctx: Arc::clone(ctx),
             name,

@@ -1,37 +1,39 @@
-//! The compute pipelines of a context. They stay until it ends, so that none is compiled twice: settings that change back and
+//! The pipelines of a context. They stay until it ends, so that none is compiled twice: settings that change back and
 //! forth, and scenes that follow each other, find what was made before.
 
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::hash::{DefaultHasher, Hash, Hasher as _};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
 use super::graveyard::Corpse;
-use super::kernel::{Constants, Kernel};
+use super::kernel::{Constants, Interface};
 
-/// All that a compute pipeline is made from.
+/// All that a pipeline is made from.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct PipelineKey {
-    kernel: &'static str,
+    shader: &'static str,
     /// By which times and messages show it.
     name: &'static str,
-    module: u64,
+    /// Of modules and options.
+    hash: u64,
     constants: Vec<(u32, [u8; 4])>,
 }
 
 impl PipelineKey {
-    pub(crate) fn new<K: Kernel>(
-        module: &[u8],
-        constants: &K::Constants,
+    /// Of these modules and whatever else is not a constant.
+    pub(crate) fn new<I: Interface>(
+        made_of: impl Hash,
+        constants: &I::Constants,
         name: &'static str,
     ) -> Self {
         let mut hasher = DefaultHasher::new();
-        module.hash(&mut hasher);
+        made_of.hash(&mut hasher);
         Self {
-            kernel: K::NAME,
+            shader: I::NAME,
             name,
-            module: hasher.finish(),
+            hash: hasher.finish(),
             constants: constants.values(),
         }
     }
