@@ -41,7 +41,7 @@
 //! gpu        Vulkan, no meshes                           src/gpu/
 //! ```
 //!
-//! **Invariant:** a layer uses only those below it; [`mesh`] and [`gpu`] don't know each other. `tests/tidy.rs`
+//! **Invariant:** a layer uses only those below it; [`mesh`] and [`gpu`] don't know each other. `tests/project/tidy.rs`
 //! keeps it so.
 //!
 //! # One step
@@ -111,7 +111,7 @@
 //! ([`sim::Snapshot::validate`]).
 //!
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
-//! (`tests/kernels.rs`, `tests/trail_kernels.rs`), and a test that turns red when a constant of it is wrong (`make mutants`).
+//! (`tests/kernels/`), and a test that turns red when a constant of it is wrong (`make mutants`).
 //!
 //! **Invariant:** what outgrows a storage block or a texel buffer of the device takes other ways ([`sim::texel_paths`]) to
 //! the same bits.

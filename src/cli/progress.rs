@@ -158,6 +158,7 @@ impl SettingUp {
         let mut phases = unpoisoned(&self.phases);
         if phases.last().is_none_or(|(last, _)| *last != doing) {
             phases.push((doing, now));
+            log::info!("{}: {doing}", self.what);
         }
         drop(phases);
         if self.begun.elapsed() < BAR_AFTER {

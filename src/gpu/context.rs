@@ -18,6 +18,7 @@ use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::{Corpse, Graveyard};
 use super::info::{self, DeviceInfo};
 use super::instance::Instance;
+use super::pipelines::Pipelines;
 use super::transfer::Transfer;
 
 /// How a [`Context`] is made.
@@ -89,6 +90,7 @@ pub struct Context {
     is_lost: AtomicBool,
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
+    pub(crate) pipelines: Pipelines,
     info: DeviceInfo,
     queue: Mutex<vk::Queue>,
     /// Freed by `drop` before the device goes.
@@ -183,6 +185,7 @@ impl Context {
                 &info,
                 options.cache_folder.as_deref(),
             ),
+            pipelines: Pipelines::default(),
             info,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
@@ -398,6 +401,9 @@ impl Drop for Context {
             std::mem::take(&mut *self.transfer.lock().unwrap_or_else(|e| e.into_inner()));
         transfer.destroy(self);
         std::mem::take(&mut self.pipeline_cache).close(&self.device.raw);
+        for made in self.pipelines.take_all() {
+            self.bury(made.corpse());
+        }
         for corpse in self.graveyard.take_all() {
             self.bury(corpse);
         }

@@ -11,7 +11,7 @@ use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
 
 /// What a pixel is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Four bytes, red first; shaders write linear colours, which are stored as sRGB.
     Rgba8Srgb,

@@ -10,7 +10,7 @@ use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
+use super::pipelines::{PipelineHandles, PipelineKey};
 use super::sampled::Sampled;
 use super::slices::divides;
 use super::texels::TexelsCore;
@@ -183,7 +183,8 @@ pub struct Pipeline<K> {
 }
 
 impl<K: Kernel> Pipeline<K> {
-    /// Makes the pipeline of kernel `K` with these specialization constants.
+    /// The pipeline of kernel `K` with these specialization constants. It is compiled the first time that the context is asked
+    /// for it.
     ///
     /// # Errors
     /// The kernel binds more than this device can, or the driver refuses it.
@@ -219,6 +220,8 @@ pub(crate) struct PipelineCore {
     pub(crate) pipeline: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
+    /// The context frees it, in the end.
+    is_kept: bool,
 }
 
 impl PipelineCore {
@@ -231,6 +234,10 @@ impl PipelineCore {
         if K::GROUP_SIZE > limit {
             let missing = format!("groups of {} invocations (it has {limit})", K::GROUP_SIZE);
             return Err(unsupported::<K>(ctx, missing));
+        }
+        let key = PipelineKey::new::<K>(K::SPIRV, constants, name);
+        if let Some(made) = ctx.pipelines.get(&key) {
+            return Ok(Self::kept(ctx, name, made));
         }
         let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE)?;
         core.name = name;
@@ -262,7 +269,35 @@ impl PipelineCore {
             .check("vkCreateComputePipelines", name)?;
         core.pipeline = made[0];
         ctx.device.set_name(core.pipeline, name);
-        Ok(core)
+        Ok(core.keep(key))
+    }
+
+    /// Leaves it to the context, and gives what is to be used: where another thread was faster, the one that it made.
+    pub(crate) fn keep(mut self, key: PipelineKey) -> Self {
+        let made = self.handles();
+        let kept = self.ctx.pipelines.keep(key, made);
+        self.is_kept = kept == made;
+        Self::kept(&self.ctx, self.name, kept)
+    }
+
+    /// One that the context keeps.
+    pub(crate) fn kept(ctx: &Arc<Context>, name: &'static str, made: PipelineHandles) -> Self {
+        Self {
+            ctx: Arc::clone(ctx),
+            name,
+            pipeline: made.pipeline,
+            layout: made.layout,
+            set_layout: made.set_layout,
+            is_kept: true,
+        }
+    }
+
+    pub(crate) fn handles(&self) -> PipelineHandles {
+        PipelineHandles {
+            pipeline: self.pipeline,
+            layout: self.layout,
+            set_layout: self.set_layout,
+        }
     }
 
     /// Set layout and pipeline layout; the pipeline itself is null yet.
@@ -319,6 +354,7 @@ impl PipelineCore {
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             set_layout: vk::DescriptorSetLayout::null(),
+            is_kept: false,
         };
         let set = vk::DescriptorSetLayoutCreateInfo::default()
             .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
@@ -344,11 +380,9 @@ impl PipelineCore {
 
 impl Drop for PipelineCore {
     fn drop(&mut self) {
-        self.ctx.graveyard.add(Corpse::Pipeline(
-            self.pipeline,
-            self.layout,
-            self.set_layout,
-        ));
+        if !self.is_kept {
+            self.ctx.graveyard.add(self.handles().corpse());
+        }
     }
 }
 

@@ -34,6 +34,7 @@ mod info;
 mod instance;
 mod kernel;
 mod pass;
+mod pipelines;
 mod raster;
 mod readback;
 mod recorder;

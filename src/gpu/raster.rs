@@ -10,9 +10,10 @@ use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::image::Format;
 use super::kernel::{Draw, PipelineCore, ShaderModule, Specialization};
+use super::pipelines::PipelineKey;
 
 /// What vertices are joined to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Topology {
     /// Three vertices a triangle.
     #[default]
@@ -26,7 +27,7 @@ pub enum Topology {
 }
 
 /// How a fragment joins the pixel's colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// It replaces the colour.
     #[default]
@@ -40,7 +41,7 @@ pub enum Blend {
 }
 
 /// Which of two fragments stays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DepthTest {
     /// The one of greater depth, of equal ones the later: depth is reversed.
     #[default]
@@ -50,7 +51,7 @@ pub enum DepthTest {
 }
 
 /// What a [`RasterPipeline`] draws into and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
@@ -93,7 +94,8 @@ pub struct RasterPipeline<D> {
 }
 
 impl<D: Draw> RasterPipeline<D> {
-    /// Makes the pipeline with these specialization constants.
+    /// The pipeline with these specialization constants and options. It is compiled the first time that the context is asked for
+    /// it.
     ///
     /// # Errors
     /// The device cannot draw (VK_KHR_dynamic_rendering), or the driver refuses the pipeline.
@@ -117,6 +119,14 @@ impl<D: Draw> RasterPipeline<D> {
                 });
             }
             ctx.draws_debug.store(true, Ordering::Relaxed);
+        }
+        let key = PipelineKey::new::<D>((D::VERTEX, D::FRAGMENT, options), constants, D::NAME);
+        if let Some(made) = ctx.pipelines.get(&key) {
+            return Ok(Self {
+                core: PipelineCore::kept(ctx, D::NAME, made),
+                options,
+                draw: PhantomData,
+            });
         }
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let mut core = PipelineCore::layouts::<D>(ctx, stages)?;
@@ -200,7 +210,7 @@ impl<D: Draw> RasterPipeline<D> {
             .check("vkCreateGraphicsPipelines", D::NAME)?[0];
         ctx.device.set_name(core.pipeline, D::NAME);
         Ok(Self {
-            core,
+            core: core.keep(key),
             options,
             draw: PhantomData,
         })

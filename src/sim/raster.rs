@@ -17,7 +17,7 @@
 //!
 //! # Precision
 //!
-//! How many of 65,536 distances in order stay different as depths, for a reach of 1 (`tests/distances/depths.rs`):
+//! How many of 65,536 distances in order stay different as depths, for a reach of 1 (`tests/kernels/distances/depths.rs`):
 //!
 //! | distances | ordered | clip | logistic | arctangent |
 //! | --- | --- | --- | --- | --- |
@@ -28,7 +28,7 @@
 //! | evenly from -1 to 1 | 65,536 | 65,536 | 65,536 | 65,536 |
 //!
 //! How many texels within reach name another triangle than `bvh` does, and the largest difference of distances, in scene
-//! radii; over eight scenes with reaches of 0.1 to 0.4, and three of them with one of 20 (`tests/distances/raster.rs`):
+//! radii; over eight scenes with reaches of 0.1 to 0.4, and three of them with one of 20 (`tests/kernels/distances/raster.rs`):
 //!
 //! | mapping | others | difference | others, far | difference, far |
 //! | --- | --- | --- | --- | --- |

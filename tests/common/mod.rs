@@ -1,8 +1,8 @@
 //! What GPU tests share: a device with validation on, small scenes, and comparisons.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, reason = "each test program uses its own part")]
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use myxo::gpu::{Context, ContextOptions, Frames, Limits, Recorder};
 use myxo::mesh::Mesh;
@@ -11,10 +11,17 @@ use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::sim::Snapshot;
 use myxo::sim::types::{Motion, Particle};
 
-/// A device with the validation layers on. Call [`Gpu::finish`] at the end of the test.
+/// A device with the validation layers on, which a test has for itself. Call [`Gpu::finish`] at the end of the test.
+///
+/// Opening one takes longer than many a test, so it goes on to the next test that wants such a one, with all pipelines that it has
+/// made. One that a test has failed with, lost, or made complain goes to none.
 pub struct Gpu {
     pub ctx: Arc<Context>,
+    limits: Option<Limits>,
 }
+
+/// Contexts that no test has, with the limits that they were made with.
+static FREE: Mutex<Vec<(Option<Limits>, Arc<Context>)>> = Mutex::new(Vec::new());
 
 /// The device, or `None` where there is none and `MYXO_ALLOW_NO_DEVICE=1` says that tests may then be skipped.
 ///
@@ -29,12 +36,15 @@ pub fn gpu() -> Option<Gpu> {
 /// # Panics
 /// As for [`gpu`].
 pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
+    if let Some(ctx) = free_context(limits) {
+        return Some(Gpu { ctx, limits });
+    }
     match Context::new(&ContextOptions {
         validation: true,
         limits,
         ..ContextOptions::default()
     }) {
-        Ok(ctx) => Some(Gpu { ctx }),
+        Ok(ctx) => Some(Gpu { ctx, limits }),
         Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
             eprintln!("skipped: {error}");
             None
@@ -43,6 +53,24 @@ pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
             panic!("{error}\n(MYXO_ALLOW_NO_DEVICE=1 skips the tests that need a device)")
         }
     }
+}
+
+/// One that an earlier test has left as it found it.
+fn free_context(limits: Option<Limits>) -> Option<Arc<Context>> {
+    let mut free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
+    // What a test drops after it has given a context back still has that context, and may be at work on another thread.
+    let index = (free.iter()).position(|(of, ctx)| *of == limits && Arc::strong_count(ctx) == 1)?;
+    let (_, ctx) = free.swap_remove(index);
+    drop(free);
+    ctx.wait_idle().expect("it was not lost when it was left");
+    let _ = ctx.debug_entries();
+    let late = ctx.take_messages();
+    assert!(
+        late.is_empty(),
+        "an earlier test has left these validation messages, when it had ended:\n{}",
+        late.join("\n")
+    );
+    Some(ctx)
 }
 
 impl Gpu {
@@ -56,13 +84,24 @@ impl Gpu {
     }
 
     /// Fails the test if the validation layers said anything.
-    pub fn finish(self) {
+    pub fn finish(self) {}
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            return;
+        }
         let messages = self.ctx.messages();
         assert!(
             messages.is_empty(),
             "validation messages:\n{}",
             messages.join("\n")
         );
+        if !self.ctx.is_lost() {
+            let mut free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
+            free.push((self.limits, Arc::clone(&self.ctx)));
+        }
     }
 }
 

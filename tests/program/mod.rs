@@ -1,8 +1,9 @@
 //! What tests of the program share: running it, and what a failure has to look like.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, reason = "each test program uses its own part")]
 
 use std::ffi::OsStr;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -154,31 +155,54 @@ impl Folder {
     }
 }
 
-/// Lets what has begun go on for a while, then sends it Ctrl-C, once. It must end within `patience`, as interrupted.
-#[cfg(target_os = "linux")]
+/// Has what the program sets up told on the standard error, part by part, for [`interrupted`].
+pub fn telling_its_parts(run: &mut Command) -> &mut Command {
+    run.env("RUST_LOG", "myxo=info")
+}
+
+/// Waits until what has begun says these words on the standard error, which must be piped, then sends it Ctrl-C, once. It must
+/// end within `patience`, as interrupted.
+#[cfg(unix)]
 #[track_caller]
-pub fn interrupted(run: Child, after: Duration, patience: Duration) -> Output {
-    while !handles_interrupts(run.id()) {
-        std::thread::sleep(Duration::from_millis(10));
+pub fn interrupted(mut run: Child, words: &str, patience: Duration) -> Output {
+    let messages = run.stderr.take().expect("the standard error is piped");
+    let mut messages = BufReader::new(messages);
+    let mut said = String::new();
+    while !said.contains(words) {
+        let length = messages.read_line(&mut said).expect("it is UTF-8");
+        assert!(length > 0, "it ends without a word of {words:?}: {said}");
     }
-    std::thread::sleep(after);
+    interrupt(&run);
+    let asked = Instant::now();
+    messages.read_to_string(&mut said).expect("it is UTF-8");
+    let output = run.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(asked.elapsed() < patience, "{:?}", asked.elapsed());
+    Output {
+        stderr: said.into_bytes(),
+        ..output
+    }
+}
+
+/// Sends Ctrl-C.
+#[cfg(unix)]
+#[track_caller]
+pub fn interrupt(run: &Child) {
     let kill = format!("kill -INT {}", run.id());
     let killed = Command::new("sh").args(["-c", &kill]).status();
     assert!(killed.expect("there is a shell").success());
-    let asked = Instant::now();
-    let output = run.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
-    assert!(asked.elapsed() < patience, "{:?}", asked.elapsed());
-    output
 }
 
-/// Does a process handle Ctrl-C itself by now?
-#[cfg(target_os = "linux")]
-fn handles_interrupts(process: u32) -> bool {
-    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("it runs");
-    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
-    let caught = caught.expect("Linux tells which signals are caught").trim();
-    u64::from_str_radix(caught, 16).expect("it is a mask") & 2 != 0
+/// Waits until a condition holds, and fails the test that calls it when it does not in time. Nothing else in tests sleeps: how
+/// long something takes is not the same on any two machines.
+#[track_caller]
+pub fn wait_until(what: &str, patience: Duration, mut condition: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !condition() {
+        let waited = begun.elapsed();
+        assert!(waited < patience, "{what}: not within {patience:?}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
 }
 
 /// A report that `--report` or `--json` has written.

@@ -318,3 +318,28 @@ fn images_that_the_device_cannot_have_are_errors() {
     assert!(error.contains("64 samples"), "{error}");
     assert_silent(&ctx);
 }
+
+#[test]
+fn equal_options_share_one_pipeline() {
+    let Some(ctx) = context() else { return };
+    let made = |samples, blend| {
+        let options = RasterOptions {
+            samples,
+            blend,
+            ..RasterOptions::default()
+        };
+        let pipeline = RasterPipeline::<DiscDraw>::new(&ctx, &(), options).unwrap();
+        assert_eq!(*pipeline.options(), options);
+        pipeline.core.handles()
+    };
+    let first = made(1, Blend::Opaque);
+    assert_eq!(made(1, Blend::Opaque), first);
+    assert_ne!(made(4, Blend::Opaque).pipeline, first.pipeline);
+    assert_ne!(made(1, Blend::Alpha).pipeline, first.pipeline);
+    let messages = ctx.end().expect("nothing else has the context");
+    assert!(
+        messages.is_empty(),
+        "all are freed:\n{}",
+        messages.join("\n")
+    );
+}

@@ -81,6 +81,39 @@ fn constants_reach_the_kernel() {
 }
 
 #[test]
+fn equal_constants_share_one_pipeline() {
+    let Some(ctx) = context() else { return };
+    let made = |shift, negate, name| {
+        let constants = ScaleConstants { shift, negate };
+        let pipeline = Pipeline::<Scale>::named(&ctx, &constants, name).unwrap();
+        pipeline.core().handles()
+    };
+    let first = made(100, true, "scale");
+    let again = made(100, true, "scale");
+    assert_eq!(again, first, "though it was dropped in between");
+    let mut others = vec![
+        first.pipeline,
+        made(101, true, "scale").pipeline,
+        made(100, false, "scale").pipeline,
+        made(100, true, "scale_again").pipeline,
+    ];
+    others.sort_unstable();
+    others.dedup();
+    assert_eq!(others.len(), 4, "each of its own");
+    let at_once = std::thread::scope(|scope| {
+        let threads = [(); 4].map(|()| scope.spawn(|| made(7, false, "scale")));
+        threads.map(|thread| thread.join().unwrap())
+    });
+    assert!(at_once.iter().all(|made| *made == at_once[0]));
+    let messages = ctx.end().expect("nothing else has the context");
+    assert!(
+        messages.is_empty(),
+        "all are freed:\n{}",
+        messages.join("\n")
+    );
+}
+
+#[test]
 fn groups_made_on_the_device_run_every_invocation() {
     let Some(ctx) = context() else { return };
     let size_up = Pipeline::<SizeUp>::new(&ctx, &()).unwrap();

@@ -1,0 +1,543 @@
+//! What is exported is the state: models, meshes, arrays and scene files hold what the simulation holds.
+
+mod npz;
+mod picture;
+
+use std::io::Cursor;
+use std::path::Path;
+
+use crate::common::{Gpu, TRIO, gpu, scene_of_several};
+use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use image::RgbImage;
+use myxo::export::{Colors, Export, ExportFile, ExportOnTheWay, Format, Watch};
+use myxo::gpu::Frames;
+use myxo::mesh::surface::NONE;
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::paint::NO_GO_BELOW;
+use myxo::sim::{Simulation, Snapshot};
+use npz::Arrays;
+
+/// A simulation some steps on.
+struct Run {
+    scene: Scene,
+    simulation: Simulation,
+    snapshot: Snapshot,
+}
+
+impl Run {
+    fn of(gpu: &Gpu, scene: Scene, steps: u32) -> Self {
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+        for _ in 0..steps {
+            let mut rec = frames.begin().unwrap();
+            simulation.record_step(&mut rec);
+            frames.submit(rec).unwrap();
+        }
+        frames.wait_idle().unwrap();
+        let snapshot = simulation.snapshot().unwrap();
+        Self {
+            scene,
+            simulation,
+            snapshot,
+        }
+    }
+
+    fn export(&self) -> Export<'_> {
+        Export::of(&self.scene, &self.simulation, &self.snapshot).unwrap()
+    }
+
+    fn bytes(&self, format: Format, colors: Colors) -> Vec<u8> {
+        let mut out = Cursor::new(Vec::new());
+        self.export().write(format, colors, &mut out).unwrap();
+        out.into_inner()
+    }
+}
+
+/// Three that touch, one of which turns, some steps on.
+fn moving_trio(gpu: &Gpu) -> Run {
+    let scene = scene_of_several(&TRIO, |settings| {
+        settings.particles.count = 5000;
+        settings.atlas.size = 256;
+        settings.seed = 11;
+        settings.objects[2].motion.spin = [0.0, 200.0, 0.0];
+        settings.objects[2].motion.orbit = [0.0, 90.0, 0.0];
+        settings.time.dt = 0.05;
+    });
+    Run::of(gpu, scene, 25)
+}
+
+/// The parts of a GLB, as the `gltf` crate reads and validates them.
+fn parts(bytes: &[u8]) -> (gltf::Gltf, Vec<u8>) {
+    let mut model = gltf::Gltf::from_slice(bytes).expect("it is valid glTF");
+    let binary = model.blob.take().expect("everything is inside");
+    (model, binary)
+}
+
+/// The base colour, or what glows.
+fn texture_of(model: &gltf::Gltf, binary: &[u8], glows: bool) -> RgbImage {
+    let material = model.materials().next().expect("there is a material");
+    let base = material.pbr_metallic_roughness().base_color_texture();
+    let texture = if glows {
+        material.emissive_texture()
+    } else {
+        base
+    };
+    let image = texture.expect("there is a texture").texture().source();
+    let gltf::image::Source::View { view, mime_type } = image.source() else {
+        panic!("it is inside");
+    };
+    assert_eq!(mime_type, "image/png");
+    let bytes = &binary[view.offset()..view.offset() + view.length()];
+    image::load_from_memory(bytes).expect("a PNG").to_rgb8()
+}
+
+#[test]
+fn a_model_has_every_object_at_its_pose_with_normals_and_trail() {
+    let Some(gpu) = gpu() else { return };
+    let run = moving_trio(&gpu);
+    let setup = run.simulation.setup();
+    let bytes = run.bytes(Format::Glb, Colors::Texture);
+    assert_eq!(bytes, run.bytes(Format::Glb, Colors::Texture), "same bits");
+    let (model, binary) = parts(&bytes);
+    let poses = run.simulation.world_from_object();
+    assert_ne!(poses[2], run.scene.world_from_object()[2], "it has moved");
+    let texture = texture_of(&model, &binary, false);
+    assert_eq!((texture.width(), texture.height()), (256, 256));
+
+    let nodes: Vec<_> = model.nodes().filter(|node| node.mesh().is_some()).collect();
+    assert_eq!(nodes.len(), 3);
+    assert_eq!(model.cameras().count(), 1);
+    for (object, node) in nodes.iter().enumerate() {
+        assert_eq!(
+            node.name(),
+            Some(run.scene.settings.objects[object].name.as_str())
+        );
+        let columns = node.transform().matrix();
+        let world_from_object = glam::Mat4::from_cols_array_2d(&columns);
+        let expected = glam::Mat4::from(poses[object]);
+        assert!(
+            world_from_object.abs_diff_eq(expected, 1e-5),
+            "object {object}"
+        );
+        let mesh = node.mesh().expect("only those are listed");
+        let primitive = mesh.primitives().next().expect("it has triangles");
+        let reader = primitive.reader(|_| Some(&binary));
+        let positions: Vec<Vec3> = reader.read_positions().unwrap().map(Vec3::from).collect();
+        let normals: Vec<Vec3> = reader.read_normals().unwrap().map(Vec3::from).collect();
+        let places: Vec<[f32; 2]> = reader.read_tex_coords(0).unwrap().into_f32().collect();
+        let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+        assert_eq!([normals.len(), places.len()], [positions.len(); 2]);
+        let bounds = primitive.bounding_box();
+        let range = setup.surface.objects[object];
+        let first = range.triangles.0 as usize;
+        assert_eq!(indices.len(), 3 * (range.triangles.1 as usize - first));
+        for (corner, &index) in indices.iter().enumerate() {
+            let (triangle, k) = (first + corner / 3, corner % 3);
+            let vertex = setup.surface.corners[triangle][k] as usize;
+            let index = index as usize;
+            assert_eq!(positions[index], setup.surface.positions[vertex]);
+            assert!(positions[index].cmpge(Vec3::from(bounds.min)).all());
+            assert!(positions[index].cmple(Vec3::from(bounds.max)).all());
+            assert!(normals[index].is_normalized());
+            let [u, v] = [f32::from(k == 1), f32::from(k == 2)];
+            let texel = setup.atlas.position_of(triangle as u32, u, v);
+            let off = (256.0 * Vec2::from(places[index])).distance(texel);
+            assert!(off < 0.05, "corner {corner}: {off} texels");
+        }
+    }
+    // By vertices: colours, and no texture that they would be multiplied with.
+    let (model, binary) = parts(&run.bytes(Format::Glb, Colors::Vertex));
+    assert_eq!(model.images().count() + model.textures().count(), 0);
+    let mesh = model.meshes().next().expect("the first object");
+    let primitive = mesh.primitives().next().expect("it has triangles");
+    let reader = primitive.reader(|_| Some(&binary));
+    let colors: Vec<[f32; 4]> = reader.read_colors(0).unwrap().into_rgba_f32().collect();
+    let trail = primitive.get(&gltf::Semantic::Extras("TRAIL".to_owned()));
+    let trail = trail.expect("the trail is an attribute of its own");
+    let view = trail.view().expect("it has values");
+    let trail: &[f32] = bytemuck::cast_slice(&binary[view.offset()..view.offset() + view.length()]);
+    assert_eq!(trail.len(), colors.len());
+    let export = run.export();
+    let paint = export.paint();
+    for (&trail, color) in trail.iter().zip(&colors) {
+        let expected = paint.color(trail).min(Vec3::ONE).extend(1.0);
+        assert!(glam::Vec4::from(*color).abs_diff_eq(expected, 1e-4));
+    }
+    assert!(trail.iter().any(|&trail| trail > 0.0));
+    gpu.finish();
+}
+
+/// Read by the lines below and no crate: a header of text, then records.
+#[test]
+fn a_ply_has_world_positions_normals_colours_and_trail() {
+    let Some(gpu) = gpu() else { return };
+    let run = moving_trio(&gpu);
+    let bytes = run.bytes(Format::Ply, Colors::Texture);
+    let end = b"end_header\n";
+    let begin = bytes
+        .windows(end.len())
+        .position(|window| window == end)
+        .unwrap()
+        + end.len();
+    let header = std::str::from_utf8(&bytes[..begin]).unwrap();
+    assert!(header.starts_with("ply\nformat binary_little_endian 1.0\ncomment myxo "));
+    let count = |what: &str| -> usize {
+        let line = header
+            .lines()
+            .find_map(|line| line.strip_prefix(what))
+            .unwrap();
+        line.trim().parse().unwrap()
+    };
+    let (vertices, faces) = (count("element vertex"), count("element face"));
+    let setup = run.simulation.setup();
+    assert_eq!(faces, setup.surface.corners.len());
+    const VERTEX: usize = 4 * 6 + 3 + 4 + 4;
+    const FACE: usize = 1 + 3 * 4;
+    assert_eq!(bytes.len() - begin, vertices * VERTEX + faces * FACE);
+
+    let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let integer = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let vector = |at: usize| Vec3::new(float(at), float(at + 4), float(at + 8));
+    let poses = run.simulation.world_from_object();
+    let export = run.export();
+    let paint = export.paint();
+    let mut brightest = 0.0_f32;
+    for face in 0..faces {
+        let at = begin + vertices * VERTEX + face * FACE;
+        assert_eq!(bytes[at], 3);
+        for k in 0..3 {
+            let vertex = begin + VERTEX * integer(at + 1 + 4 * k) as usize;
+            let object = setup.surface.triangles[face].object;
+            let local = setup.surface.positions[setup.surface.corners[face][k] as usize];
+            let world = poses[object as usize].transform_point3(local);
+            assert!(vector(vertex).distance(world) < 1e-5);
+            assert!(vector(vertex + 12).is_normalized());
+            let trail = float(vertex + 27);
+            assert_eq!(bytes[vertex + 24..vertex + 27], paint.srgb(trail));
+            assert_eq!(integer(vertex + 31), object);
+            brightest = brightest.max(trail);
+        }
+    }
+    assert!(brightest > 0.0);
+    gpu.finish();
+}
+
+#[test]
+fn arrays_hold_the_state() {
+    let Some(gpu) = gpu() else { return };
+    let run = moving_trio(&gpu);
+    let bytes = run.bytes(Format::Npz, Colors::Texture);
+    assert_eq!(bytes, run.bytes(Format::Npz, Colors::Texture), "same bits");
+    let arrays = Arrays::read(&bytes);
+    let (setup, state) = (run.simulation.setup(), &run.snapshot);
+    let (surface, atlas) = (&setup.surface, &setup.atlas);
+    assert_eq!(arrays.all::<i64>("step", "<i8", &[]), [25]);
+    assert_eq!(arrays.all::<i64>("seed", "<i8", &[]), [11]);
+    assert_eq!(arrays.all::<i64>("layout_version", "<i8", &[]), [1]);
+    assert_eq!(
+        arrays.all::<f64>("time", "<f8", &[]),
+        [run.simulation.time()]
+    );
+    assert_eq!(arrays.text("scene_name"), ["test"]);
+    assert_eq!(arrays.text("version"), [env!("CARGO_PKG_VERSION")]);
+    let commit = option_env!("MYXO_COMMIT").unwrap_or_default();
+    assert_eq!(arrays.text("commit"), [commit]);
+    let info = gpu.ctx.info();
+    assert_eq!(arrays.text("device"), [info.name.as_str()]);
+    assert!(arrays.text("driver")[0].ends_with(&info.driver_version));
+    let hash = format!("{:016x}", run.snapshot.hash());
+    assert_eq!(arrays.text("state_hash"), [hash]);
+    let names: Vec<_> = run
+        .scene
+        .settings
+        .objects
+        .iter()
+        .map(|o| o.name.clone())
+        .collect();
+    assert_eq!(arrays.text("object_name"), names);
+    assert_eq!(arrays.text("scene_toml"), [run.export().scene_file()]);
+
+    let n = state.particles.len();
+    let places = arrays.all::<[f32; 3]>("particle_position", "<f4", &[n, 3]);
+    let headings = arrays.all::<[f32; 3]>("particle_heading", "<f4", &[n, 3]);
+    let triangles = arrays.all::<i32>("particle_triangle", "<i4", &[n]);
+    let objects = arrays.all::<i32>("particle_object", "<i4", &[n]);
+    let uvs = arrays.all::<[f32; 2]>("particle_uv", "<f4", &[n, 2]);
+    let texels = arrays.all::<[f32; 2]>("particle_texel", "<f4", &[n, 2]);
+    let pending = arrays.all::<f32>("particle_pending", "<f4", &[n]);
+    let in_flight = arrays.all::<u8>("particle_in_flight", "|b1", &[n]);
+    let poses = run.simulation.world_from_object();
+    for (particle, motion) in state.particles.iter().zip(&state.motions) {
+        let i = particle.id as usize;
+        let t = particle.triangle as usize;
+        let object = surface.triangles[t].object;
+        assert_eq!((triangles[i], objects[i]), (t as i32, object as i32));
+        assert_eq!(
+            (uvs[i], pending[i]),
+            ([particle.u, particle.v], motion.pending)
+        );
+        assert_eq!(in_flight[i], u8::from(motion.in_flight()));
+        let [a, b, c] = surface.corners[t].map(|v| surface.positions[v as usize]);
+        let pose = poses[object as usize];
+        let place = pose.transform_point3(a + particle.u * (b - a) + particle.v * (c - a));
+        assert!(place.distance(Vec3::from(places[i])) < 1e-5);
+        // The heading: along the edge AB by p, at right angles by h.
+        let p = (b - a).normalize();
+        let h = ((c - a) - (c - a).dot(p) * p).normalize();
+        let heading = pose.transform_vector3(motion.heading_p * p + motion.heading_h * h);
+        assert!(
+            heading.distance(Vec3::from(headings[i])) < 1e-3,
+            "particle {i}"
+        );
+        let texel = atlas.position_of(particle.triangle, particle.u, particle.v);
+        assert_eq!(texel, Vec2::from(texels[i]));
+    }
+    // The ids of the twin order differ from slots, or the test would not see that rows are sorted.
+    assert!(
+        state
+            .particles
+            .iter()
+            .enumerate()
+            .any(|(slot, p)| slot as u32 != p.id)
+    );
+
+    let side = atlas.size as usize;
+    let shape = [side, side];
+    let trail = arrays.all::<f32>("trail", "<f4", &shape);
+    let deposit = arrays.all::<u32>("deposit", "<u4", &shape);
+    let density = arrays.all::<f32>("density", "<f4", &shape);
+    let area = arrays.all::<f32>("texel_area", "<f4", &shape);
+    let owner = arrays.all::<i32>("texel_triangle", "<i4", &shape);
+    let texel_object = arrays.all::<i32>("texel_object", "<i4", &shape);
+    let chart = arrays.all::<i32>("texel_chart", "<i4", &shape);
+    let place = arrays.all::<[f32; 3]>("texel_position", "<f4", &[side, side, 3]);
+    let distance = arrays.all::<f32>("distance", "<f4", &shape);
+    let nearest = arrays.all::<i32>("nearest_triangle", "<i4", &shape);
+    let distances = run
+        .simulation
+        .distances()
+        .unwrap()
+        .expect("there are several objects");
+    let mut near = 0;
+    for i in 0..side * side {
+        let texel = i / side * atlas.pitch as usize + i % side;
+        assert_eq!(
+            (trail[i], deposit[i]),
+            (state.trail[texel], state.deposits[texel])
+        );
+        assert_eq!(
+            (density[i], area[i]),
+            (atlas.density[texel], atlas.area[texel])
+        );
+        let Some((t, u, v)) = atlas.surface_point_of(texel as u32) else {
+            assert_eq!([owner[i], texel_object[i], chart[i], nearest[i]], [-1; 4]);
+            assert!(distance[i].is_nan() && place[i].iter().all(|x| x.is_nan()));
+            continue;
+        };
+        let object = surface.triangles[t as usize].object;
+        let expected = [t, object, atlas.chart[t as usize]].map(|x| x as i32);
+        assert_eq!([owner[i], texel_object[i], chart[i]], expected);
+        let [a, b, c] = surface.corners[t as usize].map(|v| surface.positions[v as usize]);
+        let world = poses[object as usize].transform_point3(a + u * (b - a) + v * (c - a));
+        assert!(world.distance(Vec3::from(place[i])) < 1e-5);
+        assert_eq!(distance[i], distances.signed[texel]);
+        match distances.nearest[texel] {
+            NONE => assert_eq!(nearest[i], -1),
+            triangle => {
+                near += 1;
+                assert_eq!(nearest[i], triangle as i32);
+                assert_ne!(surface.triangles[triangle as usize].object, object);
+            }
+        }
+    }
+    assert!(near > 100, "{near} texels are near another object");
+
+    let (v, t) = (surface.positions.len(), surface.corners.len());
+    let vertices = arrays.all::<[f32; 3]>("vertex_position", "<f4", &[v, 3]);
+    assert!(
+        vertices
+            .iter()
+            .zip(&surface.positions)
+            .all(|(a, b)| Vec3::from(*a) == *b)
+    );
+    let corners = arrays.all::<[i32; 3]>("triangle_vertices", "<i4", &[t, 3]);
+    assert!(
+        corners
+            .iter()
+            .zip(&surface.corners)
+            .all(|(a, b)| a.map(|v| v as u32) == *b)
+    );
+    let matrices = arrays.all::<[f64; 16]>("world_from_object", "<f8", &[3, 4, 4]);
+    for (rows, pose) in matrices.iter().zip(&poses) {
+        let point = DVec3::new(0.3, -0.2, 0.5);
+        let row = |r: usize| DVec3::from_slice(&rows[4 * r..]).dot(point) + rows[4 * r + 3];
+        let expected = pose.transform_point3(point.as_vec3()).as_dvec3();
+        assert!(DVec3::new(row(0), row(1), row(2)).distance(expected) < 1e-6);
+    }
+    gpu.finish();
+}
+
+#[test]
+fn a_scene_without_steps_is_exported_too() {
+    let Some(gpu) = gpu() else { return };
+    let run = Run::of(&gpu, moving_scene_of_two(), 0);
+    let arrays = Arrays::read(&run.bytes(Format::Npz, Colors::Texture));
+    assert!(
+        !arrays.names().contains(&"distance".to_owned()),
+        "none were taken"
+    );
+    let trail = arrays.all::<f32>("trail", "<f4", &[128, 128]);
+    assert!(trail.iter().all(|&trail| trail == 0.0));
+    for format in [Format::Ply, Format::Toml] {
+        assert!(run.bytes(format, Colors::Texture).len() > 500);
+    }
+    let (model, binary) = parts(&run.bytes(Format::Glb, Colors::Texture));
+    let texture = texture_of(&model, &binary, false);
+    let first = texture.get_pixel(0, 0);
+    assert!(
+        texture.pixels().all(|pixel| pixel == first),
+        "bare everywhere"
+    );
+    gpu.finish();
+}
+
+/// Painted areas and who is fed, as the state has them.
+#[test]
+fn areas_and_meals_are_in_the_arrays() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO[..1], |settings| {
+        settings.particles.count = 2000;
+        settings.atlas.size = 128;
+        settings.feeding.scattered = 3;
+        settings.feeding.size = 0.4;
+        settings.areas.map = "builtin:maze".to_owned();
+    });
+    let run = Run::of(&gpu, scene, 12);
+    let arrays = Arrays::read(&run.bytes(Format::Npz, Colors::Texture));
+    let state = &run.snapshot;
+    let fed = arrays.all::<i32>("particle_fed", "<i4", &[2000]);
+    for (particle, motion) in state.particles.iter().zip(&state.motions) {
+        assert_eq!(fed[particle.id as usize], motion.fed() as i32);
+    }
+    assert!(fed.iter().any(|&steps| steps > 0) && fed.contains(&0));
+    let atlas = &run.simulation.setup().atlas;
+    let side = atlas.size as usize;
+    let bias = arrays.all::<f32>("area_bias", "<f4", &[side, side]);
+    let no_go = arrays.all::<u8>("area_no_go", "|b1", &[side, side]);
+    for (i, (bias, no_go)) in bias.into_iter().zip(&no_go).enumerate() {
+        let told = state.bias[i / side * atlas.pitch as usize + i % side];
+        assert_eq!(*no_go == 1, told < NO_GO_BELOW, "{told}");
+        assert_eq!(bias, if *no_go == 1 { 0.0 } else { told });
+    }
+    assert!(no_go.contains(&1) && no_go.contains(&0));
+    gpu.finish();
+}
+
+/// A picture that lies where a scene's map would go is not its own, unless the scene that lies there says so.
+#[test]
+fn maps_of_areas_take_nobodys_place() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO[..1], |settings| {
+        settings.particles.count = 100;
+        settings.atlas.size = 128;
+        settings.areas.map = "builtin:maze".to_owned();
+    });
+    let run = Run::of(&gpu, scene, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let [file, other, own] =
+        ["x.toml", "x_areas.png", "x_areas_2.png"].map(|name| folder.path().join(name));
+    std::fs::write(&other, "mine").unwrap();
+    for _ in 0..2 {
+        let export = ExportFile::create(&file).unwrap();
+        let written = export.write(&run.export(), Colors::Texture).unwrap();
+        assert_eq!(written.files, [file.clone(), own.clone()]);
+        assert_eq!(std::fs::read(&other).unwrap(), b"mine");
+        let again = Scene::load(&file, &Overrides::default()).unwrap();
+        assert_eq!(Path::new(&again.settings.areas.map), own);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+    // Where no map can be written, no scene names one.
+    std::fs::remove_file(&own).unwrap();
+    std::fs::create_dir(&own).unwrap();
+    std::fs::write(&file, "map = \"x_areas_2.png\"\n").unwrap();
+    let export = ExportFile::create(&file).unwrap();
+    assert!(export.write(&run.export(), Colors::Texture).is_err());
+    let before = std::fs::read_to_string(&file).unwrap();
+    assert_eq!(before, "map = \"x_areas_2.png\"\n");
+    gpu.finish();
+}
+
+fn moving_scene_of_two() -> Scene {
+    scene_of_several(&TRIO[..2], |settings| {
+        settings.particles.count = 300;
+        settings.atlas.size = 128;
+        settings.objects[1].motion.swing = [0.0, 0.0, 40.0];
+    })
+}
+
+/// A scene file of the state begins with the poses that the objects have, and they go on the same way.
+#[test]
+fn a_scene_file_goes_on_where_the_objects_are() {
+    let Some(gpu) = gpu() else { return };
+    let mut run = Run::of(&gpu, moving_scene_of_two(), 37);
+    let outside = DAffine3::from_rotation_translation(
+        DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -0.7, 1.1),
+        DVec3::new(0.5, 0.25, -2.0),
+    );
+    run.simulation.set_pose(0, Some(outside)).unwrap();
+    let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    std::fs::write(file.path(), run.export().scene_file()).unwrap();
+    let again = Scene::load(file.path(), &Overrides::default()).unwrap();
+    assert_eq!(again.radius, run.scene.radius);
+    for (expected, found) in run
+        .simulation
+        .world_from_object()
+        .iter()
+        .zip(again.world_from_object())
+    {
+        assert!(
+            found.abs_diff_eq(*expected, 1e-4),
+            "{found:?}, not {expected:?}"
+        );
+    }
+    // 20 steps later, too.
+    let now = run.simulation.time();
+    let later = now + 20.0 * f64::from(run.scene.settings.time.dt);
+    let expected = run.scene.world_from_object_at(later)[1];
+    let went_on = Run::of(&gpu, again, 21);
+    let found = went_on.simulation.world_from_object()[1];
+    assert!(
+        found.abs_diff_eq(expected, 1e-4),
+        "{found:?}, not {expected:?}"
+    );
+    gpu.finish();
+}
+
+#[test]
+fn a_state_that_was_lost_on_its_way_is_not_waited_for() {
+    let Some(gpu) = gpu() else { return };
+    let run = Run::of(&gpu, moving_scene_of_two(), 1);
+    let mut frames = Frames::new(&gpu.ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let coming = ExportOnTheWay::record(&run.scene, &run.simulation, &mut rec).unwrap();
+    frames.submit(rec).unwrap();
+    gpu.ctx.pretend_lost();
+    let error = coming.wait(&Watch::default()).err().expect("it is lost");
+    assert!(error.to_string().contains("was lost before"), "{error}");
+}
+
+#[test]
+fn endings_say_what_a_file_is() {
+    for (name, format) in [
+        ("x.glb", Some(Format::Glb)),
+        ("a b/X.PLY", Some(Format::Ply)),
+        (".x.npz", Some(Format::Npz)),
+        ("x.toml", Some(Format::Toml)),
+        ("x.gltf", None),
+        ("x", None),
+        ("glb", None),
+        (".glb", None),
+    ] {
+        assert_eq!(Format::of(Path::new(name)), format, "{name}");
+    }
+}

@@ -1,0 +1,23 @@
+//! The program as people run it: every command, its files, and what it says to what is wrong.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../program/mod.rs"]
+mod program;
+
+mod against;
+mod arguments;
+mod atlas;
+mod bad_input;
+mod bench;
+mod diffuse;
+mod examples;
+mod export;
+mod export_command;
+mod files;
+mod kernel_alone;
+mod objects;
+mod profile;
+mod query;
+mod runs;
+mod views;

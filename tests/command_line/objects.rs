@@ -1,0 +1,221 @@
+//! What may be odd about several objects: each has its outcome, one clear message or a run in which nobody is lost.
+
+use crate::program::{Folder, done, failed, myxo, no_device, path, report, text};
+
+/// A ball and what is said of a second object.
+fn two(second: &str) -> String {
+    format!(
+        "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 128\n\
+         [[object]]\nname = \"ball\"\nmesh = \"builtin:icosphere?subdivisions=3\"\n\
+         [[object]]\nname = \"other\"\nmesh = \"builtin:icosphere?subdivisions=2\"\n{second}\n"
+    )
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_in_one_message() {
+    let folder = Folder::new();
+    for (second, words) in [
+        ("scale = 0", "object.1.scale = 0 is out of range"),
+        ("scale = -2", "object.1.scale = -2 is out of range"),
+        (
+            "scale = [1, 2, 1]",
+            "object.1.scale: a number is expected, not a list of 3",
+        ),
+        (
+            "distance_to = [\"bull\"]",
+            "there is no object \"bull\"; the others are ball",
+        ),
+        (
+            "distance_to = [\"other\"]",
+            "object.1.distance_to names the object itself",
+        ),
+        (
+            "motion = { keyframes = [{ time = 3 }, { time = 1 }] }",
+            "their times must ascend",
+        ),
+    ] {
+        let file = folder.with("two.toml", two(second));
+        let message = failed(&["profile", path(&file)]);
+        assert!(message.contains(words), "{words} in {message}");
+    }
+    let file = folder.with("two.toml", two(""));
+    for (set, words) in [
+        ("particles.count=0", "particles.count = 0 is out of range"),
+        (
+            "transfer.buffer_size=0",
+            "transfer.buffer_size = 0 is out of range",
+        ),
+        (
+            "transfer.threshold=1e9",
+            "transfer.threshold = 1e9 is out of range: -100 to 100 scene radii",
+        ),
+        (
+            "transfer.threshold=nan",
+            "transfer.threshold = nan is out of range",
+        ),
+        ("transfer.strategy=paralel", "did you mean parallel?"),
+    ] {
+        let message = failed(&["profile", path(&file), "--set", set]);
+        assert!(message.contains(words), "{words} in {message}");
+    }
+}
+
+#[test]
+fn more_objects_than_fit_are_refused_with_how_many_would() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    // Pairs of objects take more room than anything else; few devices have a buffer for so many.
+    let text = "[[object]]\nmesh = \"builtin:icosphere?subdivisions=0\"\n".repeat(1500);
+    let file = folder.with("many.toml", text);
+    let devices = myxo::gpu::devices().unwrap();
+    if devices[0].max_storage_buffer_range > 1 << 27 {
+        eprintln!("skipped: this device has room");
+        return;
+    }
+    let message = failed(&["profile", path(&file), "--steps", "1"]);
+    assert!(
+        message.contains("the scene has 1500 objects, whose pairs take")
+            && message.contains("use at most 1"),
+        "{message}"
+    );
+}
+
+#[test]
+fn odd_scenes_run_and_lose_nobody() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    // What is said of the second object, other settings, and whether anybody can change objects.
+    let inside = "scale = 0.2";
+    let close_inside = "scale = 0.9";
+    let same = "mesh_of_the_ball";
+    let beside = "position = [1.5, 0.3, 0.0]";
+    for (second, set, changes) in [
+        // Farther inside than reach, or in one place, where neither covers the other: no surface is crossed.
+        (inside, "distance.reach=0.1", Some(false)),
+        (same, "seed=1", Some(false)),
+        // Inside within reach: out to the nearest place.
+        (close_inside, "distance.reach=0.2", Some(true)),
+        (beside, "particles.count=1", None),
+        // All that is within reach goes where it can, or nobody.
+        (beside, "transfer.threshold=100", Some(true)),
+        (beside, "transfer.threshold=-100", Some(false)),
+        (beside, "transfer.buffer_size=2000000", Some(true)),
+        (beside, "transfer.buffer_size=1", Some(true)),
+    ] {
+        let text = if second == same {
+            two("").replace("subdivisions=2", "subdivisions=3")
+        } else {
+            two(second)
+        };
+        let file = folder.with("two.toml", text);
+        let told = folder.file("report.json");
+        for strategy in ["none", "respawn", "sequential", "parallel", "direct"] {
+            let strategy_set = format!("transfer.strategy={strategy}");
+            let run = ["profile", path(&file), "--steps", "8", "--warmup", "0"];
+            let sets = ["--set", set, "--set", &strategy_set, "--validate"];
+            done(&[&run[..], &sets, &["--report", path(&told)]].concat());
+            let counters = &report(&told)["counters"];
+            let selected = counters["selected"].as_u64().unwrap();
+            let what = format!("{second}, {set}, {strategy}: {counters}");
+            assert_eq!(counters["lost"], 0, "{what}");
+            assert_eq!(counters["doubled"], 0, "{what}");
+            if strategy == "none" || changes == Some(false) {
+                assert_eq!(selected, 0, "{what}");
+            } else if changes == Some(true) {
+                assert!(selected > 0, "{what}");
+            }
+        }
+    }
+}
+
+/// With a single object there is nothing to change to, whatever the strategy says.
+#[test]
+fn a_single_object_takes_any_strategy() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let told = folder.file("report.json");
+    let hashes = [
+        "none",
+        "respawn",
+        "scattered",
+        "sequential",
+        "parallel",
+        "direct",
+    ]
+    .map(|strategy| {
+        let strategy = format!("transfer.strategy={strategy}");
+        let sets = ["--set", "particles.count=2000", "--set", "atlas.size=64"];
+        let run = ["profile", "cube", "--steps", "3", "--validate"];
+        done(
+            &[
+                &run[..],
+                &sets,
+                &["--set", &strategy, "--report", path(&told)],
+            ]
+            .concat(),
+        );
+        report(&told)["state_hash"].as_str().unwrap().to_owned()
+    });
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
+
+/// Interrupted while particles are under way, by the program and its files.
+#[test]
+fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let run = |name: &str, strategy: &str, more: &[&str]| {
+        let told = folder.file(format!("{name}.json"));
+        let strategy = format!("transfer.strategy={strategy}");
+        let scene: &[&str] = match more.contains(&"--resume") {
+            true => &[],
+            false => &["trio"],
+        };
+        let small = [
+            "particles.count=20000",
+            "atlas.size=256",
+            "transfer.threshold=0.002",
+        ];
+        let small = small.map(|key_value| ["--set", key_value]);
+        let set = match scene {
+            [] => Vec::new(),
+            _ => [small.as_flattened(), &["--set", &strategy]].concat(),
+        };
+        let out = folder.file(format!("{name}.png"));
+        let out = ["--size", "64x48", "--out", path(&out)];
+        let into = ["--report", path(&told), "--validate"];
+        done(&[&["render"], scene, &out, &into, &set[..], more].concat());
+        (report(&told), told)
+    };
+    let state = folder.file("half.state");
+    let keep = ["--steps", "7", "--checkpoint", path(&state)];
+    let (half, _) = run("half", "parallel", &keep);
+    let under_way = half["counters"]["in_flight"].as_u64();
+    assert!(
+        under_way > Some(0),
+        "some are under way: {}",
+        half["counters"]
+    );
+    let (_, resumed) = run(
+        "resumed",
+        "parallel",
+        &["--resume", path(&state), "--steps", "6"],
+    );
+    let (_, whole) = run("whole", "parallel", &["--steps", "13"]);
+    let (_, scattered) = run("scattered", "scattered", &["--steps", "13"]);
+    let (_, direct) = run("direct", "direct", &["--steps", "13"]);
+    for same in [&resumed, &scattered] {
+        done(&["compare", path(&whole), path(same)]);
+    }
+    let other = myxo(&["compare", path(&whole), path(&direct)]);
+    assert_eq!(other.status.code(), Some(1));
+    assert!(text(&other.stdout).contains("DIFFERS"));
+}

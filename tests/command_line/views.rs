@@ -1,0 +1,71 @@
+//! `myxo render --view` and `--split`: what they show, and what they refuse.
+
+use crate::program::{Folder, done, myxo, path, refused, text};
+
+#[test]
+fn views_are_listed_and_what_a_scene_has_not_is_refused_in_a_line() {
+    let help = text(&myxo(&["render", "--help"]).stdout);
+    for (word, words) in [
+        ("relief", "raised by light"),
+        ("nearest", "nearest other object"),
+    ] {
+        assert!(
+            help.contains(&format!("{word}:")) && help.contains(words),
+            "{help}"
+        );
+    }
+    let folder = Folder::new();
+    let file = folder.file("x.png");
+    let render = |arguments: &[&str]| -> Vec<String> {
+        let all = [
+            &["render", "--size=64x48", "--out", path(&file)][..],
+            arguments,
+        ]
+        .concat();
+        all.into_iter().map(str::to_owned).collect()
+    };
+    for show in [
+        &["--view", "distance"][..],
+        &["--set", "picture.show=distance"],
+    ] {
+        let message = refused(1, &render(&[&["cube"], show].concat()));
+        let says =
+            "the view distance cannot be shown: it needs a second object, and there is only one";
+        assert!(message.contains(says), "{message}");
+    }
+    let message = refused(1, &render(&["pair", "--view=nearest", "--steps=0"]));
+    assert!(message.contains("use --steps 1 or more"), "{message}");
+    let message = refused(1, &render(&["cube", "--view=atlas", "--split"]));
+    assert!(message.contains("choose another --view"), "{message}");
+    let message = refused(2, &render(&["cube", "--view=shiny"]));
+    assert!(message.contains("wireframe"), "{message}");
+    assert!(!file.exists());
+}
+
+#[test]
+fn the_texture_stands_beside_what_is_asked_for() {
+    let folder = Folder::new();
+    let of = |name: &str, more: &[&str]| {
+        let file = folder.file(name);
+        let set = [
+            "--set=particles.count=2000",
+            "--set=atlas.size=64",
+            "--steps=5",
+        ];
+        let fixed = ["--set=picture.brightest=5", "--out", path(&file)];
+        let arguments = [&["render", "cube"][..], &set, &fixed, more].concat();
+        done(&arguments);
+        image::open(&file).expect("it is a picture").into_rgba8()
+    };
+    let split = of("split.png", &["--split", "--view=relief", "--size=121x60"]);
+    let relief = of("relief.png", &["--view=relief", "--size=61x60"]);
+    let atlas = of("atlas.png", &["--view=atlas", "--size=60x60"]);
+    assert_eq!(split.dimensions(), (121, 60));
+    for (x, y, pixel) in split.enumerate_pixels() {
+        let expected = match x {
+            0..61 => relief.get_pixel(x, y),
+            _ => atlas.get_pixel(x - 61, y),
+        };
+        assert_eq!(pixel, expected, "({x}, {y})");
+    }
+}

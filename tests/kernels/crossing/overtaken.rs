@@ -1,0 +1,53 @@
+//! Whole scenes: who is inside another object, however that came about.
+
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::Simulation;
+use myxo::sim::types::Particle;
+
+use crate::common::gpu;
+
+/// In which those who began inside others have come out.
+const STEPS: u32 = 80;
+
+/// Who gets into another object goes on on it, whether it moves or the other one does: hardly anybody is inside another, while a
+/// good part of the surface is.
+#[test]
+fn hardly_anybody_stays_inside_objects_that_move() {
+    let Some(gpu) = gpu() else { return };
+    for name in ["trio", "crowd"] {
+        let overrides = Overrides {
+            set: ["particles.count=4000", "atlas.size=512"]
+                .map(str::to_owned)
+                .into(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(name.as_ref(), &overrides).unwrap();
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        for _ in 0..STEPS {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        let state = simulation.snapshot().unwrap();
+        let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
+        let atlas = &simulation.setup().atlas;
+        let share = |inside: usize, all: usize| inside as f64 / all as f64;
+        let owned = |texel: &usize| atlas.density[*texel] > 0.0;
+        let inside = |texel: usize| distances[texel] < 0.0;
+        let texels: Vec<usize> = (0..distances.len()).filter(owned).collect();
+        let covered = texels.iter().filter(|texel| inside(**texel)).count();
+        let buried = state
+            .particles
+            .iter()
+            .zip(&state.motions)
+            .filter(|(particle, motion)| {
+                let Particle { triangle, u, v, .. } = **particle;
+                !motion.in_flight() && inside(atlas.texel_of(triangle, u, v) as usize)
+            });
+        let [covered, buried] = [
+            share(covered, texels.len()),
+            share(buried.count(), state.particles.len()),
+        ];
+        assert!(covered > 0.02, "{name}: {covered}");
+        assert!(buried < 0.2 * covered, "{name}: {buried} of {covered}");
+    }
+    gpu.finish();
+}

@@ -1,0 +1,335 @@
+//! Kernels that walk, and whole steps, against their twins: integers equal, floats within a stated bound, at awkward sizes.
+
+use crate::common::{Gpu, awkward_sizes, gpu, scene};
+use glam::DVec2;
+use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
+use myxo::mesh::surface::Surface;
+use myxo::mesh::walk::{SurfacePoint, WalkQuery};
+use myxo::mesh::{Mesh, suite};
+use myxo::rng::{Purpose, random, unit};
+use myxo::scene::settings::{Border, Sensing, Settings};
+use myxo::sim::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams};
+use myxo::sim::queries::walker_of;
+use myxo::sim::texel_paths::TexelPaths;
+use myxo::sim::twin::walk::WALK_OUT_OF_ATTEMPTS;
+use myxo::sim::types::Walker;
+use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, twin};
+use std::sync::Arc;
+
+fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
+    let buffer = Buffer::new(ctx, name, data.len(), Domain::Device).unwrap();
+    ctx.upload(&buffer, data).unwrap();
+    buffer
+}
+
+/// Walks at random over a mesh, some of them long, some on their first edge already.
+fn walkers(surface: &Surface, count: u32) -> Vec<Walker> {
+    let walker = |i| {
+        let [a, b, c, d] = random(29, i, 0, Purpose::Start).map(|w| f64::from(unit(w)));
+        let (u, v) = if b + c > 1.0 {
+            (1.0 - b, 1.0 - c)
+        } else {
+            (b, c)
+        };
+        let on_edge = if i % 7 == 3 { 0.0 } else { 1.0 };
+        walker_of(&WalkQuery {
+            start: SurfacePoint {
+                triangle: (a * surface.triangles.len() as f64) as u32,
+                u: on_edge * u,
+                v,
+            },
+            heading: DVec2::from_angle(std::f64::consts::TAU * d),
+            length: [0.0, 0.01, 1.0, 5.0][i as usize % 4] * (1.0 + d),
+        })
+    };
+    (0..count).map(walker).collect()
+}
+
+#[test]
+fn walk_queries_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [
+        Mesh::builtin("torus?major=24&minor=16").unwrap(),
+        suite::tube(12, 5),
+        suite::slivers(),
+    ];
+    for (mesh, border_reflects) in meshes.iter().flat_map(|m| [(m, false), (m, true)]) {
+        let surface = Surface::build(&[(mesh, 1.0)]);
+        let constants = WalkQueriesConstants { border_reflects };
+        let pipeline = Pipeline::<WalkQueries>::new(&gpu.ctx, &constants).unwrap();
+        let triangles = buffer(&gpu.ctx, "triangles", &surface.triangles);
+        let halfedges = buffer(&gpu.ctx, "halfedges", &surface.halfedges);
+        let triangles = Texels::new(&triangles, 4).unwrap();
+        let halfedges = Texels::new(&halfedges, 4).unwrap();
+        for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+            let mut twin = walkers(&surface, count);
+            let walkers = buffer(&gpu.ctx, "walkers", &twin);
+            let mut elsewhere = 0;
+            // In pieces: where it stopped a walk goes on.
+            for attempts in [3, 0, 40, 1000] {
+                let params = WalkQueriesParams {
+                    walk_count: count,
+                    attempts,
+                };
+                let (t, h) = (&surface.triangles, &surface.halfedges);
+                twin::walk_queries(&constants, &params, t, h, &mut twin);
+                gpu.run(|rec| {
+                    rec.dispatch(
+                        &pipeline,
+                        Threads(count),
+                        WalkQueriesArgs {
+                            triangles: &triangles,
+                            halfedges: &halfedges,
+                            walkers: &walkers,
+                        },
+                        params,
+                    );
+                });
+                let kernel = gpu.ctx.download(&walkers).unwrap();
+                elsewhere = 0;
+                for (i, (a, b)) in kernel.iter().zip(&twin).enumerate() {
+                    let what = format!("{}, {attempts} attempts, walk {i} of {count}", mesh.name);
+                    // On an edge, the last bit decides the triangle.
+                    if a.triangle != b.triangle || a.status != b.status {
+                        elsewhere += 1;
+                        continue;
+                    }
+                    let numbers = |w: &Walker| {
+                        [
+                            [w.weight_a, w.carry_a],
+                            [w.weight_b, w.carry_b],
+                            [w.weight_c, w.carry_c],
+                            [w.remaining, w.carry_remaining],
+                            [w.heading_p, w.carry_p],
+                            [w.heading_h, w.carry_h],
+                        ]
+                        .map(|[rounded, dropped]| f64::from(rounded) + f64::from(dropped))
+                    };
+                    // Headings are only multiplied and added, and what is dropped is carried; weights are divided.
+                    let bounds = [2e-5, 2e-5, 2e-5, 2e-5, 1e-10, 1e-10];
+                    for ((x, y), bound) in numbers(a).into_iter().zip(numbers(b)).zip(bounds) {
+                        assert!((x - y).abs() <= bound, "{what}: {a:?}\n{b:?}");
+                    }
+                }
+                assert!(elsewhere * 100 <= count, "{elsewhere} of {count} elsewhere");
+            }
+            assert!(
+                twin.iter()
+                    .filter(|w| w.status == WALK_OUT_OF_ATTEMPTS)
+                    .count() as u32
+                    <= elsewhere,
+                "all get to their ends"
+            );
+        }
+    }
+    gpu.finish();
+}
+
+/// A state with trails to sense and particles under way: what some steps of the twin leave.
+fn grown(setup: &Setup, settings: &Settings, steps: u32) -> Snapshot {
+    let mut twin = twin::Simulation::new(setup.clone(), settings.clone());
+    for _ in 0..steps {
+        twin.step();
+    }
+    twin.snapshot()
+}
+
+/// One step by the kernels and one by the twins, from the same state.
+fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    let setup = simulation.setup().clone();
+    let before = grown(&setup, &scene.settings, 4);
+    simulation.restore(&before).unwrap();
+    gpu.run(|rec| simulation.record_step(rec));
+    let kernel = simulation.snapshot().unwrap();
+    kernel.validate(&setup).unwrap();
+
+    let mut twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    twin.restore(&before);
+    let gaps = twin.step();
+    let twin = twin.snapshot();
+    twin.validate(&setup).unwrap();
+
+    // Where two sensors read almost the same, the last bit decides the turn; such particles prove nothing.
+    let scale = before.trail.iter().fold(0.0f32, |a, &b| a.max(b)).max(1.0);
+    let mut decided = 0;
+    let mut elsewhere = 0;
+    for (i, &gap) in gaps.iter().enumerate() {
+        if gap != 0.0 && gap < 1e-4 * scale {
+            continue;
+        }
+        decided += 1;
+        let (a, b) = (kernel.particles[i], twin.particles[i]);
+        let (m, n) = (kernel.motions[i], twin.motions[i]);
+        assert_eq!(a.id, b.id, "{what}, particle {i}");
+        assert_eq!(m.flags, n.flags, "{what}, particle {i}");
+        if a.triangle != b.triangle {
+            // On an edge, the last bit decides the triangle.
+            elsewhere += 1;
+            continue;
+        }
+        let bound = 2e-5;
+        for (name, x, y) in [
+            ("u", a.u, b.u),
+            ("v", a.v, b.v),
+            ("heading p", m.heading_p, n.heading_p),
+            ("heading h", m.heading_h, n.heading_h),
+            ("pending", m.pending, n.pending),
+        ] {
+            assert!(
+                (x - y).abs() <= bound,
+                "{what}, particle {i}: {name} is {x} by the kernel, {y} by the twin"
+            );
+        }
+    }
+    let count = gaps.len();
+    assert!(
+        decided * 10 >= count * 7,
+        "{what}: only {decided} of {count} particles decide clearly"
+    );
+    assert!(
+        elsewhere * 500 <= count,
+        "{what}: {elsewhere} of {count} particles end on another triangle"
+    );
+
+    // A particle that turned another way counts at two texels, and a fed one as several.
+    let moved: u64 = kernel
+        .deposits
+        .iter()
+        .zip(&twin.deposits)
+        .map(|(&a, &b)| u64::from(a.abs_diff(b)))
+        .sum();
+    assert!(
+        moved
+            <= 2 * u64::from(kernel.food.fed_deposit)
+                * (count - decided + elsewhere + count / 500) as u64,
+        "{what}: {moved} deposits lie elsewhere"
+    );
+    let deposited: u64 = kernel.deposits.iter().map(|&n| u64::from(n)).sum();
+    assert_eq!(deposited, kernel.deposit_count(), "{what}");
+    let left = kernel.food.remaining.iter().zip(&twin.food.remaining);
+    let eaten_elsewhere: u32 = left.map(|(a, b)| a.abs_diff(*b)).sum();
+    assert!(
+        eaten_elsewhere as usize <= 2 * (count - decided + elsewhere),
+        "{what}: {eaten_elsewhere} meals were taken elsewhere"
+    );
+}
+
+#[test]
+fn advance_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    type Change = fn(&mut Settings);
+    let variants: [(&str, Change); 14] = [
+        ("plain", |_| ()),
+        ("walking sensors", |s| s.physarum.sensing = Sensing::Walk),
+        ("food", |s| {
+            s.feeding.scattered = 5;
+            s.feeding.radius = 0.9;
+            s.feeding.strength = 9.0;
+            s.feeding.amount = 900;
+            s.feeding.size = 0.2;
+            s.feeding.fed_steps = 3;
+            s.feeding.fed_deposit = 3;
+            s.feeding.fed_attraction = 0.3;
+        }),
+        ("markers that repel", |s| {
+            s.feeding.scattered = 3;
+            s.feeding.strength = -7.0;
+            s.feeding.size = 0.0;
+        }),
+        ("noise", |s| s.physarum.sensor_noise = 0.8),
+        ("favourite density", |s| s.physarum.favourite_density = 2.0),
+        ("gravity", |s| s.physarum.gravity_weight = 3.0),
+        ("decrowding", |s| s.physarum.decrowding_weight = 0.7),
+        ("decrowding and a reference density", |s| {
+            s.physarum.decrowding_weight = 0.7;
+            s.physarum.reference_density = 3.0;
+        }),
+        ("few attempts, long steps", |s| {
+            s.physarum.edge_crossing_attempts = 1;
+            s.physarum.speed = 0.3;
+        }),
+        ("far sensors", |s| {
+            s.physarum.sensor_offset = 0.7;
+            s.physarum.edge_crossing_attempts = 40;
+        }),
+        ("stop at borders", |s| {
+            s.physarum.border = Border::Stop;
+            s.physarum.speed = 0.2;
+        }),
+        ("everything", |s| {
+            s.physarum.sensor_noise = 0.3;
+            s.physarum.favourite_density = 1.0;
+            s.physarum.gravity_weight = -1.0;
+            s.physarum.decrowding_weight = 0.2;
+            s.trail.diffusion_distance = 2;
+        }),
+        ("everything but gravity", |s| {
+            s.physarum.sensor_noise = 0.3;
+            s.physarum.favourite_density = 1.0;
+            s.physarum.decrowding_weight = 0.2;
+            s.physarum.edge_crossing_attempts = 2;
+            s.physarum.speed = 0.1;
+        }),
+    ];
+    for mesh in [
+        "builtin:cube",
+        "builtin:torus?major=24&minor=16",
+        "builtin:plane?columns=9&rows=6",
+    ] {
+        for (name, change) in variants {
+            let scene = scene(mesh, |s| {
+                s.objects[0].rotation = [20.0, 30.0, 40.0];
+                s.objects[0].position = [0.3, -0.2, 0.1];
+                change(s);
+            });
+            compare_a_step(&gpu, &format!("{mesh}, {name}"), &scene);
+        }
+    }
+    gpu.finish();
+}
+
+#[test]
+fn steps_agree_at_awkward_sizes() {
+    let Some(gpu) = gpu() else { return };
+    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+        for size in [64, 97, 203] {
+            let scene = scene("builtin:cube", |s| {
+                s.particles.count = count;
+                s.atlas.size = size;
+                // Enough trail for clear decisions with a single particle.
+                s.physarum.sensor_noise = 1.0;
+            });
+            compare_a_step(&gpu, &format!("{count} particles, {size} texels"), &scene);
+        }
+    }
+    gpu.finish();
+}
+
+/// The parameters and constants that the kernels are compared with are those of the settings.
+#[test]
+fn settings_reach_the_kernels() {
+    let scene = scene("builtin:cube", |s| {
+        s.radius = 2.0;
+        s.physarum.speed = 0.25;
+        s.physarum.sensor_offset = 0.5;
+        s.physarum.sensor_angle = 90.0;
+        s.physarum.rotation_angle = 180.0;
+        s.physarum.gravity_weight = 4.0;
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let params = StepParams::new(&scene.settings, &setup, 9, 1).turn.advance;
+    assert_eq!(
+        (params.speed, params.sensor_offset, params.gravity_weight),
+        (0.5, 1.0, 2.0)
+    );
+    assert!(params.sensor_cos.abs() < 1e-6 && (params.sensor_sin - 1.0).abs() < 1e-6);
+    assert!((params.rotation_cos + 1.0).abs() < 1e-6);
+    assert_eq!(params.time_step, 9);
+    let constants = StepConstants::new(&scene.settings, TexelPaths::default());
+    assert!(
+        constants.advance.gravity
+            && !constants.advance.sensor_noise
+            && constants.advance.border_reflects
+    );
+}

@@ -1,0 +1,16 @@
+//! The kernels of a step and those beside it: each against its twin, and what can be worked out of them without a GPU.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod alone;
+mod choices;
+mod crossing;
+mod distances;
+mod kernels;
+mod picture_kernels;
+mod ring;
+mod sorting;
+mod strips;
+mod trail_kernels;
+mod walk;

@@ -1,0 +1,355 @@
+//! The kernels of the trail against their twins, by every way to its texels: equal within a stated bound, at awkward sizes.
+
+use crate::common::{awkward_sizes, gpu};
+use glam::{UVec4, Vec4};
+use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
+use myxo::mesh::atlas::{BLOCK_QUADS, BLOCK_ROWS, Exchange};
+use myxo::rng::{Purpose, random, unit};
+use myxo::sim::kernels::{
+    Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
+    DiffuseSeamsConstants, DiffuseSeamsParams, ExchangeSeams, ExchangeSeamsArgs,
+    ExchangeSeamsConstants, ExchangeSeamsParams,
+};
+use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam};
+use myxo::sim::{TINY_TRAIL, twin};
+use std::sync::Arc;
+
+fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
+    let buffer = Buffer::new(ctx, name, data.len(), Domain::Device).unwrap();
+    ctx.upload(&buffer, data).unwrap();
+    buffer
+}
+
+/// Both views that texels are written through: of a part each, or of everything.
+fn parts(buffer: &Buffer<f32>, in_parts: bool, band: u32) -> [Texels<f32>; 2] {
+    let (band, texels) = (u64::from(band), buffer.len() as u64);
+    let parts = if in_parts {
+        [0..band, band..texels]
+    } else {
+        [0..texels, 0..texels]
+    };
+    parts.map(|part| Texels::of_part(buffer, 1, part).unwrap())
+}
+
+/// Random values in [0, 1), the nasty ones planted first: zero, the largest, a denormal, values about the threshold.
+fn trail_values(count: usize, seed: u32) -> Vec<f32> {
+    let planted = [
+        0.0,
+        1e30,
+        1e-40,
+        TINY_TRAIL,
+        0.5 * TINY_TRAIL,
+        2.5 * TINY_TRAIL,
+    ];
+    (0..count)
+        .map(|i| {
+            planted
+                .get(i)
+                .copied()
+                .unwrap_or_else(|| unit(random(seed, i as u32, 0, Purpose::Start)[0]))
+        })
+        .collect()
+}
+
+fn assert_near(what: &str, kernel: &[f32], twin: &[f32], relative: f32) {
+    assert_eq!(kernel.len(), twin.len());
+    for (i, (&a, &b)) in kernel.iter().zip(twin).enumerate() {
+        // The threshold below which a value becomes zero may fall between two roundings of the same value.
+        let bound = relative * a.abs().max(b.abs()) + 1.01 * TINY_TRAIL;
+        assert!(
+            (a - b).abs() <= bound,
+            "{what}, element {i}: kernel {a}, twin {b}"
+        );
+    }
+}
+
+#[test]
+fn diffuse_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    // The last one has more than 65,535 groups, so its dispatch has two dimensions.
+    for (width, rows) in [
+        (4, 1),
+        (4, 7),
+        (64, 3),
+        (252, 9),
+        (256, 16),
+        (260, 61),
+        (4100, 4093),
+    ] {
+        let farthest = if rows > 1000 { 1 } else { 4 };
+        for distance in 1..=farthest {
+            let texels = (width * rows) as usize;
+            let trail = trail_values(texels, 3);
+            let deposits: Vec<u32> = (0..texels as u32)
+                .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
+                .collect();
+            // A third of the texels belongs to nobody, some whole groups of four among them.
+            let density: Vec<f32> = (0..texels as u32)
+                .map(|i| {
+                    if (i / 8) % 3 == 0 || i % 7 == 0 {
+                        0.0
+                    } else {
+                        0.5 + (i % 5) as f32 * 0.3
+                    }
+                })
+                .collect();
+            let untouched = trail_values(texels, 11);
+            // Every block, or two of three; the last ones may reach beyond the texture.
+            let reach = distance as u32 * width / 4;
+            let blocks: Vec<u32> = (0..texels as u32 / 4)
+                .filter(|quad| {
+                    (quad / reach).is_multiple_of(BLOCK_ROWS)
+                        && (quad % reach).is_multiple_of(BLOCK_QUADS)
+                })
+                .filter(|quad| distance == 1 || quad % 3 != 1)
+                .collect();
+            let previous: Vec<u32> = (0..texels as u32).collect();
+            let constants = DiffuseConstants {
+                distance,
+                ..DiffuseConstants::default()
+            };
+            let params = DiffuseParams {
+                lane_count: BLOCK_QUADS * blocks.len() as u32,
+                quad_count: texels as u32 / 4,
+                quads_a_row: width / 4,
+                diffusion: 0.37,
+                most_density: 1.2,
+                deposit: 1.7,
+                decay: 0.93,
+                tiny: TINY_TRAIL,
+            };
+            let (mut twin_trail, mut twin_previous) = (untouched.clone(), previous.clone());
+            twin::diffuse(
+                &constants,
+                &params,
+                &blocks,
+                &trail,
+                &deposits,
+                &density,
+                &mut twin_trail,
+                &mut twin_previous,
+            );
+
+            let trail = buffer(&gpu.ctx, "trail", &trail);
+            let deposits = buffer(&gpu.ctx, "deposits", &deposits);
+            let density = buffer(&gpu.ctx, "density", &density);
+            let blocks = buffer(&gpu.ctx, "blocks", &blocks);
+            // To storage blocks, and to texel buffers.
+            for outgrows_block in [false, true] {
+                let constants = DiffuseConstants {
+                    outgrows_block,
+                    ..constants
+                };
+                let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &constants).unwrap();
+                let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
+                let previous = buffer(&gpu.ctx, "previous_deposits", &previous);
+                let unused = [0_u32, 1].map(|_| buffer(&gpu.ctx, "unused", &[0_u32; 4]));
+                let blocks_of: [Buffer<u32>; 2] = if outgrows_block {
+                    [unused[0].cast(), unused[1].cast()]
+                } else {
+                    [next_trail.cast(), previous.cast()]
+                };
+                let quads_of: [Buffer<u32>; 2] = if outgrows_block {
+                    [next_trail.cast(), previous.cast()]
+                } else {
+                    [unused[0].cast(), unused[1].cast()]
+                };
+                gpu.run(|rec| {
+                    rec.dispatch(
+                        &pipeline,
+                        Threads(params.lane_count),
+                        DiffuseArgs {
+                            blocks: &Texels::new(&blocks, 1).unwrap(),
+                            trail: &Texels::new(&trail, 4).unwrap(),
+                            deposits: &Texels::new(&deposits, 4).unwrap(),
+                            density: &Texels::new(&density, 4).unwrap(),
+                            next_trail: &blocks_of[0].cast::<Vec4>(),
+                            previous_deposits: &blocks_of[1].cast::<UVec4>(),
+                            next_trail_quads: &Texels::new(&quads_of[0], 4).unwrap(),
+                            previous_deposits_quads: &Texels::new(&quads_of[1], 4).unwrap(),
+                        },
+                        params,
+                    );
+                });
+                let what = format!("{width} x {rows}, distance {distance}, {outgrows_block}");
+                assert_eq!(
+                    gpu.ctx.download(&previous).unwrap(),
+                    twin_previous,
+                    "{what}"
+                );
+                assert_near(
+                    &what,
+                    &gpu.ctx.download(&next_trail).unwrap(),
+                    &twin_trail,
+                    1e-6,
+                );
+            }
+        }
+    }
+    gpu.finish();
+}
+
+#[test]
+fn diffuse_seams_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for (k, count) in awkward_sizes(64).into_iter().enumerate() {
+        let distance = 1 + k as u32 % 4;
+        // Rows at the first, the last and random places, with none to eleven pairs, gutter texels and neighbours.
+        let pitch = 64;
+        let texels = pitch * (2 * distance + 3 + count / pitch);
+        let band = 64 * (texels / 128);
+        let mut entries = Vec::new();
+        let rows: Vec<ExchangeRow> = (0..count)
+            .map(|i| {
+                let words = random(31, i, k as u32, Purpose::Start);
+                let first = entries.len() as u32;
+                let (pair_count, deposit_count) = (words[0] % 12, (words[0] >> 8) % 5);
+                entries.extend((0..pair_count + deposit_count).map(|e| {
+                    let words = random(37, first + e, 1, Purpose::Start);
+                    ExchangeEntry {
+                        texel: words[0] % texels,
+                        weight: 0.1 * unit(words[1]),
+                    }
+                }));
+                let reach = distance * (pitch + 1);
+                ExchangeRow {
+                    texel: match i {
+                        0 => 0,
+                        1 => texels - 1,
+                        _ => reach + words[1] % (texels - 2 * reach),
+                    },
+                    first,
+                    pair_count,
+                    // At the ends of the texture there are no neighbours.
+                    counts_and_mask: deposit_count << 8 | if i < 2 { 0 } else { words[2] & 0xff },
+                    conductance: 0.11 * unit(words[3]),
+                }
+            })
+            .collect();
+        let trail = trail_values(texels as usize, 19);
+        let deposits: Vec<u32> = (0..texels)
+            .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
+            .collect();
+        let density: Vec<f32> = (0..texels).map(|i| 0.2 + (i % 5) as f32 * 0.3).collect();
+        let untouched = trail_values(texels as usize, 11);
+        let params = DiffuseSeamsParams {
+            row_count: count,
+            reach_across: distance,
+            reach_down: distance * pitch,
+            diffusion: 0.37,
+            deposit: 1.7,
+            decay: 0.93,
+            tiny: TINY_TRAIL,
+        };
+        // Two rows at one place differ, and which of them comes last is nobody's promise.
+        let mut seen = std::collections::HashSet::new();
+        let rows: Vec<ExchangeRow> = rows
+            .into_iter()
+            .filter(|row| seen.insert(row.texel))
+            .collect();
+        let params = DiffuseSeamsParams {
+            row_count: rows.len() as u32,
+            ..params
+        };
+        let mut expected = untouched.clone();
+        twin::diffuse_seams(
+            &params,
+            &rows,
+            &entries,
+            &trail,
+            &deposits,
+            &density,
+            &mut expected,
+        );
+        let packed = Exchange { rows, entries }.packed(&density);
+        let rows = buffer(&gpu.ctx, "rows", &packed.rows);
+        let entries = buffer(&gpu.ctx, "entries", &packed.entries);
+        let trail = buffer(&gpu.ctx, "trail", &trail);
+        let deposits = buffer(&gpu.ctx, "deposits", &deposits);
+        for in_quads in [false, true] {
+            let constants = DiffuseSeamsConstants {
+                texels_in_quads: in_quads,
+                band: if in_quads { band } else { u32::MAX },
+            };
+            let pipeline = Pipeline::<DiffuseSeams>::new(&gpu.ctx, &constants).unwrap();
+            let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
+            let [low, high] = parts(&next_trail, in_quads, band);
+            let components = if in_quads { 4 } else { 1 };
+            gpu.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads(params.row_count),
+                    DiffuseSeamsArgs {
+                        rows: &Texels::new(&rows, 4).unwrap(),
+                        entries: &Texels::new(&entries, 4).unwrap(),
+                        trail: &Texels::new(&trail, components).unwrap(),
+                        deposits: &Texels::new(&deposits, components).unwrap(),
+                        low_next_trail: &low,
+                        high_next_trail: &high,
+                    },
+                    params,
+                );
+            });
+            assert_near(
+                &format!("{count} rows, in quads: {in_quads}"),
+                &gpu.ctx.download(&next_trail).unwrap(),
+                &expected,
+                // Of the largest value, which may cancel.
+                1e-5,
+            );
+        }
+    }
+    gpu.finish();
+}
+
+#[test]
+fn exchange_seams_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+        // The first half of the texels is owned, the second is gutter.
+        let trail = trail_values((2 * count as usize).next_multiple_of(4), 17);
+        let seams: Vec<Seam> = (0..count)
+            .map(|i| {
+                let words = random(23, i, 0, Purpose::Start);
+                let mut units = words.map(|w| w % 8193);
+                units[0] += Seam::UNITS - units.iter().sum::<u32>();
+                let source = words.map(|w| (w >> 16) % count);
+                Seam::new(2 * count - 1 - i, source, units)
+            })
+            .collect();
+        let mut expected = trail.clone();
+        twin::exchange_seams(&seams, &mut expected);
+        let seams = buffer(&gpu.ctx, "seams", &seams);
+        let band = 64 * (count / 64);
+        for in_quads in [false, true] {
+            let constants = ExchangeSeamsConstants {
+                texels_in_quads: in_quads,
+                band: if in_quads { band } else { u32::MAX },
+            };
+            let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &constants).unwrap();
+            let filled = buffer(&gpu.ctx, "trail", &trail);
+            let [low, high] = parts(&filled, in_quads, band);
+            let components = if in_quads { 4 } else { 1 };
+            gpu.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads(count),
+                    ExchangeSeamsArgs {
+                        seams: &Texels::new(&seams, 4).unwrap(),
+                        trail: &Texels::new(&filled, components).unwrap(),
+                        low_trail: &low,
+                        high_trail: &high,
+                    },
+                    ExchangeSeamsParams { seam_count: count },
+                );
+            });
+            assert_near(
+                &format!("{count} seams, in quads: {in_quads}"),
+                &gpu.ctx.download(&filled).unwrap(),
+                &expected,
+                1e-6,
+            );
+        }
+    }
+    gpu.finish();
+}

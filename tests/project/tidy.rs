@@ -1,0 +1,371 @@
+//! The shape of the project, checked: layers, file headers, file sizes, the programs of tests, and a twin for every kernel.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path
+                .extension()
+                .is_some_and(|e| endings.iter().any(|ending| e == *ending))
+            {
+                let text = fs::read_to_string(&path).unwrap();
+                found.push((
+                    path.strip_prefix(env!("CARGO_MANIFEST_DIR"))
+                        .unwrap()
+                        .to_owned(),
+                    text,
+                ));
+            }
+        }
+    }
+    assert!(!found.is_empty(), "no files in {folder}");
+    found.sort();
+    found
+}
+
+/// The layers, lowest first; a layer uses only those in earlier rows. `mesh` and `gpu` share a row: neither knows
+/// the other.
+const LAYERS: &[&[&str]] = &[
+    &["commit", "error", "rng", "whole_file"],
+    &["mesh", "gpu"],
+    &["scene"],
+    &["sim"],
+    &["render"],
+    &["export"],
+];
+
+fn rank(layer: &str) -> Option<usize> {
+    LAYERS.iter().position(|row| row.contains(&layer))
+}
+
+#[test]
+fn layers_use_only_those_below() {
+    let mut wrong = Vec::new();
+    for (path, text) in files("src", &["rs"]) {
+        let mut parts = path
+            .components()
+            .skip(1)
+            .map(|c| c.as_os_str().to_str().unwrap());
+        let layer = parts.next().unwrap().trim_end_matches(".rs").to_owned();
+        // The error gathers what every layer reports; the executable's parts use everything.
+        let Some(own) = rank(&layer).filter(|_| layer != "error") else {
+            continue;
+        };
+        for (number, line) in text
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| !line.trim_start().starts_with("//"))
+        {
+            for used in line.split("crate::").skip(1) {
+                let used = used
+                    .split(|c: char| !c.is_alphanumeric() && c != '_')
+                    .next()
+                    .unwrap();
+                if rank(used)
+                    .is_some_and(|rank| rank > own || (rank == own && used != layer && own > 0))
+                {
+                    wrong.push(format!(
+                        "{}:{}: {layer} uses {used}",
+                        path.display(),
+                        number + 1
+                    ));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn files_say_what_they_are_for() {
+    for (path, text) in files("src", &["rs"])
+        .into_iter()
+        .chain(files("tests", &["rs"]))
+        .chain(files("benches", &["rs"]))
+    {
+        assert!(
+            text.starts_with("//! "),
+            "{} does not begin with what it is for",
+            path.display()
+        );
+    }
+    for (path, text) in files("shaders", &["comp", "vert", "frag", "glsl"]) {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(
+            text.starts_with(&format!("// {name}: ")),
+            "{} does not begin with `// {name}: `",
+            path.display()
+        );
+    }
+}
+
+/// Such a file would not be found anywhere else.
+#[test]
+fn files_name_no_place_of_one_machine() {
+    for (folder, endings) in [
+        ("src", &["rs"][..]),
+        ("tests", &["rs"]),
+        ("benches", &["rs"]),
+        ("shaders", &["comp", "vert", "frag", "glsl"]),
+    ] {
+        for (path, text) in files(folder, endings) {
+            for place in ["work", "root"].map(|folder| format!("/{folder}/")) {
+                assert!(!text.contains(&place), "{} names {place}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn files_fit_in_the_head() {
+    let all = [
+        ("src", &["rs"][..]),
+        ("tests", &["rs"]),
+        ("benches", &["rs"]),
+        ("shaders", &["comp", "vert", "frag", "glsl"]),
+    ];
+    for (path, text) in all
+        .into_iter()
+        .flat_map(|(folder, endings)| files(folder, endings))
+    {
+        let lines = text.lines().count();
+        assert!(
+            lines <= 600,
+            "{} has {lines} lines: it has become two nouns",
+            path.display()
+        );
+    }
+}
+
+/// The programs that tests are built into, and what belongs there. Each is linked by itself, so there are few.
+const PROGRAMS: &[(&str, &str)] = &[
+    ("kernels", "kernels against their twins"),
+    ("simulation", "what holds over many steps"),
+    ("mesh", "meshes without Vulkan"),
+    ("command_line", "the program as people run it"),
+    ("pictures", "what pictures show"),
+    ("project", "the project's shape, documents and build"),
+    ("window", "the window, with a hand on it"),
+];
+
+#[test]
+fn tests_belong_to_one_of_the_few_programs() {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let window_is_moved = tests.join("window/main.rs").is_file();
+    let mut wrong = Vec::new();
+    for entry in fs::read_dir(&tests).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        // These become tests/window.
+        if !window_is_moved && ["tour.rs", "lab.rs"].contains(&name.as_str()) {
+            continue;
+        }
+        let is_known = PROGRAMS.iter().any(|(program, _)| *program == name);
+        if name.ends_with(".rs") || (path.join("main.rs").is_file() && !is_known) {
+            wrong.push(name);
+        }
+    }
+    let places: Vec<_> = PROGRAMS
+        .iter()
+        .map(|(program, what)| format!("  tests/{program}/: {what}"))
+        .collect();
+    assert!(
+        wrong.is_empty(),
+        "tests/ has {wrong:?}, each a program of its own: make it a module of one of these, and name it in its main.rs\n{}",
+        places.join("\n")
+    );
+    for (program, _) in PROGRAMS {
+        let is_there = tests.join(program).join("main.rs").is_file();
+        assert!(
+            is_there || (*program == "window" && !window_is_moved),
+            "tests/{program} is no program any more: take it out of the list"
+        );
+    }
+}
+
+/// Lines that sleep, but for those of a function of this name.
+fn sleeps(text: &str, but_for: Option<&str>) -> Vec<usize> {
+    let call = format!("{}(", "sleep");
+    let mut function = "";
+    let mut found = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        if let Some((_, rest)) = line.split_once("fn ") {
+            function = rest.split(['(', '<']).next().unwrap();
+        }
+        let is_comment = line.trim_start().starts_with("//");
+        if !is_comment && line.contains(&call) && Some(function) != but_for {
+            found.push(number + 1);
+        }
+    }
+    found
+}
+
+/// A fixed time is too short on one machine and too long on all others.
+#[test]
+fn tests_wait_for_conditions_and_not_for_times() {
+    let mut wrong = Vec::new();
+    let mut look = |path: &Path, text: &str, first_line: usize, but_for| {
+        for line in sleeps(text, but_for) {
+            wrong.push(format!("{}:{}", path.display(), first_line + line));
+        }
+    };
+    for (path, text) in files("tests", &["rs"]) {
+        // The tour becomes tests/window.
+        if !path.starts_with("tests/tour.rs") && !path.starts_with("tests/tour_steps") {
+            let polls = path.ends_with("program/mod.rs").then_some("wait_until");
+            look(&path, &text, 0, polls);
+        }
+    }
+    for (path, text) in files("src", &["rs"]) {
+        // The window's own tests become those of tests/window, too.
+        if path.starts_with("src/lab") {
+            continue;
+        }
+        let is_test = path.ends_with("tests.rs") || path.iter().any(|part| part == "tests");
+        let tests = match text.find("#[cfg(test)]\nmod tests {") {
+            _ if is_test => 0,
+            Some(begin) => begin,
+            None => continue,
+        };
+        let before = text[..tests].lines().count();
+        look(&path, &text[tests..], before, None);
+    }
+    assert!(
+        wrong.is_empty(),
+        "these sleep; `wait_until` of tests/program/mod.rs waits for a condition instead:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn every_kernel_has_a_twin_and_a_mutant() {
+    let sources = files("src", &["rs"]);
+    let mutants =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mutants.tsv"))
+            .unwrap();
+    for line in mutants.lines().filter(|line| !line.starts_with('#')) {
+        let [path, original, replacement] = line.split('\t').collect::<Vec<_>>()[..] else {
+            panic!("not three columns: {line}");
+        };
+        let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
+        let times = text.matches(original).count();
+        assert_eq!(times, 1, "{path} has `{original}` {times} times");
+        assert_ne!(original, replacement);
+    }
+    for (path, text) in files("shaders", &["comp"]) {
+        let path = path.to_str().unwrap();
+        // Those test the gpu layer, not the other way round.
+        if path.contains("selftest") {
+            continue;
+        }
+        let twin = format!("Twin of `{path}`");
+        assert!(
+            sources.iter().any(|(_, text)| text.contains(&twin)),
+            "nothing is the \"{twin}\""
+        );
+        assert!(
+            mutants.lines().any(|line| line.starts_with(path)),
+            "{path} has no line in tests/mutants.tsv"
+        );
+        assert!(
+            text.lines()
+                .any(|line| line.starts_with("layout(") && line.contains("local_size_x")),
+            "{path} states no group size"
+        );
+        assert!(
+            (text.contains(">= params.") || text.contains(">= gl_WorkGroupSize"))
+                && text.contains("return;"),
+            "{path} does not begin with its bounds"
+        );
+    }
+}
+
+/// What `make atlases` has written last is what the README shows.
+#[test]
+fn the_readme_quotes_the_table_of_layouts() {
+    let file = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        fs::read_to_string(path).unwrap()
+    };
+    let table = file("benches/results/atlases.md");
+    assert!(table.lines().count() > 8, "it has a line for each mesh");
+    assert!(
+        file("README.md").contains(table.trim_end()),
+        "copy benches/results/atlases.md into the README's chapter on the world atlas"
+    );
+}
+
+/// Whoever reads of a view finds it in the program, and the other way round.
+#[test]
+fn the_readme_names_the_views_of_the_program() {
+    use myxo::scene::settings::Show;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let readme = fs::read_to_string(path).unwrap();
+    let table = readme.split("| view | shows |").nth(1).unwrap();
+    let rows = table
+        .lines()
+        .skip(2)
+        .take_while(|line| line.starts_with('|'));
+    let mut named: Vec<&str> = rows
+        .flat_map(|row| row.split('|').nth(1).unwrap().split(','))
+        .map(|name| name.trim().trim_matches('`'))
+        .collect();
+    let mut known = Show::WORDS.to_vec();
+    named.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(named, known, "the README's table of views");
+    for preset in myxo::scene::builtin::PRESETS {
+        let name = format!("`{}`", preset.name);
+        assert!(readme.contains(&name), "the README lacks the preset {name}");
+    }
+}
+
+/// What a control is called for tests: a literal, or the literal beginning of a name that is put together.
+fn names_of_controls() -> Vec<(PathBuf, String)> {
+    let mut names = Vec::new();
+    for (path, text) in files("src/lab", &["rs"]) {
+        let text = text.replace("mark_cross(shown, ", ".marked(");
+        for part in text.split(".marked(").skip(1) {
+            let Some(literal) = part.trim_start_matches("&format!(").strip_prefix('"') else {
+                continue;
+            };
+            let name = literal.split(['"', '{']).next().unwrap_or_default();
+            if !name.is_empty() {
+                names.push((path.clone(), name.to_owned()));
+            }
+        }
+    }
+    names
+}
+
+/// A control that is new has a step of the tour, in which a hand operates it.
+#[test]
+fn no_control_is_left_out_by_the_tour() {
+    let steps: String = files("tests", &["rs"])
+        .into_iter()
+        .filter(|(path, _)| {
+            let folders = ["tests/tour.rs", "tests/tour_steps", "tests/window"];
+            folders.iter().any(|folder| path.starts_with(folder))
+        })
+        // This names controls and operates none.
+        .filter(|(path, _)| !path.ends_with("worked.rs"))
+        .map(|(_, text)| text)
+        .collect();
+    let names = names_of_controls();
+    assert!(names.len() > 40, "they are found: {names:?}");
+    let left_out: Vec<_> = names
+        .iter()
+        .filter(|(_, name)| !steps.contains(&format!("\"{name}")))
+        .collect();
+    assert!(
+        left_out.is_empty(),
+        "no step of the tour operates {left_out:?}"
+    );
+}

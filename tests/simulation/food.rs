@@ -1,0 +1,572 @@
+//! Food and markers: the kernels against their twins, how far sensors read them along the surface, who eats and what becomes
+//! of that, and what is refused.
+
+use std::sync::Arc;
+
+use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
+use glam::{DVec2, UVec2, Vec3};
+use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Frames, Pipeline, Texels, Threads};
+use myxo::mesh::atlas::Control;
+use myxo::mesh::surface_distance::SurfaceDistance;
+use myxo::mesh::walk::{BorderRule, walk};
+use myxo::rng::{Purpose, random, unit};
+use myxo::scene::Scene;
+use myxo::scene::settings::{AtlasMethod, FoodSettings, Start, Strategy};
+use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::food::{FoodPlace, LEVELS, MOST_AMOUNT, Pantry};
+use myxo::sim::kernels::{
+    Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
+};
+use myxo::sim::twin::trail::{atlas_position, trail_at};
+use myxo::sim::types::Meal;
+use myxo::sim::{Setup, Simulation, Snapshot, twin};
+
+fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
+    let buffer = Buffer::new(ctx, name, data.len().max(1), Domain::Device).unwrap();
+    if !data.is_empty() {
+        ctx.upload(&buffer, data).unwrap();
+    }
+    buffer
+}
+
+/// Some whole, some half eaten, some gone, some without end; some are eaten more of than there is.
+fn some_meals(count: u32) -> Vec<Meal> {
+    let meal = |i: u32| {
+        let words = random(11, i, 0, Purpose::Food);
+        let amount = [0, 1, 63, 64, 1000, MOST_AMOUNT][words[0] as usize % 6];
+        let remaining = match amount {
+            0 => 1,
+            _ => words[1] % (amount + 1),
+        };
+        let strength = 40.0 * unit(words[2]) - 20.0;
+        let level = if amount == 0 {
+            LEVELS
+        } else {
+            (LEVELS * remaining).div_ceil(amount)
+        };
+        Meal {
+            remaining,
+            eaten: [0, 1, words[3] % 700, MOST_AMOUNT][words[3] as usize % 4],
+            amount,
+            level,
+            strength,
+            scent: strength * (level as f32 / LEVELS as f32),
+            pad0: 0,
+            pad1: 0,
+        }
+    };
+    (0..count).map(meal).collect()
+}
+
+#[test]
+fn digest_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let pipeline = Pipeline::<Digest>::new(&gpu.ctx, &()).unwrap();
+    let mut dues = 0;
+    for count in awkward_sizes(64).into_iter().chain([2]) {
+        // Nobody eats the second time: nothing changes then.
+        for is_hungry in [true, false] {
+            let mut meals = some_meals(count);
+            if !is_hungry {
+                meals.iter_mut().for_each(|meal| meal.eaten = 0);
+            }
+            let params = DigestParams {
+                food_count: count,
+                scented_count: 70_000 * 64,
+                scent_group: 64,
+            };
+            let on_device = buffer(&gpu.ctx, "meals", &meals);
+            let groups: Buffer<DispatchGroups> = Buffer::zeroed(&gpu.ctx, "groups", 1).unwrap();
+            gpu.run(|rec| {
+                let args = DigestArgs {
+                    meals: &on_device,
+                    groups: &groups,
+                };
+                rec.dispatch(&pipeline, Threads(count), args, params);
+            });
+            let due = twin::digest(&params, &mut meals);
+            let kernel: Vec<Meal> = gpu.ctx.download(&on_device).unwrap();
+            assert_eq!(&kernel[..count as usize], &meals[..], "{count} foods");
+            let groups = gpu.ctx.download(&groups).unwrap()[0];
+            let expected = if due { (35_000, 2) } else { (0, 0) };
+            assert_eq!((groups.x, groups.y), expected, "{count} foods");
+            dues += u32::from(due);
+            assert!(!due || is_hungry);
+        }
+    }
+    assert!(dues > 3, "smells change");
+    gpu.finish();
+}
+
+#[test]
+fn scent_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for count in awkward_sizes(64) {
+        let texels = (2 * count as usize + 8).next_multiple_of(4);
+        let meals = some_meals(9);
+        // None, one or several at a texel.
+        let mut whiffs = Vec::new();
+        let mut scented = Vec::new();
+        for i in 0..count {
+            let words = random(3, i, 0, Purpose::Food);
+            scented.push(UVec2::new(2 * i + words[0] % 2, whiffs.len() as u32));
+            whiffs.extend((0..words[1] % 4).map(|k| {
+                let words = random(5, i, k, Purpose::Food);
+                UVec2::new(words[0] % 9, unit(words[1]).to_bits())
+            }));
+        }
+        scented.push(UVec2::new(0, whiffs.len() as u32));
+        let params = ScentParams {
+            scented_count: count,
+        };
+        let start = vec![-3.5_f32; texels];
+        let mut expected = start.clone();
+        twin::scent(&params, &scented, &whiffs, &meals, &mut expected);
+        for in_parts in [false, true]
+            .into_iter()
+            .take(1 + usize::from(texels > 128))
+        {
+            let constants = ScentConstants {
+                texels_in_quads: in_parts,
+                band: if in_parts { 64 } else { u32::MAX },
+            };
+            let field = buffer(&gpu.ctx, "field", &start);
+            let all = texels as u64;
+            let parts = if in_parts {
+                [0..64, 64..all]
+            } else {
+                [0..all, 0..all]
+            };
+            let [low, high] = parts.map(|part| Texels::of_part(&field, 1, part).unwrap());
+            let pipeline = Pipeline::<Scent>::new(&gpu.ctx, &constants).unwrap();
+            gpu.run(|rec| {
+                let args = ScentArgs {
+                    scented: &buffer(&gpu.ctx, "scented", &scented),
+                    whiffs: &buffer(&gpu.ctx, "whiffs", &whiffs),
+                    meals: &buffer(&gpu.ctx, "meals", &meals),
+                    low_field: &low,
+                    high_field: &high,
+                };
+                rec.dispatch(&pipeline, Threads(count), args, params);
+            });
+            let summed: Vec<f32> = gpu.ctx.download(&field).unwrap();
+            assert!(summed == expected, "{count} texels");
+        }
+    }
+    gpu.finish();
+}
+
+fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
+    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+    for _ in 0..steps {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+}
+
+/// Everything of a pantry with one place that kernels read: the smell of a food that is whole.
+fn field_of(setup: &Setup, pantry: &Pantry) -> Vec<f32> {
+    let mut field = vec![0.0; setup.atlas.density.len()];
+    let params = ScentParams {
+        scented_count: pantry.scented_count(),
+    };
+    let meals = pantry.meals(None);
+    twin::scent(&params, &pantry.scented, &pantry.whiffs, &meals, &mut field);
+    field
+}
+
+/// What sensors read is a distance along the surface, within 3 % of the exact one: at every texel, and between texels at the
+/// ends of straight walks over edges and seams.
+#[test]
+fn smells_are_distances_along_the_surface() {
+    for mesh in [
+        "cube?divisions=4",
+        "torus?major=36&minor=24",
+        "icosphere?subdivisions=3",
+        "plane?columns=9&rows=6",
+        "capsule",
+        "gear?teeth=12",
+        "suzanne",
+        "gyroid",
+        "trefoil",
+    ] {
+        for method in [AtlasMethod::Charts, AtlasMethod::Grid] {
+            let scene = scene(&format!("builtin:{mesh}"), |s| {
+                s.particles.count = 10;
+                s.atlas.size = 640;
+                s.atlas.method = method;
+                s.feeding.scattered = 2;
+                s.feeding.radius = 0.5;
+            });
+            let setup = match Setup::new(&scene) {
+                Ok(setup) => setup,
+                // A grid has no room for so many triangles.
+                Err(_) if method == AtlasMethod::Grid => continue,
+                Err(error) => panic!("{mesh}: {error}"),
+            };
+            for &place in &setup.pantry.places {
+                let what = format!("{mesh} by {method:?}");
+                check_smell(&scene, &setup, place, &what);
+            }
+        }
+    }
+}
+
+fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
+    let (surface, atlas) = (&scene.surface, &setup.atlas);
+    let place = FoodPlace {
+        strength: 1.0,
+        amount: 0,
+        ..place
+    };
+    let pantry = Pantry::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
+    let field = field_of(setup, &pantry);
+    let exact = SurfaceDistance::new(surface, &[place.point], 1.01 * place.radius);
+    let told = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
+    let mut reached = 0;
+    for texel in 0..field.len() as u32 {
+        let Some((triangle, u, v)) = atlas.surface_point_of(texel) else {
+            continue;
+        };
+        let distance = exact.at(triangle, u.into(), v.into());
+        let smell = field[texel as usize];
+        if distance >= place.radius {
+            assert_eq!(smell, 0.0, "{what}, texel {texel}");
+            continue;
+        }
+        reached += 1;
+        let off = (told(smell) - distance).abs();
+        // Floats hold a square within 1e-7 of its greatest value.
+        let bound = 0.03 * distance + 1e-3 * place.radius;
+        assert!(off <= bound, "{what}, texel {texel}: {off} of {distance}");
+        let is_plate = pantry.plates[texel as usize] == 1;
+        let slack = 1e-5 * place.radius;
+        assert!(is_plate == (distance < place.size) || (distance - place.size).abs() < slack);
+    }
+    assert!(reached > 100, "{what}: only {reached} texels are reached");
+    // As sensors read it: bilinear, in gutters, too.
+    let texel_length = setup.atlas.mean_texel_area.sqrt();
+    let (mut looked_at, mut wrong) = (0, 0);
+    for i in 0..400 {
+        let words = random(2, i, 0, Purpose::Food);
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(unit(words[0]))).sin_cos();
+        let length = place.radius * 0.98 * f64::from(unit(words[1]));
+        let heading = DVec2::new(cos, sin);
+        let end = walk(
+            surface,
+            place.point,
+            heading,
+            length,
+            None,
+            BorderRule::Reflect,
+        )
+        .point;
+        let distance = exact.at(end.triangle, end.u, end.v);
+        assert!(
+            distance <= length + 1e-5,
+            "a walk is no shorter than the shortest"
+        );
+        if distance < 4.0 * texel_length {
+            continue;
+        }
+        let map = &atlas.maps[end.triangle as usize];
+        let position = atlas_position(map, end.u as f32, end.v as f32);
+        let smell = trail_at(&field, position, atlas.pitch).clamp(0.0, 1.0);
+        looked_at += 1;
+        let off = (told(smell) - distance).abs();
+        wrong += u32::from(off > 0.03 * distance);
+    }
+    assert!(looked_at > 100, "{what}: {looked_at}");
+    // Where ways round something meet there is a crest, which is flatter between texels.
+    assert!(
+        wrong * 50 <= looked_at,
+        "{what}: {wrong} of {looked_at} are off by more than 3 %"
+    );
+}
+
+fn food(object: &str, at: [f32; 3], change: impl FnOnce(&mut FoodSettings)) -> FoodSettings {
+    let mut food = FoodSettings {
+        object: object.to_owned(),
+        at,
+        radius: 0.6,
+        strength: 12.0,
+        amount: 0,
+        size: 0.12,
+    };
+    change(&mut food);
+    food
+}
+
+/// Three that touch, with food that ends, food that does not, and a marker that repels.
+fn trio(strategy: Strategy) -> Scene {
+    scene_of_several(&TRIO, |s| {
+        s.particles.count = 3000;
+        s.atlas.size = 256;
+        s.physarum.speed = 0.02;
+        s.transfer.strategy = strategy;
+        s.feeding.fed_steps = 20;
+        s.feeding.fed_deposit = 3;
+        s.foods = vec![
+            food("torus", [1.0, 0.3, 0.0], |f| f.amount = 400),
+            food("cube", [0.0, 1.0, 0.0], |_| ()),
+            food("icosphere", [0.0, 0.0, 1.0], |f| f.amount = 90),
+            food("torus", [-1.0, 0.3, 0.0], |f| {
+                f.strength = -6.0;
+                f.size = 0.0;
+            }),
+        ];
+    })
+}
+
+fn run(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    for _ in 0..steps / 5 {
+        advance(gpu, &mut simulation, 5);
+        let state = simulation.snapshot().unwrap();
+        state.validate(simulation.setup()).unwrap();
+    }
+    simulation.snapshot().unwrap()
+}
+
+/// Whoever of a step comes first, the same are fed and as much is left; nobody is lost.
+#[test]
+fn food_is_eaten_alike_by_every_strategy_with_turns() {
+    let Some(gpu) = gpu() else { return };
+    let strategies = [
+        Strategy::Scattered,
+        Strategy::Sequential,
+        Strategy::Parallel,
+        Strategy::Parallel,
+    ];
+    let ends = strategies.map(|strategy| run(&gpu, &trio(strategy), 60));
+    for end in &ends {
+        assert_eq!(end.hash(), ends[0].hash());
+        assert_eq!(end.food, ends[0].food);
+    }
+    let left = &ends[0].food.remaining;
+    assert!(left[0] < 400 && left[2] < 90, "{left:?}");
+    assert_eq!(
+        (left[1], left[3]),
+        (1, 1),
+        "of what never ends there is enough"
+    );
+    assert!(ends[0].motions.iter().any(|motion| motion.fed() > 0));
+    for strategy in [Strategy::Direct, Strategy::Respawn, Strategy::None] {
+        let end = run(&gpu, &trio(strategy), 60);
+        assert!(end.food.remaining[0] < 400);
+    }
+    gpu.finish();
+}
+
+/// Each meal feeds one particle, and the last one is the last.
+#[test]
+fn as_many_eat_as_there_are_meals() {
+    let scene = scene("builtin:icosphere?subdivisions=2", |s| {
+        s.particles.count = 2000;
+        s.feeding.fed_steps = 60_000;
+        s.foods = vec![
+            food("", [1.0, 0.0, 0.0], |f| f.amount = 37),
+            food("", [-1.0, 0.0, 0.0], |f| f.amount = 1_000_000),
+        ];
+    });
+    let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
+    let mut before = twin.snapshot();
+    for _ in 0..40 {
+        twin.step();
+        let now = twin.snapshot();
+        now.validate(twin.setup()).unwrap();
+        // Fed for longer than this takes, so nobody eats twice.
+        let fed = |state: &Snapshot| state.motions.iter().filter(|m| m.fed() > 0).count() as u32;
+        let [first, second] = [0, 1].map(|i| before.food.remaining[i] - now.food.remaining[i]);
+        let more = fed(&now) - fed(&before);
+        if now.food.remaining[0] > 0 {
+            assert_eq!(more, first + second);
+        } else {
+            // More may come in the step of the last meal than it feeds.
+            assert!(more >= first + second);
+        }
+        before = now;
+    }
+    assert_eq!(before.food.remaining[0], 0, "it is gone");
+    assert!(before.food.remaining[1] > 900_000);
+}
+
+#[test]
+fn resumed_food_is_what_was_left() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(Strategy::Parallel);
+    let whole = run(&gpu, &scene, 60);
+    let half = run(&gpu, &scene, 25);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.ckpt");
+    let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let checkpoint = Checkpoint::new(&scene, resumed.setup(), half);
+    checkpoint.write(&path).unwrap();
+    let read = Checkpoint::read(&path).unwrap();
+    assert_eq!(read, checkpoint);
+    read.check(&scene, resumed.setup()).unwrap();
+    resumed.restore(&read.snapshot).unwrap();
+    advance(&gpu, &mut resumed, 35);
+    let end = resumed.snapshot().unwrap();
+    assert_eq!(end.food, whole.food);
+    assert_eq!(end.hash(), whole.hash());
+    // Without food there is nothing to go on with.
+    let bare = scene_of_several(&TRIO, |s| {
+        s.particles.count = 3000;
+        s.atlas.size = 256;
+    });
+    let mut other = Simulation::new(&gpu.ctx, &bare).unwrap();
+    let error = other.restore(&read.snapshot).unwrap_err().to_string();
+    assert!(
+        error.contains("4 foods") && error.contains("has 0"),
+        "{error}"
+    );
+    gpu.finish();
+}
+
+/// What stays keeps what is left of it; what is taken away feeds nobody; twins do the same.
+#[test]
+fn food_comes_and_goes_while_it_runs() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(Strategy::Parallel);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    advance(&gpu, &mut simulation, 30);
+    let before = simulation.snapshot().unwrap();
+    let mut twin = twin::Simulation::new(simulation.setup().clone(), simulation.settings().clone());
+    twin.restore(&before);
+    let mut settings = simulation.settings().clone();
+    settings.foods.remove(1);
+    settings.foods[0].strength = 3.0;
+    settings
+        .foods
+        .push(food("cube", [0.0, 0.0, 1.0], |f| f.amount = 77));
+    simulation.apply(&settings).unwrap();
+    twin.put_food(&settings).unwrap();
+    let left = [before.food.remaining[0], before.food.remaining[2], 1, 77];
+    assert_eq!(simulation.remaining().unwrap(), left);
+    assert_eq!(twin.snapshot().food.remaining, left);
+    assert_eq!(simulation.food_places().len(), 4);
+    advance(&gpu, &mut simulation, 1);
+    twin.step();
+    let (kernel, by_twin) = (simulation.snapshot().unwrap(), twin.snapshot());
+    kernel.validate(simulation.setup()).unwrap();
+    let apart = kernel.food.remaining.iter().zip(&by_twin.food.remaining);
+    assert!(apart.map(|(a, b)| a.abs_diff(*b)).sum::<u32>() <= 3);
+    // All of it goes: nobody is fed any more, and deposits are those of everybody.
+    settings.foods.clear();
+    simulation.apply(&settings).unwrap();
+    advance(&gpu, &mut simulation, 1);
+    let end = simulation.snapshot().unwrap();
+    end.validate(simulation.setup()).unwrap();
+    assert!(end.motions.iter().all(|motion| motion.fed() == 0));
+    assert_eq!(end.deposits.iter().sum::<u32>(), 3000);
+    // What cannot be leaves everything as it was.
+    let mut wrong = settings.clone();
+    wrong.foods = vec![food("moon", [0.0; 3], |_| ())];
+    let error = simulation.apply(&wrong).unwrap_err().to_string();
+    assert!(error.contains("no object \"moon\""), "{error}");
+    assert_eq!(simulation.settings(), &settings);
+    gpu.finish();
+}
+
+/// Hungry ones come, and those who have eaten do not stay for it; what repels keeps everybody away.
+#[test]
+fn food_draws_and_markers_repel() {
+    let near = |state: &Snapshot, setup: &Setup, at: Vec3, radius: f32| {
+        let count = state.particles.iter().filter(|particle| {
+            let [a, b, c] = setup.surface.corners[particle.triangle as usize]
+                .map(|vertex| setup.surface.positions[vertex as usize]);
+            let place = a + particle.u * (b - a) + particle.v * (c - a);
+            place.distance(at) < radius
+        });
+        count.count() as f32
+    };
+    let grown = |foods: Vec<FoodSettings>, attraction: f32| {
+        let scene = scene("builtin:icosphere?subdivisions=3", |s| {
+            s.particles.count = 4000;
+            s.atlas.size = 512;
+            s.physarum.speed = 0.01;
+            s.physarum.deposit = 0.05;
+            s.feeding.fed_steps = 30;
+            s.feeding.fed_attraction = attraction;
+            s.foods = foods;
+        });
+        let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings);
+        for _ in 0..100 {
+            twin.step();
+        }
+        [0.3, 0.1].map(|radius| near(&twin.snapshot(), twin.setup(), Vec3::X, radius))
+    };
+    let at = |strength: f32, size: f32| {
+        vec![food("", [1.0, 0.0, 0.0], |f| {
+            f.strength = strength;
+            f.size = size;
+            f.radius = 1.0;
+        })]
+    };
+    let [nothing, _] = grown(Vec::new(), 0.0);
+    let [marker, close] = grown(at(40.0, 0.0), 0.0);
+    let [repelled, _] = grown(at(-40.0, 0.0), 0.0);
+    let [food, beside] = grown(at(40.0, 0.05), 0.0);
+    let [_, greedy] = grown(at(40.0, 0.05), 1.0);
+    assert!(marker > 4.0 * nothing, "{marker} beside {nothing}");
+    assert!(repelled < 0.5 * nothing, "{repelled} beside {nothing}");
+    assert!(food > 4.0 * nothing, "{food} beside {nothing}");
+    // Who has eaten walks on until it is hungry again, unless it is drawn all the same.
+    assert!(beside < 0.7 * close, "{beside} beside {close}");
+    assert!(greedy > beside, "{greedy} beside {beside}");
+}
+
+#[test]
+fn particles_begin_on_food() {
+    let scene = scene_of_several(&TRIO, |s| {
+        s.particles.count = 3000;
+        s.atlas.size = 256;
+        s.particles.start = Start::Food;
+        s.particles.start_food = 1;
+        s.foods = vec![
+            food("torus", [1.0, 0.3, 0.0], |_| ()),
+            food("cube", [0.0, 0.9, 0.2], |f| f.size = 0.1),
+        ];
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let place = setup.pantry.places[1];
+    let distance = SurfaceDistance::new(&setup.surface, &[place.point], f64::INFINITY);
+    let mut far = 0.0_f64;
+    for particle in &setup.particles {
+        let found = distance.at(particle.triangle, particle.u.into(), particle.v.into());
+        assert!(found <= place.size + 1e-4, "{found}");
+        far = far.max(found);
+    }
+    assert!(far > 0.9 * place.size, "all over it");
+}
+
+/// Scattered food is far apart, and more of it leaves what is there where it is.
+#[test]
+fn scattered_food_is_far_apart_and_stays() {
+    let places = |count: u32| {
+        let scene = scene("builtin:torus?major=36&minor=24", |s| {
+            s.particles.count = 10;
+            s.feeding.scattered = count;
+        });
+        let setup = Setup::new(&scene).unwrap();
+        let all = setup.pantry.places.clone();
+        (setup, all)
+    };
+    let (_, few) = places(5);
+    let (setup, many) = places(12);
+    assert_eq!(few[..], many[..5]);
+    let at = |place: &FoodPlace| {
+        let [a, b, c] = setup.surface.corners[place.point.triangle as usize]
+            .map(|vertex| setup.surface.positions[vertex as usize].as_dvec3());
+        a + place.point.u * (b - a) + place.point.v * (c - a)
+    };
+    for (i, place) in many.iter().enumerate() {
+        for other in &many[..i] {
+            let apart = at(place).distance(at(other));
+            assert!(apart > 0.35 * f64::from(setup.radius), "{apart}");
+        }
+    }
+}

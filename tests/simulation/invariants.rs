@@ -1,0 +1,260 @@
+//! Negative control of the checks that follow every step: a state in which one thing is wrong is refused with words
+//! that say what and where, by [`Snapshot::validate`] and by the program.
+
+use crate::common::gpu;
+use myxo::gpu::Frames;
+use myxo::scene::settings::Strategy;
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::checkpoint::Checkpoint;
+
+use crate::program::{Folder, done, failed, path};
+use myxo::sim::types::{Particle, Window};
+use myxo::sim::{Setup, Simulation, Snapshot};
+
+const SCENE: &str = r#"
+[particles]
+count = 900
+[physarum]
+speed = 0.02
+[atlas]
+size = 128
+[transfer]
+strategy = "parallel"
+[[object]]
+name = "ring"
+mesh = "builtin:torus?major=24&minor=16"
+[[object]]
+name = "box"
+mesh = "builtin:cube"
+position = [0.9, 0.1, 0.0]
+rotation = [10.0, 20.0, 30.0]
+"#;
+
+/// What is done to a state in order, and what is said about it.
+type Damage = (fn(&mut Snapshot), &'static str);
+
+/// A slot that nobody in flight has, and another one.
+fn stayers(state: &Snapshot) -> [usize; 2] {
+    let mut slots = (0..state.particles.len()).filter(|&s| !state.motions[s].in_flight());
+    [slots.next().unwrap(), slots.next_back().unwrap()]
+}
+
+fn first_stayer(state: &mut Snapshot) -> &mut Particle {
+    let [slot, _] = stayers(state);
+    &mut state.particles[slot]
+}
+
+const DAMAGES: &[Damage] = &[
+    // Particles counted, ids a permutation.
+    (
+        |s| {
+            s.particles.pop();
+        },
+        "there are 899 particles, not 900",
+    ),
+    (
+        |s| s.particles[7].id = s.particles[8].id,
+        "1 particles are lost and 1 doubled",
+    ),
+    // Places and headings.
+    (|s| first_stayer(s).u = -0.01, "is outside its triangle"),
+    (|s| first_stayer(s).v = f32::NAN, "v = NaN"),
+    (
+        |s| (first_stayer(s).u, first_stayer(s).v) = (0.6, 0.5),
+        "u = 0.6, v = 0.5",
+    ),
+    (
+        |s| first_stayer(s).triangle = 1_000_000,
+        "is on triangle 1000000, which does not exist",
+    ),
+    (
+        |s| s.motions[5].heading_p += 1.0,
+        "the heading of particle ",
+    ),
+    (|s| s.motions[5].pending = -1.0, "has -1 pending"),
+    (|s| s.motions[5].pending = f32::NAN, "has NaN pending"),
+    (|s| s.motions[5].heading_h = f32::NAN, "has length NaN"),
+    (|s| s.trail[5] = f32::NAN, "the trail is NaN at texel 5"),
+    // One advance a particle and step.
+    (
+        |s| s.motions[5].flags -= 2,
+        "advanced last in step 14, and others in step 15",
+    ),
+    (
+        |s| *s.deposits.iter_mut().find(|n| **n > 0).unwrap() -= 1,
+        "899 deposits on owned and gutter texels in the last step, not 900",
+    ),
+    // Windows are disjoint and complete, and hold their object's particles.
+    (
+        |s| s.transfers.windows[1].count -= 1,
+        "the windows have 899 slots of 900",
+    ),
+    (
+        |s| s.transfers.windows[1].start = (s.transfers.windows[1].start + 1) % 900,
+        "the window of object 1 has",
+    ),
+    (
+        |s| s.transfers.windows[0].count += 1,
+        "of object 1 lies in the window of object 0",
+    ),
+    (
+        |s| {
+            s.transfers.windows.pop();
+        },
+        "1 windows for 2 objects",
+    ),
+    (
+        |s| {
+            let [from, to] = [0, 1].map(|object: usize| {
+                let Window { start, count } = s.transfers.windows[object];
+                Window::slot(start, count - 1, 900) as usize
+            });
+            s.particles.swap(from, to);
+        },
+        "lies in the window of object",
+    ),
+    // In flight is who has a transfer.
+    (
+        |s| {
+            let [slot, _] = stayers(s);
+            s.motions[slot].flags |= 1;
+        },
+        "is in flight and has no transfer",
+    ),
+    (
+        |s| s.transfers.in_flight[0].particle = stayers(s)[1] as u32,
+        " transfer",
+    ),
+    (
+        |s| s.transfers.in_flight[0].particle = 900,
+        "a transfer of slot 900",
+    ),
+    (
+        |s| s.transfers.in_flight[0].target ^= 1,
+        "a transfer of slot",
+    ),
+    (
+        |s| s.transfers.in_flight[0].source = 17,
+        "has a transfer from object 17",
+    ),
+    (
+        |s| s.transfers.in_flight[0].heading *= 2.0,
+        "is in flight at",
+    ),
+    (
+        |s| s.transfers.in_flight[0].position.y = f32::INFINITY,
+        "is in flight at",
+    ),
+    (
+        |s| {
+            let twice = s.transfers.in_flight[0];
+            s.transfers.in_flight.push(twice);
+            s.transfers.flow.selected += 1;
+        },
+        "two transfers of slot",
+    ),
+    // Who is selected is counted.
+    (
+        |s| s.transfers.flow.arrived -= 1,
+        "times a particle was selected, and 0 were refused",
+    ),
+    (
+        |s| s.transfers.flow.stayers += 1,
+        "particles to be exchanged with",
+    ),
+    (|s| s.trail[99] = -1.0, "the trail is -1 at texel 99"),
+];
+
+/// The state after 15 steps, with somebody in flight.
+fn state(scene: &Scene) -> Option<(Setup, Snapshot)> {
+    let gpu = gpu()?;
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+    for _ in 0..15 {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    let state = simulation.snapshot().unwrap();
+    let setup = simulation.setup().clone();
+    drop((simulation, frames));
+    gpu.finish();
+    Some((setup, state))
+}
+
+#[test]
+fn whatever_is_wrong_with_a_state_is_named() {
+    let folder = Folder::new();
+    let file = folder.with("two.toml", SCENE);
+    let scene = Scene::load(&file, &Overrides::default()).unwrap();
+    let Some((setup, state)) = state(&scene) else {
+        return;
+    };
+    assert!(!state.transfers.in_flight.is_empty());
+    state.validate(&setup).unwrap();
+    // Nobody counts any further.
+    let mut late = state.clone();
+    late.transfers.flow.selected = u32::MAX;
+    late.transfers.flow.arrived = u32::MAX - 7;
+    late.validate(&setup).unwrap();
+    for (damage, expected) in DAMAGES {
+        let mut damaged = state.clone();
+        damage(&mut damaged);
+        let problem = damaged.validate(&setup).expect_err(expected);
+        assert!(problem.contains(expected), "{expected} in {problem}");
+    }
+}
+
+/// Who has advanced twice while another one has not is found out, whether objects have turns or not.
+#[test]
+fn one_advance_a_step_is_checked_by_every_strategy() {
+    let folder = Folder::new();
+    for strategy in Strategy::ALL {
+        let text = SCENE.replace("parallel", strategy.word());
+        let scene = Scene::load(&folder.with("two.toml", &text), &Overrides::default()).unwrap();
+        let Some((setup, state)) = state(&scene) else {
+            return;
+        };
+        state.validate(&setup).unwrap();
+        let mut left_out = state.clone();
+        left_out.motions[5].flags -= 2;
+        let problem = left_out.validate(&setup).expect_err(strategy.word());
+        assert!(
+            problem.contains("advanced last in step 14, and others in step 15"),
+            "{strategy:?}: {problem}"
+        );
+    }
+}
+
+#[test]
+fn the_program_does_not_go_on_from_a_damaged_state() {
+    let folder = Folder::new();
+    let file = folder.with("two.toml", SCENE);
+    let scene = Scene::load(&file, &Overrides::default()).unwrap();
+    let Some((setup, state)) = state(&scene) else {
+        return;
+    };
+    let saved = folder.file("saved.state");
+    let resume = |state: &Snapshot| {
+        let checkpoint = Checkpoint::new(&scene, &setup, state.clone());
+        checkpoint.write(&saved).unwrap();
+        let command = [
+            "profile",
+            path(&file),
+            "--validate",
+            "--resume",
+            path(&saved),
+        ];
+        let short = ["--steps", "3", "--warmup", "0", "--json"];
+        [&command[..], &short[..]].concat()
+    };
+    done(&resume(&state));
+    for (damage, expected) in [DAMAGES[2], DAMAGES[13], DAMAGES[20], DAMAGES[26]] {
+        let mut damaged = state.clone();
+        damage(&mut damaged);
+        let message = failed(&resume(&damaged));
+        assert!(message.contains("cannot resume from "), "{message}");
+        assert!(message.contains(expected), "{expected} in {message}");
+    }
+}

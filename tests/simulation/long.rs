@@ -1,0 +1,454 @@
+//! Long runs of the built-in scenes by every strategy: the same hashes, twice and after an interruption, and nobody lost.
+//!
+//! The ignored test takes long; `make long` runs it, and writes `benches/results/strategies.md`. The others are the same
+//! with few steps, and with the validation layers on.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::common::gpu;
+use crate::program::{Folder, done, no_device, path, report};
+use myxo::gpu::{Context, ContextOptions, Frames, default_cache_folder};
+use myxo::mesh::atlas::Control;
+use myxo::scene::settings::Strategy;
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::types::Flow;
+use myxo::sim::{Setup, Simulation, Snapshot};
+
+/// How much is run.
+#[derive(Clone, Copy)]
+struct Length {
+    steps: u64,
+    particles: u32,
+    atlas: u32,
+    /// What else of the scene is changed.
+    set: &'static [&'static str],
+}
+
+const SHORT: Length = Length {
+    steps: 8,
+    particles: 3000,
+    atlas: 192,
+    // Else hardly anybody would change objects so soon.
+    set: &["transfer.threshold=0.002"],
+};
+
+const LONG: Length = Length {
+    steps: 1000,
+    particles: 20_000,
+    atlas: 512,
+    set: &[],
+};
+
+/// Nobody is lost in ten thousand steps; where texels lie does not matter for that.
+const LONGEST: Length = Length {
+    steps: 10_000,
+    atlas: 256,
+    ..LONG
+};
+
+/// So many are on the wheels that a buffer of 16 overflows as the scene is, too.
+const FULL: Length = Length {
+    steps: 1000,
+    particles: 80_000,
+    ..LONGEST
+};
+
+/// Of 64 objects, all of which move.
+const CROWD: Length = Length { steps: 100, ..LONG };
+
+const IN_TURNS: [Strategy; 3] = [
+    Strategy::Scattered,
+    Strategy::Sequential,
+    Strategy::Parallel,
+];
+
+/// A built-in scene with these settings and others.
+fn scene(name: &str, length: Length, strategy: Strategy, others: &[&str]) -> Scene {
+    let mut set = vec![
+        format!("particles.count={}", length.particles),
+        format!("atlas.size={}", length.atlas),
+        format!("transfer.strategy={}", strategy.word()),
+    ];
+    let others = length.set.iter().chain(others);
+    set.extend(others.map(|&other| other.to_owned()));
+    let overrides = Overrides {
+        set,
+        ..Overrides::default()
+    };
+    Scene::load(Path::new(name), &overrides).unwrap()
+}
+
+fn set_up(ctx: &Context, scene: &Scene) -> Setup {
+    Simulation::set_up(ctx.info(), scene, &Control::default()).unwrap()
+}
+
+/// Runs up to a step and checks everything after each one: who advanced twice in a step, or not at all, shows in its
+/// state and in no later one.
+fn advance(ctx: &Arc<Context>, simulation: &mut Simulation, to: u64) -> Snapshot {
+    let mut frames = Frames::new(ctx, 2).unwrap();
+    while simulation.step() < to {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let state = simulation.snapshot().unwrap();
+        state.validate(simulation.setup()).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    simulation.snapshot().unwrap()
+}
+
+/// What one strategy did on a scene.
+struct Row {
+    strategy: Strategy,
+    /// Of two runs, and of one that was interrupted half way and resumed from its file.
+    hashes: [u64; 3],
+    flow: Flow,
+    flux: Vec<u32>,
+    in_flight: usize,
+}
+
+fn row(ctx: &Arc<Context>, scene: &Scene, setup: &Setup, length: Length) -> Row {
+    let start = || Simulation::from_setup(ctx, scene, setup.clone()).unwrap();
+    let Length { steps, .. } = length;
+    let first = advance(ctx, &mut start(), steps);
+    let mut second = start();
+    let half = advance(ctx, &mut second, steps / 2);
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("half.state");
+    let checkpoint = Checkpoint::new(scene, setup, half);
+    checkpoint.write(&file).unwrap();
+    let mut resumed = start();
+    let checkpoint = Checkpoint::read(&file).unwrap();
+    checkpoint.check(scene, setup).unwrap();
+    resumed.restore(&checkpoint.snapshot).unwrap();
+
+    let second = advance(ctx, &mut second, steps);
+    let resumed = advance(ctx, &mut resumed, steps);
+    assert_eq!(second.transfers.flux, first.transfers.flux);
+    assert_eq!(resumed.transfers.flux, first.transfers.flux);
+    Row {
+        strategy: scene.settings.transfer.strategy,
+        hashes: [&first, &second, &resumed].map(Snapshot::hash),
+        flow: first.transfers.flow,
+        flux: first.transfers.flux,
+        in_flight: first.transfers.in_flight.len(),
+    }
+}
+
+/// Runs all strategies on a scene, and asserts what must be equal.
+fn rows(ctx: &Arc<Context>, name: &str, length: Length) -> Vec<Row> {
+    let strategies = Strategy::ALL.iter();
+    // It is the same for all strategies.
+    let setup = set_up(ctx, &scene(name, length, Strategy::None, &[]));
+    let rows: Vec<Row> = strategies
+        .map(|&strategy| {
+            let row = row(ctx, &scene(name, length, strategy, &[]), &setup, length);
+            let [first, second, resumed] = row.hashes;
+            assert_eq!(second, first, "{name}, {strategy:?}: two runs");
+            assert_eq!(resumed, first, "{name}, {strategy:?}: resumed");
+            assert_eq!(row.flow.refused, 0, "{name}, {strategy:?}");
+            eprintln!("{name}, {}: {first:016x}", strategy.word());
+            row
+        })
+        .collect();
+    let with_turns: Vec<&Row> = rows
+        .iter()
+        .filter(|row| IN_TURNS.contains(&row.strategy))
+        .collect();
+    assert_eq!(with_turns.len(), 3);
+    for row in &with_turns {
+        assert_eq!(row.hashes, with_turns[0].hashes, "{:?}", row.strategy);
+        assert_eq!(row.flux, with_turns[0].flux, "{:?}", row.strategy);
+        assert!(row.flow.arrived > 0);
+    }
+    rows
+}
+
+/// The hashes of a scene's strategies, and who went from where to where.
+fn section(name: &str, length: Length, rows: &[Row]) -> String {
+    let objects = scene(name, length, Strategy::None, &[]).settings.objects;
+    let mut text = format!(
+        "\n## `{name}`, {} steps\n\n\
+         | strategy | first run | second run | interrupted at {}, resumed | selected | arrived | in flight |\n\
+         | --- | --- | --- | --- | --: | --: | --: |\n",
+        length.steps,
+        length.steps / 2
+    );
+    for row in rows {
+        let [first, second, resumed] = row.hashes;
+        let Flow {
+            selected, arrived, ..
+        } = row.flow;
+        writeln!(
+            text,
+            "| `{}` | `{first:016x}` | `{second:016x}` | `{resumed:016x}` | {selected} | {arrived} | {} |",
+            row.strategy.word(),
+            row.in_flight
+        )
+        .unwrap();
+    }
+    let shown = [Strategy::Parallel, Strategy::Direct];
+    for row in rows.iter().filter(|row| shown.contains(&row.strategy)) {
+        if objects.len() > MOST_COLUMNS {
+            writeln!(text, "\n{}", in_words(row, objects.len())).unwrap();
+            continue;
+        }
+        let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
+        writeln!(
+            text,
+            "\nParticles that left, `{}`, from (rows) to (columns):\n\n| | {} |\n| --- |{}",
+            row.strategy.word(),
+            names.join(" | "),
+            " --: |".repeat(names.len())
+        )
+        .unwrap();
+        for (name, counts) in names.iter().zip(row.flux.chunks(names.len())) {
+            let counts: Vec<String> = counts.iter().map(u32::to_string).collect();
+            writeln!(text, "| {name} | {} |", counts.join(" | ")).unwrap();
+        }
+    }
+    text
+}
+
+/// Objects that a table of who went where has room for.
+const MOST_COLUMNS: usize = 12;
+
+/// Who went where, where pairs are too many for a table.
+fn in_words(row: &Row, objects: usize) -> String {
+    let pairs = row.flux.iter().enumerate();
+    let pairs = || pairs.clone().filter(|(_, count)| **count > 0);
+    let most = pairs().map(|(_, count)| *count).max().unwrap_or(0);
+    let both = pairs().filter(|(pair, _)| row.flux[pair % objects * objects + pair / objects] > 0);
+    format!(
+        "By `{}` {} particles left, over {} of {} ordered pairs of objects, {most} over one at the most; {} of these pairs \
+         were used both ways.",
+        row.strategy.word(),
+        row.flux.iter().sum::<u32>(),
+        pairs().count(),
+        objects * (objects - 1),
+        both.count()
+    )
+}
+
+/// So many change that a buffer of 16 is full time and again. As the scene is, few wheels' teeth touch at once, and that
+/// many seldom want to change in one turn.
+const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16"];
+
+/// As the scene is, but for the buffer: sometimes more want to change than it holds.
+const FULL_AT_TIMES: [&str; 1] = [CROWDED[1]];
+
+/// Nobody is lost or doubled, also where the buffer is full: `gears` by strategies, with what else is set.
+fn populations(ctx: &Arc<Context>, length: Length, cases: &[(Strategy, &[&str])]) -> String {
+    let mut text = format!(
+        "\n## `gears`, {} steps, {} particles: who is there\n\n\
+         | strategy | `transfer.threshold` | `transfer.buffer_size` | lost | doubled | selected | refused | size that would have done |\n\
+         | --- | --: | --: | --: | --: | --: | --: | --: |\n",
+        length.steps, length.particles
+    );
+    let setup = set_up(ctx, &scene("gears", length, Strategy::None, &[]));
+    for &(strategy, others) in cases {
+        let scene = scene("gears", length, strategy, others);
+        let transfer = &scene.settings.transfer;
+        let mut simulation = Simulation::from_setup(ctx, &scene, setup.clone()).unwrap();
+        let end = advance(ctx, &mut simulation, length.steps);
+        let census = end.census();
+        assert_eq!((census.lost, census.doubled), (0, 0));
+        let Flow {
+            selected,
+            refused,
+            most_wanted,
+            ..
+        } = end.transfers.flow;
+        let overflows = !others.is_empty();
+        assert_eq!(
+            refused > 0,
+            overflows,
+            "{strategy:?}: {refused} of {selected}"
+        );
+        assert_eq!(most_wanted > transfer.buffer_size, overflows);
+        writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {} | {selected} | {refused} | {most_wanted} |",
+            strategy.word(),
+            transfer.threshold,
+            transfer.buffer_size,
+            census.lost,
+            census.doubled
+        )
+        .unwrap();
+    }
+    text
+}
+
+/// The scene as it is, and with a buffer that is full time and again.
+const POPULATIONS: [(Strategy, &[&str]); 2] =
+    [(Strategy::Parallel, &[]), (Strategy::Parallel, &CROWDED)];
+
+/// In ten thousand steps it is full as the scene is, too, with as few particles.
+const LONGEST_POPULATIONS: [(Strategy, &[&str]); 3] = [
+    POPULATIONS[0],
+    (Strategy::Parallel, &FULL_AT_TIMES),
+    POPULATIONS[1],
+];
+
+#[test]
+fn strategies_agree_on_the_built_in_scenes() {
+    let Some(gpu) = gpu() else { return };
+    for name in ["trio", "gears", "crowd"] {
+        rows(&gpu.ctx, name, SHORT);
+    }
+    gpu.finish();
+}
+
+#[test]
+fn nobody_is_lost_where_the_buffer_is_full() {
+    let Some(gpu) = gpu() else { return };
+    let length = Length {
+        steps: 20,
+        particles: 20_000,
+        set: &[],
+        ..SHORT
+    };
+    populations(&gpu.ctx, length, &POPULATIONS);
+    let length = Length {
+        particles: FULL.particles,
+        ..length
+    };
+    populations(&gpu.ctx, length, &IN_TURNS.map(|s| (s, &FULL_AT_TIMES[..])));
+    gpu.finish();
+}
+
+#[test]
+fn a_full_buffer_says_which_size_would_have_done() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let strategy = |word: &str| format!("transfer.strategy={word}");
+    for (scene, strategy, steps) in [
+        ("gears", strategy("parallel"), "10"),
+        ("gears", strategy("scattered"), "20"),
+        ("gears", strategy("direct"), "10"),
+        ("trio", strategy("parallel"), "20"),
+    ] {
+        let run = |buffer_size: &str| {
+            let set = format!("transfer.buffer_size={buffer_size}");
+            let crowded = ["--set", CROWDED[0], "--set", &set, "--set", &strategy];
+            let scene = [
+                "profile", scene, "--steps", steps, "--warmup", "0", "--json",
+            ];
+            let small = ["--set", "particles.count=20000", "--set", "atlas.size=256"];
+            let told = folder.file("report.json");
+            let into = ["--report", path(&told)];
+            let messages = done(&[&scene[..], &small, &crowded, &into].concat());
+            (messages, report(&told)["counters"].clone())
+        };
+        let (messages, counters) = run("16");
+        let (_, advice) = messages
+            .split_once("raise transfer.buffer_size from 16 to ")
+            .expect(&messages);
+        assert!(messages.contains("warning: transfers overflowed: "));
+        let size = advice.split_whitespace().next().unwrap().replace(',', "");
+        assert!(size.parse::<u32>().expect(advice) > 16);
+        // The report says the same, and who went where.
+        assert_eq!(counters["transfer_buffer_wanted"].to_string(), size);
+        assert!(counters["transfer_overflow"].as_u64() > Some(0));
+        let flux = counters["flux"].as_array().expect("it is a list");
+        assert!(flux.iter().all(|pair| pair["from"] != pair["to"]));
+        let (messages, counters) = run(&size);
+        assert!(
+            !messages.contains("overflowed"),
+            "{scene}, {size}: {messages}"
+        );
+        assert_eq!(counters["transfer_overflow"], 0);
+        let flux = counters["flux"].as_array().expect("it is a list");
+        let left = flux.iter().filter_map(|pair| pair["particles"].as_u64());
+        let count = |key: &str| counters[key].as_u64().expect(key);
+        assert_eq!(
+            left.sum::<u64>() + count("returned"),
+            count("transferred") + count("in_flight"),
+            "{scene}, {strategy}: who has left has arrived or is under way"
+        );
+    }
+}
+
+/// Each part of the long run, in the order of the table: `MYXO_PARTS=crowd,full` takes some of them.
+const PARTS: [&str; 5] = ["trio", "gears", "crowd", "population", "full"];
+
+/// Writes what it finds to the file that `MYXO_TABLE` names, after each part. Parts that are not run stay as that file has
+/// them.
+#[test]
+#[ignore = "takes an hour: make long"]
+fn long_runs() {
+    let ctx = Context::new(&ContextOptions {
+        cache_folder: default_cache_folder(),
+        ..ContextOptions::default()
+    })
+    .unwrap();
+    let info = ctx.info();
+    let head = format!(
+        "# Strategies\n\n\
+         `make long` makes this file anew, or parts of it (`MYXO_PARTS=crowd,full make long`). {} particles; atlas {} for the\n\
+         hashes, {} for the population. `scattered`, `sequential` and `parallel` must end in the same hash, and so must all runs\n\
+         of one strategy.\n",
+        LONG.particles, LONG.atlas, LONGEST.atlas
+    );
+    let file = std::env::var_os("MYXO_TABLE");
+    let before = file.as_ref().map(std::fs::read_to_string);
+    let before = before.and_then(Result::ok).unwrap_or_default();
+    let mut texts = PARTS.map(|part| part_in(&before, part).to_owned());
+    let wanted = std::env::var("MYXO_PARTS").unwrap_or_else(|_| PARTS.join(","));
+    for wanted in wanted.split(',') {
+        let place = PARTS.iter().position(|part| *part == wanted);
+        let place = place.unwrap_or_else(|| panic!("{wanted} is none of {PARTS:?}"));
+        let started = Instant::now();
+        let part = match wanted {
+            "population" => populations(&ctx, LONGEST, &LONGEST_POPULATIONS),
+            "full" => populations(&ctx, FULL, &IN_TURNS.map(|s| (s, &FULL_AT_TIMES[..]))),
+            "crowd" => section("crowd", CROWD, &rows(&ctx, "crowd", CROWD)),
+            name => section(name, LONG, &rows(&ctx, name, LONG)),
+        };
+        let minutes = started.elapsed().as_secs_f64() / 60.0;
+        print!("{part}");
+        texts[place] = format!(
+            "\n{}{part}\nAll invariants were checked after every step. This took {minutes:.0} minutes on {} ({} {}).\n",
+            mark(wanted),
+            info.name,
+            info.driver,
+            info.driver_version
+        );
+        if let Some(file) = &file {
+            std::fs::write(file, head.clone() + &texts.concat()).unwrap();
+        }
+    }
+}
+
+/// Where a part begins in the table.
+fn mark(part: &str) -> String {
+    format!("<!-- {part} -->")
+}
+
+/// A part of a table, with its mark; nothing where the table has none.
+fn part_in<'a>(table: &'a str, part: &str) -> &'a str {
+    let begin = format!("\n{}", mark(part));
+    let Some(start) = table.find(&begin) else {
+        return "";
+    };
+    let rest = &table[start + 1..];
+    let end = rest.find("\n<!-- ").map_or(rest.len(), |end| end);
+    &table[start..start + 1 + end]
+}
+
+#[test]
+fn parts_of_the_table_that_are_not_run_stay() {
+    let table = "# Head\n\n<!-- trio -->\n## a\n\nb\n\n<!-- crowd -->\n## c\n";
+    assert_eq!(part_in(table, "trio"), "\n<!-- trio -->\n## a\n\nb\n");
+    assert_eq!(part_in(table, "gears"), "");
+    assert_eq!(part_in(table, "crowd"), "\n<!-- crowd -->\n## c\n");
+}

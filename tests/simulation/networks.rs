@@ -1,0 +1,278 @@
+//! The networks that grow are the same whether sensors read straight ahead in the atlas or all of them walk: not texel by
+//! texel, for a network amplifies every difference, but in what can be said of networks, over ten seeds.
+
+use crate::common::{gpu, scene};
+use myxo::mesh::surface::NONE;
+use myxo::scene::settings::Sensing;
+use myxo::sim::Simulation;
+use myxo::sim::network::{Network, THRESHOLD};
+use myxo::sim::twin::trail::{atlas_position, trail_at};
+use myxo::sim::twin::{AdvanceInputs, straight_places};
+use myxo::sim::types::Physarum;
+use myxo::sim::{Snapshot, StepParams};
+
+const SEEDS: u64 = 10;
+const STEPS: u32 = 250;
+const SIZE: u32 = 384;
+const PARTICLES: u32 = 30_000;
+/// Of a two-sided test at 1 in 1,000, with 18 degrees of freedom (Student 1908).
+const LARGEST_T: f64 = 3.92;
+/// Half of the interval in which a difference lies with 95 %, in standard errors, by the same.
+const INTERVAL_T: f64 = 2.10;
+
+/// What is said of a network.
+#[derive(Clone, Debug)]
+struct Grown {
+    network: Network,
+    /// Texels of its skeleton where three or more branches meet.
+    junctions: f64,
+}
+
+impl Grown {
+    fn of(snapshot: &Snapshot, simulation: &Simulation) -> Self {
+        let (trail, atlas) = (&snapshot.trail, &simulation.setup().atlas);
+        let owned = || (0..trail.len()).filter(|&t| atlas.owner[t] != NONE);
+        let count = owned().count() as f64;
+        let mean = owned().map(|t| f64::from(trail[t])).sum::<f64>() / count;
+        // Gutters hold what lies across seams, so branches do not end there.
+        let threshold = (THRESHOLD * mean) as f32;
+        let mut bits: Vec<bool> = trail.iter().map(|&value| value > threshold).collect();
+        thin(&mut bits, atlas.pitch as usize);
+        let junctions =
+            owned().filter(|&t| bits[t] && branches(&bits, atlas.pitch as usize, t) > 2);
+        Self {
+            network: Network::of(snapshot, simulation.setup()),
+            junctions: junctions.count() as f64,
+        }
+    }
+}
+
+/// The eight neighbours, round about from the one above; outside there is nothing.
+fn neighbours(bits: &[bool], pitch: usize, texel: usize) -> [bool; 8] {
+    let (x, y) = ((texel % pitch) as i64, (texel / pitch) as i64);
+    let rows = (bits.len() / pitch) as i64;
+    [
+        (0, -1),
+        (1, -1),
+        (1, 0),
+        (1, 1),
+        (0, 1),
+        (-1, 1),
+        (-1, 0),
+        (-1, -1),
+    ]
+    .map(|(dx, dy)| {
+        let (x, y) = (x + dx, y + dy);
+        (0..pitch as i64).contains(&x)
+            && (0..rows).contains(&y)
+            && bits[y as usize * pitch + x as usize]
+    })
+}
+
+/// How often nothing is followed by something, round about.
+fn branches(bits: &[bool], pitch: usize, texel: usize) -> usize {
+    let around = neighbours(bits, pitch, texel);
+    (0..8)
+        .filter(|&k| !around[k] && around[(k + 1) % 8])
+        .count()
+}
+
+/// Takes texels off the border of what is set until lines remain (Zhang and Suen, "A fast parallel algorithm for thinning
+/// digital patterns", 1984).
+fn thin(bits: &mut [bool], pitch: usize) {
+    loop {
+        let mut changed = false;
+        for pass in [[0, 2, 4, 2, 4, 6], [0, 2, 6, 0, 4, 6]] {
+            let gone: Vec<usize> = (0..bits.len())
+                .filter(|&texel| {
+                    if !bits[texel] {
+                        return false;
+                    }
+                    let around = neighbours(bits, pitch, texel);
+                    let set = around.iter().filter(|&&bit| bit).count();
+                    let [a, b, c, d, e, f] = pass.map(|k: usize| around[k]);
+                    (2..=6).contains(&set)
+                        && branches(bits, pitch, texel) == 1
+                        && !(a && b && c)
+                        && !(d && e && f)
+                })
+                .collect();
+            changed |= !gone.is_empty();
+            for texel in gone {
+                bits[texel] = false;
+            }
+        }
+        if !changed {
+            return;
+        }
+    }
+}
+
+/// The difference of two means, and its standard error (Welch 1947).
+fn welch(a: &[f64], b: &[f64]) -> (f64, f64) {
+    let moments = |values: &[f64]| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        (mean, variance / n)
+    };
+    let ((mean_a, error_a), (mean_b, error_b)) = (moments(a), moments(b));
+    (mean_a - mean_b, (error_a + error_b).sqrt())
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[test]
+fn both_ways_of_sensing_grow_the_same_networks() {
+    let Some(gpu) = gpu() else { return };
+    let grow = |seed: u64, sensing: Sensing| {
+        let scene = scene("builtin:torus", |s| {
+            s.seed = seed;
+            s.particles.count = PARTICLES;
+            s.atlas.size = SIZE;
+            s.physarum.sensing = sensing;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        for _ in 0..STEPS {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        let snapshot = simulation.snapshot().unwrap();
+        if seed == 1 && sensing == Sensing::Auto {
+            tell_readings(&simulation, &snapshot);
+        }
+        Grown::of(&snapshot, &simulation)
+    };
+    let all = |sensing| {
+        (1..=SEEDS)
+            .map(|seed| grow(seed, sensing))
+            .collect::<Vec<_>>()
+    };
+    let (auto, walk) = (all(Sensing::Auto), all(Sensing::Walk));
+    let mut different = Vec::new();
+    // That no difference shows is not enough: it must also lie, with 95 %, within a share of what is compared.
+    let mut compare = |name: &str, most: f64, of: &dyn Fn(&Grown) -> f64| {
+        let [a, b] = [&auto, &walk].map(|all| all.iter().map(of).collect::<Vec<f64>>());
+        let (difference, error) = welch(&a, &b);
+        let t = difference / error.max(f64::MIN_POSITIVE);
+        let at_most = (difference.abs() + INTERVAL_T * error) / mean(&b);
+        let told = format!(
+            "{name}: {:.4} straight ahead, {:.4} walking, t = {t:.2}, at most {:.1} % apart",
+            mean(&a),
+            mean(&b),
+            100.0 * at_most
+        );
+        println!("{told}");
+        if t.abs() > LARGEST_T || at_most > most {
+            different.push(told);
+        }
+    };
+    compare("length", 0.1, &|n| n.network.length);
+    compare("junctions", 0.3, &|n| n.junctions);
+    // There are four on average, so one more or less is much.
+    compare("regions", 0.75, &|n| f64::from(n.network.regions));
+    compare("share of particles on it", 0.05, &|n| n.network.on_network);
+    for (k, times) in ["1/4", "1/2", "1", "2", "4"].into_iter().enumerate() {
+        let name = format!("share below {times} of the mean trail");
+        compare(&name, 0.05, &|n| n.network.below[k]);
+    }
+    assert!(different.is_empty(), "{}", different.join("\n"));
+    assert!(
+        mean(&auto.iter().map(|n| n.junctions).collect::<Vec<_>>()) > 10.0,
+        "there is a network"
+    );
+    // The test can tell networks apart: other sensors grow another one.
+    let other = {
+        let scene = scene("builtin:torus", |s| {
+            s.particles.count = PARTICLES;
+            s.atlas.size = SIZE;
+            s.physarum.sensor_offset *= 0.5;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        for _ in 0..STEPS {
+            gpu.run(|rec| simulation.record_step(rec));
+        }
+        Grown::of(&simulation.snapshot().unwrap(), &simulation)
+    };
+    let far_off = |of: &dyn Fn(&Grown) -> f64| {
+        let values: Vec<f64> = auto.iter().map(of).collect();
+        let variance = values
+            .iter()
+            .map(|x| (x - mean(&values)).powi(2))
+            .sum::<f64>()
+            / (SEEDS - 1) as f64;
+        (of(&other) - mean(&values)).abs() > 4.0 * variance.sqrt()
+    };
+    let tells = far_off(&|n| n.network.length)
+        || far_off(&|n| n.junctions)
+        || (0..5).any(|k| far_off(&|n| n.network.below[k]));
+    assert!(tells, "{other:?} of {auto:?}");
+    gpu.finish();
+}
+
+/// Prints how many particles have a sensor that walks, and how far readings straight ahead are from those at the end of a
+/// walk, in parts of the mean trail.
+fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
+    let setup = simulation.setup();
+    let params = StepParams::new(simulation.settings(), setup, 0, 1)
+        .turn
+        .advance;
+    let own = Physarum {
+        sensor_offset: params.sensor_offset,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let inputs = AdvanceInputs {
+        trail: &snapshot.trail,
+        ..AdvanceInputs::of_surface(setup, std::slice::from_ref(&own))
+    };
+    let mean = snapshot.trail.iter().map(|&v| f64::from(v)).sum::<f64>()
+        / f64::from(setup.atlas.owned_count);
+    let mut off = Vec::new();
+    let mut walking = 0;
+    for (particle, motion) in snapshot.particles.iter().zip(&snapshot.motions) {
+        let heading = [motion.heading_p, motion.heading_h];
+        let turned = |s: f32| {
+            let c = params.sensor_cos;
+            [
+                c * heading[0] - s * heading[1],
+                s * heading[0] + c * heading[1],
+            ]
+        };
+        let towards = [
+            turned(params.sensor_sin),
+            heading,
+            turned(-params.sensor_sin),
+        ];
+        let Some(places) = straight_places(&params, &inputs, &own, particle, towards) else {
+            walking += 1;
+            continue;
+        };
+        for (heading, place) in towards.into_iter().zip(places) {
+            let mut w = myxo::sim::twin::strip::StripWalk {
+                triangle: particle.triangle,
+                u: particle.u,
+                v: particle.v,
+                heading,
+                remaining: params.sensor_offset,
+                status: 0,
+            };
+            w.walk(&setup.strips, u32::MAX, true);
+            let walked = atlas_position(&setup.atlas.maps[w.triangle as usize], w.u, w.v);
+            let [here, there] =
+                [place, walked].map(|p| f64::from(trail_at(&snapshot.trail, p, params.pitch)));
+            off.push((here - there).abs() / mean);
+        }
+    }
+    let share =
+        |most: f64| 100.0 * off.iter().filter(|&&x| x < most).count() as f64 / off.len() as f64;
+    println!(
+        "{:.1} % of the particles have a sensor that walks; of the other readings {:.1} % are within 1 % of the mean trail, \
+         {:.1} % within 3 %, {:.1} % within 10 %, {:.1} % within 30 %",
+        100.0 * f64::from(walking) / snapshot.particles.len() as f64,
+        share(0.01),
+        share(0.03),
+        share(0.1),
+        share(0.3)
+    );
+}

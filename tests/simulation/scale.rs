@@ -1,0 +1,300 @@
+//! What outgrows a storage block or a texel buffer takes other ways, and ends in the same bits. Limits are lowered for
+//! that, so that small scenes are large ones.
+
+use crate::common::{TRIO, gpu_within, scene, scene_of_several};
+use glam::Vec2;
+use image::RgbaImage;
+use myxo::gpu::{Frames, Limits};
+use myxo::mesh::atlas::Atlas;
+use myxo::render::{Offscreen, Prepared, Quality, Renderer, View, offscreen};
+use myxo::scene::Scene;
+use myxo::scene::settings::{AtlasMethod, DistanceMethod, Sensing, Settings, Show, Strategy};
+use myxo::sim::diffusion::Diffusion;
+use myxo::sim::texel_paths::TexelPaths;
+use myxo::sim::{Setup, Simulation, atlas_options, memory};
+
+/// The hash after some steps on a device with such limits, and pictures of the state. The invariants hold.
+fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<RgbaImage>)> {
+    let gpu = gpu_within(limits)?;
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+    for _ in 0..steps {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+    let snapshot = simulation.snapshot().unwrap();
+    snapshot.validate(simulation.setup()).expect("all is well");
+    let prepared = Prepared::for_quick(simulation.setup());
+    let mut renderer =
+        Renderer::from_prepared(&gpu.ctx, simulation.setup(), &prepared, offscreen::FORMAT)
+            .unwrap();
+    let pictures = [
+        (Show::Surface, Quality::Smooth),
+        (Show::Particles, Quality::Smooth),
+        (Show::Atlas, Quality::Smooth),
+        (Show::Surface, Quality::Quick),
+    ];
+    let pictures = pictures.map(|(show, quality)| {
+        let mut view = View::of(scene, Vec2::new(96.0, 64.0));
+        view.show = show;
+        let canvas = Offscreen::with_quality(&gpu.ctx, [96, 64], quality).unwrap();
+        gpu.run(|rec| {
+            renderer.draw(rec, simulation.state(), &view, canvas.canvas());
+            canvas.record_readback(rec);
+        });
+        canvas.image()
+    });
+    // What was saved goes on as if nothing had happened.
+    simulation.restore(&snapshot).unwrap();
+    assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
+    drop((renderer, simulation, frames));
+    gpu.finish();
+    Some((snapshot.hash(), pictures.to_vec()))
+}
+
+/// A cube whose particles and texels are more than 64 KiB, and whose seams are short.
+fn cube(size: u32, change: impl FnOnce(&mut Settings)) -> Scene {
+    scene("builtin:cube?divisions=4", |settings| {
+        settings.particles.count = 9001;
+        settings.atlas.size = size;
+        change(settings);
+    })
+}
+
+const BLOCK: u64 = 64 << 10;
+
+/// Which of the pictures shows particles.
+const PARTICLES: usize = 1;
+
+/// Of all bytes.
+fn mean_difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let both = a.as_raw().iter().zip(b.as_raw());
+    let sum: f64 = both.map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+    sum / a.as_raw().len() as f64
+}
+
+#[test]
+fn large_textures_end_in_the_same_bits_as_small_ones() {
+    let changes: [fn(&mut Settings); 4] = [
+        |_| {},
+        |s| {
+            s.physarum.sensing = Sensing::Walk;
+            s.physarum.decrowding_weight = 0.1;
+            s.physarum.sensor_noise = 0.2;
+        },
+        // In two halves of a step.
+        |s| s.trail.diffusion = 0.9,
+        |s| {
+            s.trail.diffusion_distance = 2;
+            s.physarum.favourite_density = 1.0;
+        },
+    ];
+    for (size, change) in [201, 203, 204, 428].into_iter().zip(changes) {
+        let scene = cube(size, change);
+        // Past the sort at the end of the 16th and 32nd step.
+        let Some(expected) = run(None, &scene, 34) else {
+            return;
+        };
+        let texels = u64::from(size.next_multiple_of(4) * size);
+        // As few elements as two views can do with, and so many that one view does.
+        for elements in [(texels / 2).next_multiple_of(64), texels] {
+            let limits = Limits {
+                storage_buffer_range: BLOCK,
+                texel_buffer_elements: elements as u32,
+            };
+            let found = run(Some(limits), &scene, 34).unwrap();
+            assert_eq!(found.0, expected.0, "{size}, {limits:?}");
+            for (k, (a, b)) in found.1.iter().zip(&expected.1).enumerate() {
+                // Light adds up in the order in which particles lie in memory, and is rounded each time.
+                let bound = if k == PARTICLES { 0.5 } else { 0.0 };
+                let off = mean_difference(a, b);
+                assert!(off <= bound, "{size}, {limits:?}: picture {k} is {off} off");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ways_are_those_that_limits_ask_for() {
+    let Some(gpu) = gpu_within(Some(Limits {
+        storage_buffer_range: BLOCK,
+        texel_buffer_elements: 20_800,
+    })) else {
+        return;
+    };
+    let of = |texels| TexelPaths::of(gpu.ctx.info(), texels);
+    assert_eq!(of(BLOCK / 4), TexelPaths::default());
+    let beyond_block = TexelPaths {
+        outgrows_block: true,
+        ..TexelPaths::default()
+    };
+    assert_eq!(of(BLOCK / 4 + 1), beyond_block);
+    assert_eq!(of(20_800), beyond_block);
+    let in_quads = TexelPaths {
+        in_quads: true,
+        band: 20_800,
+        outgrows_block: true,
+    };
+    assert_eq!(of(20_801), in_quads);
+    assert_eq!(TexelPaths::most_texels(gpu.ctx.info()), 41_600);
+    // The largest atlas works, and one that is larger is refused with it.
+    let largest = memory::largest_atlas(gpu.ctx.info()) as u32;
+    assert_eq!(largest, 203);
+    let refused = memory::check(gpu.ctx.info(), &cube(largest + 1, |_| {})).unwrap_err();
+    let message = refused.to_string();
+    assert!(
+        message
+            .contains("atlas.size = 204 takes 1 MiB a texture, and a texture holds 41,600 texels"),
+        "{message}"
+    );
+    assert!(message.ends_with("use at most 203"), "{message}");
+    gpu.finish();
+}
+
+#[test]
+fn many_particles_change_objects_as_few_do() {
+    for strategy in [
+        Strategy::None,
+        Strategy::Respawn,
+        Strategy::Scattered,
+        Strategy::Sequential,
+        Strategy::Parallel,
+        Strategy::Direct,
+    ] {
+        let scene = scene_of_several(&TRIO, |settings| {
+            settings.particles.count = 20_000;
+            settings.atlas.size = 96;
+            settings.transfer.strategy = strategy;
+            settings.transfer.buffer_size = 4000;
+        });
+        let Some(expected) = run(None, &scene, 34) else {
+            return;
+        };
+        let limits = Limits {
+            storage_buffer_range: 256 << 10,
+            texel_buffer_elements: 1 << 20,
+        };
+        let found = run(Some(limits), &scene, 34).unwrap();
+        assert_eq!(found.0, expected.0, "{strategy:?}");
+    }
+}
+
+/// Two sheets that own nearly all texels of their texture.
+fn sheets(size: u32, method: DistanceMethod) -> Scene {
+    let sheet = "plane?columns=2&rows=2";
+    let places = [(sheet, [0.0; 3]), (sheet, [0.0, 0.0, 0.1])];
+    scene_of_several(&places, |settings| {
+        settings.particles.count = 500;
+        settings.atlas.method = AtlasMethod::Grid;
+        settings.atlas.size = size;
+        settings.distance.method = method;
+    })
+}
+
+#[test]
+fn distances_between_objects_say_what_texture_fits() {
+    let limits = Limits {
+        storage_buffer_range: 256 << 10,
+        texel_buffer_elements: 1 << 20,
+    };
+    for (method, largest) in [
+        (DistanceMethod::Bvh, 180),
+        (DistanceMethod::Brute, 128),
+        (DistanceMethod::Raster, 128),
+    ] {
+        let fits = sheets(largest, method);
+        let Some((hash, _)) = run(Some(limits), &fits, 2) else {
+            return;
+        };
+        assert_eq!(hash, run(None, &fits, 2).unwrap().0, "{method:?}");
+        let gpu = gpu_within(Some(limits)).unwrap();
+        let larger = sheets(largest + 1, method);
+        let message = Simulation::new(&gpu.ctx, &larger)
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(
+            message.contains(&format!("atlas.size = {}", largest + 1))
+                && message.ends_with(&format!("use at most {largest}")),
+            "{message}"
+        );
+        gpu.finish();
+    }
+}
+
+#[test]
+fn a_method_that_has_no_room_is_refused_while_the_one_before_goes_on() {
+    let limits = Limits {
+        storage_buffer_range: 256 << 10,
+        texel_buffer_elements: 1 << 20,
+    };
+    let Some(gpu) = gpu_within(Some(limits)) else {
+        return;
+    };
+    let scene = sheets(180, DistanceMethod::Bvh);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    for method in [DistanceMethod::Brute, DistanceMethod::Raster] {
+        let mut settings = scene.settings.clone();
+        settings.distance.method = method;
+        let message = simulation.apply(&settings).unwrap_err().to_string();
+        let starts = format!("distance.method = \"{}\" takes 1 MiB", method.word());
+        assert!(
+            message.contains(&starts) && message.contains("use distance.method = \"bvh\""),
+            "{message}"
+        );
+        gpu.run(|rec| simulation.record_step(rec));
+    }
+    drop(simulation);
+    gpu.finish();
+}
+
+/// What `myxo query diffuse` answers.
+#[test]
+fn a_large_trail_spreads_alone_as_a_small_one_does() {
+    let scene = cube(203, |_| {});
+    let atlas = Atlas::build(&scene.surface, &atlas_options(&scene.settings)).unwrap();
+    let trail: Vec<f32> = (0..atlas.texel_count())
+        .map(|texel| {
+            if atlas.density[texel] > 0.0 {
+                (texel % 17) as f32
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let spread = |limits| {
+        let gpu = gpu_within(limits)?;
+        let mut diffusion = Diffusion::new(&gpu.ctx, &atlas, 0.5).unwrap();
+        diffusion.set(&trail).unwrap();
+        diffusion.run(5, |_| true).unwrap();
+        let values = diffusion.values().unwrap();
+        drop(diffusion);
+        gpu.finish();
+        Some(values)
+    };
+    let Some(expected) = spread(None) else { return };
+    assert_ne!(expected, trail);
+    for texel_buffer_elements in [20_736, 1 << 20] {
+        let limits = Limits {
+            storage_buffer_range: BLOCK,
+            texel_buffer_elements,
+        };
+        assert!(spread(Some(limits)).unwrap() == expected, "{limits:?}");
+    }
+}
+
+/// Whoever asks for more than there is learns it before anything takes time.
+#[test]
+fn setups_of_any_size_say_what_they_need() {
+    let small = cube(203, |_| {});
+    let setup = Setup::new(&small).unwrap();
+    let exact = memory::size_in_bytes(&setup, &small.settings);
+    let needed = memory::needed(&small);
+    assert!(needed <= exact && needed * 2 > exact, "{needed} of {exact}");
+    let large = cube(16_384, |s| s.particles.count = 64_000_000);
+    let gib = memory::needed(&large) as f64 / f64::from(1 << 30);
+    // 23 bytes a texel and 68 a particle.
+    assert!((gib - 9.8).abs() < 0.1, "{gib}");
+}

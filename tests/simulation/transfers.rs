@@ -1,0 +1,597 @@
+//! Particles change objects: the same by every strategy that keeps the order of turns, nobody lost, whatever happens.
+
+use std::collections::BTreeMap;
+
+use crate::common::{Gpu, TRIO, awkward_sizes, by_id, gpu, scene_of_several};
+use glam::Vec3;
+use myxo::gpu::{Buffer, Frames, Pipeline, Texels, Threads};
+use myxo::scene::Scene;
+use myxo::scene::settings::{OwnPhysarum, Settings, Start, Strategy};
+use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::kernels::{Respawn, RespawnArgs, RespawnParams};
+use myxo::sim::transfers::{area_shares, object_triangles};
+use myxo::sim::types::{Flow, Motion, Particle, Transfer};
+use myxo::sim::{Setup, Simulation, Snapshot, twin};
+
+/// Objects that stand in one another.
+fn scene_of(meshes: &[(&str, [f32; 3])], change: impl FnOnce(&mut Settings)) -> Scene {
+    scene_of_several(meshes, |settings| {
+        settings.particles.count = 3000;
+        settings.atlas.size = 256;
+        settings.physarum.speed = 0.02;
+        change(settings);
+    })
+}
+
+/// Three that touch one another.
+fn trio(change: impl FnOnce(&mut Settings)) -> Scene {
+    scene_of(&TRIO, change)
+}
+
+fn with(strategy: Strategy) -> impl FnOnce(&mut Settings) {
+    move |settings| settings.transfer.strategy = strategy
+}
+
+fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
+    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+    for _ in 0..steps {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+}
+
+/// Runs and checks every step.
+fn run(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    for _ in 0..steps {
+        advance(gpu, &mut simulation, 1);
+        let state = simulation.snapshot().unwrap();
+        state.validate(simulation.setup()).unwrap();
+    }
+    simulation.snapshot().unwrap()
+}
+
+const IN_TURNS: [Strategy; 3] = [
+    Strategy::Scattered,
+    Strategy::Sequential,
+    Strategy::Parallel,
+];
+
+#[test]
+fn strategies_with_turns_give_the_same_bits() {
+    let Some(gpu) = gpu() else { return };
+    let ends = IN_TURNS.map(|strategy| run(&gpu, &trio(with(strategy)), 60));
+    let [scattered, sequential, parallel] = &ends;
+    assert_eq!(sequential.hash(), scattered.hash());
+    assert_eq!(parallel.hash(), scattered.hash());
+    let flow = parallel.transfers.flow;
+    assert!(
+        flow.arrived > 1000 && flow.refused == 0 && flow.mismatches == 0,
+        "{flow:?}"
+    );
+    // Who left has arrived or is under way, and was counted by where from and where to.
+    assert_eq!(
+        flow.selected as usize,
+        flow.arrived as usize + parallel.transfers.in_flight.len()
+    );
+    for end in &ends {
+        assert_eq!(end.transfers.flux, parallel.transfers.flux);
+        assert_eq!(end.transfers.flux.iter().sum::<u32>(), flow.selected);
+    }
+    assert!(
+        parallel.transfers.flux.iter().filter(|&&n| n > 50).count() >= 4,
+        "{:?}",
+        parallel.transfers.flux
+    );
+    gpu.finish();
+}
+
+/// Once those are out that began inside of other objects, most that change have walked over the line in which the
+/// objects meet, rather than to the nearest point. For the rest, texels tell too late or too early who is covered.
+#[test]
+fn most_cross_where_the_objects_meet() {
+    let Some(gpu) = gpu() else { return };
+    let mut simulation = Simulation::new(&gpu.ctx, &trio(|_| ())).unwrap();
+    let mut flow = || {
+        advance(&gpu, &mut simulation, 100);
+        simulation.snapshot().unwrap().transfers.flow
+    };
+    let (before, after) = (flow(), flow());
+    let selected = after.selected - before.selected;
+    let crossed = after.crossed - before.crossed;
+    assert!(
+        selected > 300 && crossed * 4 > selected * 3,
+        "{crossed} of {selected}"
+    );
+    gpu.finish();
+}
+
+#[test]
+fn every_strategy_gives_the_same_bits_twice() {
+    let Some(gpu) = gpu() else { return };
+    let mut hashes = Vec::new();
+    for &strategy in Strategy::ALL {
+        let scene = trio(with(strategy));
+        let first = run(&gpu, &scene, 40);
+        assert_eq!(run(&gpu, &scene, 40).hash(), first.hash(), "{strategy:?}");
+        hashes.push(first.hash());
+        let changes = first.transfers.flow.arrived;
+        assert_eq!(
+            changes > 0,
+            strategy != Strategy::None,
+            "{strategy:?}: {changes}"
+        );
+    }
+    hashes.sort_unstable();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 4, "none, respawn, those with turns, direct");
+    gpu.finish();
+}
+
+/// Who has left its object in a step, has arrived on another one, or begun anew; with the object that it is on or goes
+/// to.
+fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, u32> {
+    let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
+    let place = |p: &Particle| {
+        let [a, b, c] = setup.surface.corners[p.triangle as usize]
+            .map(|vertex| setup.surface.positions[vertex as usize]);
+        a + p.u * (b - a) + p.v * (c - a)
+    };
+    // What walks stays on its object, and gets no farther than some steps.
+    let jumps = |a: &Particle, b: &Particle| {
+        object(a) != object(b) || place(a).distance(place(b)) > 5.0 * 0.02 * setup.radius
+    };
+    let both = by_id(before).into_iter().zip(by_id(after));
+    let jumped = both
+        .filter(|((a, _), (b, _))| jumps(a, b))
+        .map(|(_, (b, _))| (b.id, object(&b)));
+    let leaves = after.transfers.in_flight.iter();
+    let leaves = leaves.map(|t| (after.particles[t.particle as usize].id, t.target));
+    jumped.chain(leaves).collect()
+}
+
+/// Those in flight, by who they are.
+fn in_flight(state: &Snapshot) -> BTreeMap<u32, Transfer> {
+    let transfers = state.transfers.in_flight.iter();
+    transfers
+        .map(|t| (state.particles[t.particle as usize].id, *t))
+        .collect()
+}
+
+/// Where all sensors walk.
+#[test]
+fn a_step_agrees_with_its_twin_by_every_strategy() {
+    agrees_with_its_twin(0, |settings| {
+        settings.physarum.gravity_weight = 3.0;
+        settings.particles.count = 1500;
+    });
+}
+
+/// Where sensors read straight ahead if they can, and those that are near other objects come apart, with all that sensors weigh
+/// but for heights.
+#[test]
+fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
+    let forms = agrees_with_its_twin(0, |settings| {
+        settings.particles.count = 1500;
+        settings.physarum.sensor_noise = 0.05;
+        settings.physarum.decrowding_weight = 0.3;
+        settings.physarum.distance_weight = -2.0;
+        settings.physarum.favourite_density = 4.0;
+        // Sensors get farther than a step does, and meet others from where that one would not.
+        settings.physarum.sensor_offset = 0.12;
+        // Some are left with a rest to walk, before which nobody reads straight ahead.
+        settings.physarum.edge_crossing_attempts = 2;
+    });
+    for (strategy, forms) in forms {
+        let [here, walk, near, walk_near] = forms;
+        assert!(here > 20 && walk > 20, "{strategy:?}: {forms:?}");
+        // Sensors see other objects where particles go there.
+        let sees_others = ![Strategy::None, Strategy::Respawn].contains(&strategy);
+        assert_eq!(near > 20, sees_others, "{strategy:?}: {forms:?}");
+        assert_eq!(walk_near > 20, sees_others, "{strategy:?}: {forms:?}");
+    }
+}
+
+/// Where every object has values of its own, far from the scene's.
+#[test]
+fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
+    agrees_with_its_twin(1, |settings| {
+        settings.particles.count = 1500;
+        for (object, factor) in settings.objects.iter_mut().zip([0.7_f32, 1.0, 1.4]) {
+            object.physarum = OwnPhysarum {
+                speed: Some(0.02 * factor),
+                rotation_angle: Some(40.0 * factor),
+                sensor_angle: Some(30.0 * factor),
+                sensor_offset: Some(0.06 * factor),
+                sensor_noise: Some(0.1 * factor),
+                favourite_density: Some(4.0 * factor),
+                gravity_weight: Some(3.0 * factor),
+                decrowding_weight: Some(0.3 * factor),
+                distance_weight: Some(-2.0 * factor),
+            };
+        }
+    });
+}
+
+/// From one state, a step by the kernels and one by the twins. So many of those that change objects may have seen the same by
+/// their sensors to a last bit, and have turned the other way. Returns how many particles came in which form of it.
+fn agrees_with_its_twin(
+    ties: usize,
+    change: impl Fn(&mut Settings),
+) -> Vec<(Strategy, [usize; 4])> {
+    let mut forms = Vec::new();
+    let Some(gpu) = gpu() else { return forms };
+    for &strategy in Strategy::ALL {
+        let scene = trio(|s| {
+            s.transfer.strategy = strategy;
+            s.transfer.threshold = 0.01;
+            change(s);
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = simulation.setup().clone();
+        let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+        for _ in 0..6 {
+            by_twin.step();
+            by_twin.snapshot().validate(&setup).unwrap();
+        }
+        let before = by_twin.snapshot();
+        simulation.restore(&before).unwrap();
+        by_twin.restore(&before);
+        let selected_before = before.transfers.flow.selected;
+        advance(&gpu, &mut simulation, 1);
+        by_twin.step();
+        let (kernel, twin) = (simulation.snapshot().unwrap(), by_twin.snapshot());
+        // Where all come in one turn, the kernel's lists hold exactly those that the twin has in each form.
+        if !strategy.has_turns() {
+            let listed = gpu.ctx.download(&simulation.state().walker_count).unwrap();
+            let [_, walk, near, walk_near] = by_twin.forms().map(|count| count as u32);
+            assert_eq!(listed, [walk, near, walk_near], "{strategy:?}");
+        }
+        kernel.validate(&setup).unwrap();
+        twin.validate(&setup).unwrap();
+        // Those that change objects, apart from the rest: who they are, where to, and where on it.
+        let [by_kernel, by_twins] = [&kernel, &twin].map(|after| changed(&setup, &before, after));
+        let (mut same, mut same_of_changed, mut rest) = (0_usize, 0_usize, 0_usize);
+        for ((a, m), (b, n)) in by_id(&kernel).into_iter().zip(by_id(&twin)) {
+            assert_eq!(a.id, b.id);
+            let off = [
+                a.u - b.u,
+                a.v - b.v,
+                m.heading_p - n.heading_p,
+                m.heading_h - n.heading_h,
+            ];
+            let near = off.iter().all(|off| off.abs() < 1e-3);
+            let agree = usize::from(a.triangle == b.triangle && m.flags == n.flags && near);
+            if by_twins.contains_key(&a.id) {
+                same_of_changed += agree;
+            } else {
+                rest += 1;
+                same += agree;
+            }
+        }
+        let [here, there] = [&kernel, &twin].map(in_flight);
+        let same_flights = here.iter().filter(|(id, t)| {
+            let near = |a: Vec3, b: Vec3| a.distance(b) < 1e-3;
+            there.get(id).is_some_and(|other| {
+                (t.source, t.target, t.triangle) == (other.source, other.target, other.triangle)
+                    && near(t.position, other.position)
+                    && near(t.heading, other.heading)
+                    && near(t.normal, other.normal)
+            })
+        });
+        let same_flights = same_flights.count();
+        // Who is inside is told by exact arithmetic, and where to is worked out alike: all of them agree, whoever they are.
+        // They are as many as have been selected, but for those that were in flight before.
+        assert_eq!(by_kernel, by_twins, "{strategy:?}");
+        assert!(
+            same_of_changed + ties >= by_twins.len(),
+            "{strategy:?}: {same_of_changed}"
+        );
+        assert_eq!(here.len(), there.len(), "{strategy:?}");
+        assert!(
+            same_flights + ties >= there.len(),
+            "{strategy:?}: {same_flights}"
+        );
+        assert_eq!(
+            by_twins.len() > 20,
+            strategy != Strategy::None,
+            "{strategy:?}: {}",
+            by_twins.len()
+        );
+        assert_eq!(there.len() > 5, strategy.has_turns());
+        // Of the rest, whose sensors see the same to a last bit may turn either way.
+        assert!(same * 100 >= rest * 99, "{strategy:?}: {same} of {rest}");
+        let selected = |state: &Snapshot| state.transfers.flow.selected - selected_before;
+        assert_eq!(
+            selected(&twin) > 5,
+            strategy != Strategy::None,
+            "{strategy:?}"
+        );
+        assert_eq!(selected(&kernel), selected(&twin), "{strategy:?}");
+        forms.push((strategy, by_twin.forms()));
+    }
+    gpu.finish();
+    forms
+}
+
+#[test]
+fn strategies_change_while_it_runs() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(with(Strategy::Parallel));
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut settings = scene.settings.clone();
+    // From every strategy to every other one.
+    for &from in Strategy::ALL {
+        for &to in Strategy::ALL {
+            for strategy in [from, to] {
+                settings.transfer.strategy = strategy;
+                simulation.apply(&settings).unwrap();
+                let state = simulation.snapshot().unwrap();
+                state.validate(simulation.setup()).unwrap();
+                advance(&gpu, &mut simulation, 2);
+                let state = simulation.snapshot().unwrap();
+                state.validate(simulation.setup()).unwrap();
+                assert_eq!(
+                    state.transfers.windows.len(),
+                    3 * usize::from(strategy.has_windows())
+                );
+            }
+        }
+    }
+    // What is in flight goes on between those that have turns: a change makes no difference to them.
+    let plain = run(&gpu, &scene, 40);
+    let mut changing = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut settings = scene.settings.clone();
+    for k in 0..8 {
+        settings.transfer.strategy = IN_TURNS[k % 3];
+        changing.apply(&settings).unwrap();
+        advance(&gpu, &mut changing, 5);
+    }
+    assert_eq!(changing.snapshot().unwrap().hash(), plain.hash());
+    assert!(!plain.transfers.in_flight.is_empty());
+    gpu.finish();
+}
+
+#[test]
+fn a_resumed_run_ends_in_the_same_hash() {
+    let Some(gpu) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.ckpt");
+    for &strategy in Strategy::ALL {
+        let scene = trio(with(strategy));
+        let whole = run(&gpu, &scene, 30);
+        let half = run(&gpu, &scene, 15);
+        assert_eq!(half.transfers.in_flight.is_empty(), !strategy.has_turns());
+        let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let checkpoint = Checkpoint::new(&scene, resumed.setup(), half.clone());
+        checkpoint.write(&path).unwrap();
+        let checkpoint = Checkpoint::read(&path).unwrap();
+        assert_eq!(checkpoint.snapshot, half);
+        checkpoint.check(&scene, resumed.setup()).unwrap();
+        resumed.restore(&checkpoint.snapshot).unwrap();
+        advance(&gpu, &mut resumed, 15);
+        let end = resumed.snapshot().unwrap();
+        assert_eq!(end.hash(), whole.hash(), "{strategy:?}");
+        assert_eq!(end.transfers.flow.selected, whole.transfers.flow.selected);
+        assert_eq!(end.transfers.flux, whole.transfers.flux);
+    }
+    gpu.finish();
+}
+
+#[test]
+fn full_buffers_refuse_are_counted_and_lose_nobody() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [
+        Strategy::Scattered,
+        Strategy::Sequential,
+        Strategy::Parallel,
+        Strategy::Direct,
+        Strategy::Respawn,
+    ] {
+        let with_room_for = |buffer_size: u32| {
+            let scene = trio(|s| {
+                s.transfer.strategy = strategy;
+                s.transfer.buffer_size = buffer_size;
+            });
+            run(&gpu, &scene, 40)
+        };
+        let end = with_room_for(4);
+        let flow = end.transfers.flow;
+        assert!(flow.refused > 0 && flow.most_wanted > 4, "{flow:?}");
+        assert!(flow.arrived > 0 && flow.mismatches == 0, "{flow:?}");
+        assert_eq!(
+            flow.selected as usize,
+            (flow.refused + flow.arrived) as usize + end.transfers.in_flight.len()
+        );
+        // The size that it names would have done.
+        let wide = with_room_for(flow.most_wanted).transfers.flow;
+        assert_eq!(wide.refused, 0, "{strategy:?}: {flow:?}, {wide:?}");
+    }
+    gpu.finish();
+}
+
+/// A single particle, far fewer particles than objects, all of them on one object, thresholds that cover everything or
+/// nothing, identical objects in one place.
+#[test]
+fn odd_scenes_have_their_outcome() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [Strategy::Sequential, Strategy::Parallel, Strategy::Direct] {
+        for (count, threshold, start) in [
+            (1, 0.0, Start::Uniform),
+            (2, 100.0, Start::Uniform),
+            (700, 100.0, Start::Uniform),
+            (700, -100.0, Start::Uniform),
+            (701, 0.02, Start::Point),
+        ] {
+            let scene = trio(|s| {
+                s.transfer.strategy = strategy;
+                s.transfer.threshold = threshold;
+                s.particles.count = count;
+                s.particles.start = start;
+            });
+            let flow = run(&gpu, &scene, 20).transfers.flow;
+            if threshold < -1.0 {
+                assert_eq!(flow.selected, 0, "nothing is covered");
+            }
+            if count == 700 && threshold > 1.0 {
+                assert!(flow.arrived > 100, "everything within reach is: {flow:?}");
+            }
+            assert_eq!(flow.refused, 0);
+        }
+    }
+    // With a single object there is nothing to change to, whatever the strategy.
+    let ends = [Strategy::None, Strategy::Parallel, Strategy::Respawn].map(|strategy| {
+        let scene = scene_of(&[("cube", [0.0; 3])], with(strategy));
+        run(&gpu, &scene, 10).hash()
+    });
+    assert_eq!(ends, [ends[0]; 3]);
+    gpu.finish();
+}
+
+/// Each surface is exactly where the other one is. What lies on a surface is not inside of it, so neither object covers the
+/// other: everybody stays on its own.
+#[test]
+fn identical_objects_in_one_place_have_their_outcome() {
+    let Some(gpu) = gpu() else { return };
+    for strategy in [Strategy::Sequential, Strategy::Parallel, Strategy::Direct] {
+        let same = [("cube?divisions=4", [0.0; 3]); 2];
+        let scene = scene_of(&same, with(strategy));
+        // Each run is checked after every step: nobody is lost or doubled, and numbers are numbers.
+        let end = run(&gpu, &scene, 20);
+        assert_eq!(run(&gpu, &scene, 20).hash(), end.hash(), "{strategy:?}");
+        assert_eq!(end.transfers.flow.selected, 0, "{strategy:?}");
+
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        advance(&gpu, &mut simulation, 1);
+        let state = simulation.state();
+        let distances = gpu.ctx.download(&state.distances).unwrap();
+        let nearest = gpu.ctx.download(&state.nearest).unwrap();
+        let setup = simulation.setup();
+        for (sample, &own) in setup.distance.samples.iter().zip(&setup.distance.owners) {
+            let (distance, nearest) = (
+                distances[sample.texel as usize],
+                nearest[sample.texel as usize],
+            );
+            assert!((0.0..1e-6 * setup.radius).contains(&distance), "{distance}");
+            let object = |triangle: u32| setup.surface.triangles[triangle as usize].object;
+            assert_eq!(object(nearest), 1 - object(own));
+        }
+    }
+    gpu.finish();
+}
+
+/// Those that begin anew lie on the object that they were on, anywhere by area.
+#[test]
+fn respawned_particles_stay_on_their_object() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(|s| {
+        s.transfer.strategy = Strategy::Respawn;
+        s.transfer.threshold = 0.1;
+        s.physarum.speed = 0.05;
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let triangles = simulation.setup().surface.triangles.clone();
+    // By their ids: the buffer is sorted meanwhile.
+    let objects = |state: &Snapshot| -> BTreeMap<u32, u32> {
+        let object = |p: &Particle| (p.id, triangles[p.triangle as usize].object);
+        state.particles.iter().map(object).collect()
+    };
+    let before = objects(&simulation.snapshot().unwrap());
+    advance(&gpu, &mut simulation, 30);
+    let state = simulation.snapshot().unwrap();
+    state.validate(simulation.setup()).unwrap();
+    let after = objects(&state);
+    assert!(after == before, "somebody is on another object");
+    assert!(state.transfers.flow.arrived > 1000);
+    gpu.finish();
+}
+
+/// The kernel and its twin on the same lists, of which not all are taken up, and entries of which stand in no order.
+#[test]
+fn respawn_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let ctx = &gpu.ctx;
+    let scene = trio(|_| {});
+    let surface = Setup::new(&scene).unwrap().surface;
+    let count = surface.triangles.len() as u32;
+    let (shares, ranges) = (area_shares(&surface), object_triangles(&surface));
+    let pipeline = Pipeline::<Respawn>::new(ctx, &()).unwrap();
+    for leaving in awkward_sizes(64) {
+        let all = 2 * leaving + 3;
+        let mut particles: Vec<Particle> = (0..all)
+            .map(|i| Particle {
+                triangle: (i * 37) % count,
+                u: 0.25,
+                v: 0.5,
+                id: all - 1 - i,
+            })
+            .collect();
+        let mut motions = vec![
+            Motion {
+                heading_p: 1.0,
+                heading_h: 0.0,
+                pending: 0.5,
+                flags: Motion::IN_FLIGHT | 1 << 20,
+            };
+            all as usize
+        ];
+        // Each once, from the end; then what nobody may read.
+        let slots: Vec<u32> = (0..leaving + 1)
+            .map(|i| all - 1 - 2 * i.min(leaving))
+            .collect();
+        for capacity in [leaving, leaving / 2] {
+            let params = RespawnParams {
+                capacity,
+                seed: 5,
+                time_step: 70_001,
+            };
+            let mut flow = Flow {
+                leaving,
+                arrived: 9,
+                ..Flow::default()
+            };
+            let flow_buffer = Buffer::from_slice(ctx, "flow", &[flow]).unwrap();
+            let particle_buffer = Buffer::from_slice(ctx, "particles", &particles).unwrap();
+            let motion_buffer = Buffer::from_slice(ctx, "motions", &motions).unwrap();
+            let triangles = Buffer::from_slice(ctx, "triangles", &surface.triangles).unwrap();
+            gpu.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads(leaving + 1),
+                    RespawnArgs {
+                        flow: &flow_buffer,
+                        particle_indices: &Buffer::from_slice(ctx, "slots", &slots).unwrap(),
+                        particles: &Texels::new(&particle_buffer, 4).unwrap(),
+                        motions: &Texels::new(&motion_buffer, 4).unwrap(),
+                        triangles: &Texels::new(&triangles, 4).unwrap(),
+                        area_shares: &Buffer::from_slice(ctx, "shares", &shares).unwrap(),
+                        object_triangles: &Buffer::from_slice(ctx, "ranges", &ranges).unwrap(),
+                    },
+                    params,
+                );
+            });
+            twin::respawn(
+                &params,
+                &mut flow,
+                &slots,
+                &mut particles,
+                &mut motions,
+                &surface.triangles,
+                &shares,
+                &ranges,
+            );
+            assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow]);
+            assert_eq!(flow.arrived, 9 + capacity);
+            assert_eq!(ctx.download(&particle_buffer).unwrap(), particles);
+            let on_device: Vec<Motion> = ctx.download(&motion_buffer).unwrap();
+            for (a, b) in on_device.iter().zip(&motions) {
+                assert_eq!((a.pending, a.flags), (b.pending, b.flags));
+                let off = (a.heading_p - b.heading_p).hypot(a.heading_h - b.heading_h);
+                assert!(off < 1e-5, "{a:?}, and {b:?}");
+            }
+        }
+    }
+    gpu.finish();
+}
