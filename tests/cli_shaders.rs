@@ -42,7 +42,7 @@ fn modules_of_a_folder_run_and_are_listed() {
     let list = fs::read_to_string(modules.file("used")).expect("something was used");
     let used: BTreeSet<_> = list.lines().collect();
     assert_eq!(used.len(), list.lines().count(), "each once: {list}");
-    for kernel in ["advance.comp.spv", "diffuse.comp.spv", "fields.frag.spv"] {
+    for kernel in ["advance.comp.spv", "diffuse.comp.spv", "surface.frag.spv"] {
         assert!(used.contains(kernel), "{kernel}: {list}");
     }
     // A pipeline that is made and never recorded is not used.
