@@ -1,5 +1,7 @@
 //! What can go wrong with a device, each with what failed, where, and what to do.
 
+use std::path::PathBuf;
+
 use ash::vk;
 
 /// The result of everything in `gpu`.
@@ -81,6 +83,16 @@ pub enum GpuError {
         limit: u64,
         /// Elements that fit.
         largest: u64,
+    },
+    /// A file of the folder `MYXO_SPIRV` that should hold a shader's module.
+    #[error(
+        "{path} cannot be run as a shader: {problem}; write a module there, or leave MYXO_SPIRV unset"
+    )]
+    Module {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        problem: String,
     },
     /// Memory for a buffer or an image could not be had.
     #[error(

@@ -10,6 +10,7 @@ use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
+use super::module::Module;
 use super::pipelines::{PipelineHandles, PipelineKey};
 use super::sampled::Sampled;
 use super::slices::divides;
@@ -123,7 +124,7 @@ pub trait Interface {
 /// A compute shader.
 pub trait Kernel: Interface {
     /// The optimised module.
-    const SPIRV: &'static [u8];
+    const SPIRV: Module;
     /// Invocations in a group.
     const GROUP_SIZE: u32;
 }
@@ -131,9 +132,9 @@ pub trait Kernel: Interface {
 /// A vertex and a fragment shader.
 pub trait Draw: Interface {
     /// The optimised vertex module.
-    const VERTEX: &'static [u8];
+    const VERTEX: Module;
     /// The optimised fragment module.
-    const FRAGMENT: &'static [u8];
+    const FRAGMENT: Module;
 }
 
 /// A number of invocations; groups are counted once, by the recorder.
@@ -219,6 +220,8 @@ pub(crate) struct PipelineCore {
     pub(crate) name: &'static str,
     pub(crate) pipeline: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
+    /// Files of its modules that come from the folder `MYXO_SPIRV`.
+    pub(crate) replaced: [Option<&'static str>; 2],
     set_layout: vk::DescriptorSetLayout,
     /// The context frees it, in the end.
     is_kept: bool,
@@ -241,7 +244,8 @@ impl PipelineCore {
         }
         let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE)?;
         core.name = name;
-        let module = ShaderModule::new(ctx, K::SPIRV, name)?;
+        let module = ShaderModule::new(ctx, &K::SPIRV, name)?;
+        core.replaced = [module.replaced, None];
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -288,6 +292,7 @@ impl PipelineCore {
             pipeline: made.pipeline,
             layout: made.layout,
             set_layout: made.set_layout,
+            replaced: made.replaced,
             is_kept: true,
         }
     }
@@ -297,6 +302,7 @@ impl PipelineCore {
             pipeline: self.pipeline,
             layout: self.layout,
             set_layout: self.set_layout,
+            replaced: self.replaced,
         }
     }
 
@@ -353,6 +359,7 @@ impl PipelineCore {
             name: I::NAME,
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
+            replaced: [None; 2],
             set_layout: vk::DescriptorSetLayout::null(),
             is_kept: false,
         };
@@ -406,18 +413,21 @@ fn unsupported<I: Interface>(ctx: &Context, missing: String) -> GpuError {
 /// A module that lives until its pipeline is made.
 pub(crate) struct ShaderModule<'a> {
     pub(crate) raw: vk::ShaderModule,
+    /// Its file, if that comes from the folder `MYXO_SPIRV`.
+    pub(crate) replaced: Option<&'static str>,
     device: &'a ash::Device,
 }
 
 impl<'a> ShaderModule<'a> {
-    pub(crate) fn new(ctx: &'a Context, spirv: &[u8], name: &str) -> GpuResult<Self> {
-        let words = bytemuck::allocation::pod_collect_to_vec::<u8, u32>(spirv);
+    pub(crate) fn new(ctx: &'a Context, module: &Module, name: &str) -> GpuResult<Self> {
+        let (words, is_replaced) = module.words()?;
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: the build compiled the module for Vulkan 1.2.
+        // SAFETY: the build compiled the module for Vulkan 1.2; a replaced one is its maker's own risk.
         let raw = unsafe { ctx.device.raw.create_shader_module(&info, None) }
             .check("vkCreateShaderModule", name)?;
         Ok(Self {
             raw,
+            replaced: is_replaced.then_some(module.file),
             device: &ctx.device.raw,
         })
     }

@@ -33,6 +33,7 @@ mod image;
 mod info;
 mod instance;
 mod kernel;
+mod module;
 mod pass;
 mod pipelines;
 mod raster;
@@ -67,6 +68,7 @@ pub use kernel::{
     Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface, Kernel,
     Params, Pipeline, Resource, Threads,
 };
+pub use module::Module;
 pub(crate) use pass::reaches_by_index;
 pub use pass::{PassRecorder, Targets};
 pub use raster::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};

@@ -45,6 +45,8 @@ pub(crate) struct PipelineHandles {
     pub(crate) pipeline: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     pub(crate) set_layout: vk::DescriptorSetLayout,
+    /// Files of its modules that come from the folder `MYXO_SPIRV`.
+    pub(crate) replaced: [Option<&'static str>; 2],
 }
 
 impl PipelineHandles {

@@ -130,8 +130,9 @@ impl<D: Draw> RasterPipeline<D> {
         }
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let mut core = PipelineCore::layouts::<D>(ctx, stages)?;
-        let vertex = ShaderModule::new(ctx, D::VERTEX, D::NAME)?;
-        let fragment = ShaderModule::new(ctx, D::FRAGMENT, D::NAME)?;
+        let vertex = ShaderModule::new(ctx, &D::VERTEX, D::NAME)?;
+        let fragment = ShaderModule::new(ctx, &D::FRAGMENT, D::NAME)?;
+        core.replaced = [vertex.replaced, fragment.replaced];
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();
         let stage = |stage, module: &ShaderModule<'_>| {

@@ -14,6 +14,7 @@ use super::info::DeviceKind;
 use super::kernel::{
     Binding, BindingAccess, BindingKind, Interface, Params, PipelineCore, Resource, descriptor_type,
 };
+use super::module::note_used;
 use super::slices::Slices;
 use super::timer::SpanKind;
 
@@ -179,6 +180,9 @@ impl Recorder {
         args: &I::Args<'_>,
         params: &I::Params,
     ) {
+        if pipeline.replaced != [None; 2] {
+            note_used(pipeline.replaced.into_iter().flatten());
+        }
         let resources = I::resources(args);
         let buffers: Vec<_> = resources
             .iter()

@@ -29,9 +29,9 @@ pub fn kernels(shaders: &[Shader], shared: &[Struct]) -> Result<String, String> 
             &mut out,
             format_args!(
                 "impl crate::gpu::Kernel for {kernel} {{\n    \
-                 const SPIRV: &'static [u8] = include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}\"));\n    \
+                 const SPIRV: crate::gpu::Module = {};\n    \
                  const GROUP_SIZE: u32 = {};\n}}\n\n",
-                shader.spirv_file(),
+                module(shader),
                 shader.group_size,
             ),
         );
@@ -75,10 +75,10 @@ pub fn draws(shaders: &[Shader]) -> Result<String, String> {
             &mut out,
             format_args!(
                 "impl crate::gpu::Draw for {handle} {{\n    \
-                 const VERTEX: &'static [u8] = include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}\"));\n    \
-                 const FRAGMENT: &'static [u8] = include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}\"));\n}}\n\n",
-                vertex.spirv_file(),
-                fragment.spirv_file(),
+                 const VERTEX: crate::gpu::Module = {};\n    \
+                 const FRAGMENT: crate::gpu::Module = {};\n}}\n\n",
+                module(vertex),
+                module(fragment),
             ),
         );
         out += &assertions(vertex.structs.iter().chain(&fragment.structs).collect());
@@ -95,6 +95,14 @@ pub fn draws(shaders: &[Shader]) -> Result<String, String> {
         ));
     }
     Ok(out)
+}
+
+/// A shader's module with the name of its file.
+fn module(shader: &Shader) -> String {
+    let file = shader.spirv_file();
+    format!(
+        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")) }}"
+    )
 }
 
 fn merged_bindings(vertex: &Shader, fragment: &Shader) -> Result<Vec<Binding>, String> {

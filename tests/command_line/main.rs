@@ -20,4 +20,5 @@ mod objects;
 mod profile;
 mod query;
 mod runs;
+mod shaders;
 mod views;

@@ -232,9 +232,24 @@ fn layouts_of_this_version_are_known() {
     const KNOWN: (u32, [(&str, AtlasMethod, u32, Vec2); 4]) = (
         4,
         [
-            ("torus?major=24&minor=16", AtlasMethod::Grid, 384, Vec2::new(0.0, 0.0)),
-            ("torus?major=24&minor=16", AtlasMethod::Charts, 14, Vec2::new(0.0, 0.0)),
-            ("icosphere?subdivisions=3", AtlasMethod::Charts, 14, Vec2::new(0.0, 0.0)),
+            (
+                "torus?major=24&minor=16",
+                AtlasMethod::Grid,
+                384,
+                Vec2::new(0.0, 0.0),
+            ),
+            (
+                "torus?major=24&minor=16",
+                AtlasMethod::Charts,
+                14,
+                Vec2::new(0.0, 0.0),
+            ),
+            (
+                "icosphere?subdivisions=3",
+                AtlasMethod::Charts,
+                14,
+                Vec2::new(0.0, 0.0),
+            ),
             ("gear", AtlasMethod::Charts, 14, Vec2::new(0.0, 0.0)),
         ],
     );
@@ -249,8 +264,10 @@ fn layouts_of_this_version_are_known() {
         let mean = (sum / atlas.maps.len() as f64).as_vec2();
         (mesh, method, atlas.chart_count, mean)
     });
-    let alike = KNOWN.1.iter().zip(&found).all(|(known, found)| {
-        known.2 == found.2 && known.3.abs_diff_eq(found.3, 0.01)
-    });
+    let alike = KNOWN
+        .1
+        .iter()
+        .zip(&found)
+        .all(|(known, found)| known.2 == found.2 && known.3.abs_diff_eq(found.3, 0.01));
     assert!(KNOWN.0 == VERSION && alike, "version {VERSION}: {found:#?}");
 }
