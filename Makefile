@@ -32,7 +32,7 @@ test: ## set up what is missing, and run every test with Vulkan's validation lay
 long: ## run the built-in scenes of several objects for long; the table goes to benches/results/strategies.md (an hour)
 	@.ci/setup test
 	MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
-		cargo test --release --test long -- --ignored --nocapture
+		cargo test --release --test simulation -- --ignored --nocapture long::
 
 mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)
 	@.ci/setup test
@@ -114,7 +114,7 @@ window: ## take the picture of the window in docs/guide.md
 window-times: ## time the window: its start, keys, a large picture and a film; the tables go to the terminal (minutes)
 	@.ci/setup test
 	xvfb-run -a -s "$(DISPLAY_OF_TESTS)" \
-		cargo test --release --test tour window_times -- --ignored --nocapture
+		cargo test --release --test window window_times -- --ignored --nocapture
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean

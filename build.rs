@@ -9,7 +9,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src/shader_build");
     println!("cargo::rerun-if-changed=shaders");
-    // `tests/shader_build.rs` runs this program on shaders of its own.
+    // `tests/project/shader_build.rs` runs this program on shaders of its own.
     if let Ok(program) = std::env::current_exe() {
         println!("cargo::rustc-env=MYXO_BUILD_SCRIPT={}", program.display());
     }
