@@ -236,23 +236,23 @@ impl Cells {
             || [(); 2].map(|()| vec![IN_CHART; most * self.width]),
             |[before, after], (y, nearest)| {
                 let first = (REACH + y) * self.pitch + REACH;
-                let row = |cells: &'_ [u8], way: isize| -> std::ops::Range<usize> {
+                let row = |way: isize| -> std::ops::Range<usize> {
                     let first = first.wrapping_add_signed(way);
                     first..first + self.width
                 };
-                let own = &self.own[row(&self.own, 0)];
+                let own = &self.own[row(0)];
                 if own.iter().all(|&hue| hue == 0) {
                     return;
                 }
                 nearest.fill(told(REACH as f32 + 1.0));
-                let passed = &self.passed[row(&self.passed, 0)];
+                let passed = &self.passed[row(0)];
                 before[..self.width].fill(IN_CHART);
                 go_on(after, before, own, passed);
                 std::mem::swap(before, after);
                 for ring in &rings {
                     for (cell, after) in ring.iter().zip(after.chunks_mut(self.width)) {
-                        let hues = &self.own[row(&self.own, cell.way)];
-                        let passed = &self.passed[row(&self.passed, cell.way)];
+                        let hues = &self.own[row(cell.way)];
+                        let passed = &self.passed[row(cell.way)];
                         let before = &before[cell.before * self.width..][..self.width];
                         hide(nearest, cell.distance, before, own, hues);
                         go_on(after, before, own, passed);
