@@ -485,7 +485,7 @@ impl Lab {
             checks.restart();
         }
         self.pacer.restart();
-        self.moved = std::time::Instant::now();
+        self.moved = self.host.now();
         if self.interface.edited != self.interface.running {
             self.apply(&self.host.context().clone());
         }

@@ -1,7 +1,7 @@
 //! Where the lab is shown: a window of the system or, for tests, none at all. What the lab asks of a window goes through here, and
 //! all else is alike in both.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use egui_winit::State;
 use myxo::{Error, Result};
@@ -12,7 +12,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::window::{Fullscreen, Window};
 
 use super::preferences::Preferences;
-use super::windowless::Windowless;
+use super::windowless::{self, Windowless};
 
 /// A window, or what stands for one.
 pub enum Host {
@@ -154,6 +154,30 @@ impl Host {
         match self {
             Self::Window(shown) => shown.egui.take_egui_input(&shown.window),
             Self::Windowless(shown) => shown.take_input(),
+        }
+    }
+
+    /// The time: without a window it goes by frames.
+    pub fn now(&self) -> Instant {
+        match self {
+            Self::Window(_) => Instant::now(),
+            Self::Windowless(shown) => shown.now(),
+        }
+    }
+
+    /// What the simulation may take of a frame that comes so long after the one before.
+    pub fn pace(&self, since_last: Duration) -> Duration {
+        match self {
+            Self::Window(_) => since_last,
+            Self::Windowless(_) => windowless::PACE,
+        }
+    }
+
+    /// Is the interface of this frame drawn?
+    pub fn is_looked_at(&self) -> bool {
+        match self {
+            Self::Window(_) => true,
+            Self::Windowless(shown) => shown.is_looked_at(),
         }
     }
 

@@ -72,7 +72,10 @@ impl Lab {
             .map(|viewport| viewport.repaint_delay);
         self.host.take_output(output.platform_output, repaint);
         self.gui.update_textures(output.textures_delta)?;
-        let primitives = context.tessellate(output.shapes, output.pixels_per_point);
+        let primitives = match self.host.is_looked_at() {
+            true => context.tessellate(output.shapes, output.pixels_per_point),
+            false => Vec::new(),
+        };
         let shown = shown.expect("the interface is shown once or more");
         let window = self.host.size();
         let place_of = |rect| Place::of(rect, output.pixels_per_point, window);

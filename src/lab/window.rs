@@ -175,7 +175,7 @@ impl Lab {
             frames_left: options.frames,
             lose_device: options.lose_device.iter().copied().collect(),
             lost: None,
-            moved: Instant::now(),
+            moved: host.now(),
             message_count: 0,
             format,
             atlases: options.atlases.clone(),
@@ -209,10 +209,10 @@ impl Lab {
     /// One frame: interface, steps, picture, screen. Says when the next one is due; `None` waits for an event.
     pub fn frame(&mut self) -> Result<Option<Instant>> {
         if self.go_on()? {
-            return Ok(Some(Instant::now()));
+            return Ok(Some(self.host.now()));
         }
         self.stir_places()?;
-        let since_last = self.clocks.tick();
+        let since_last = self.host.pace(self.clocks.tick());
         if self.left.is_empty() && self.loading.is_none() {
             self.interface.end_drop();
         }
@@ -264,14 +264,14 @@ impl Lab {
                 // Nothing was recorded, and no step that was asked for is lost.
                 self.single_steps += if runs { 0 } else { task.steps };
                 self.forget_places();
-                return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
+                return Ok(Some(self.host.now() + HIDDEN_INTERVAL));
             }
             image
         };
         if task.steps > 0 || seen.shown.touched || self.out.holds() {
-            self.moved = Instant::now();
+            self.moved = self.host.now();
         }
-        let is_moving = self.moved.elapsed() < SETTLES_AFTER;
+        let is_moving = self.host.now() < self.moved + SETTLES_AFTER;
         self.record_hands(&mut rec, &seen.context)?;
         self.record_export(&mut rec, &seen.context);
         // What is taken out may wait for what this frame copies.
@@ -286,7 +286,7 @@ impl Lab {
         }
         if in_slices {
             self.set_out(rec, task.steps, &seen);
-            return Ok(Some(Instant::now()));
+            return Ok(Some(self.host.now()));
         }
         if let Some(image) = image {
             let shot = Shot {
@@ -316,7 +316,7 @@ impl Lab {
         if task.only_steps {
             self.forget_places();
         } else {
-            let rests = next.is_none_or(|next| next > Instant::now() + RESTS_FOR);
+            let rests = next.is_none_or(|next| next > self.host.now() + RESTS_FOR);
             self.tell_places(&seen.context, seen.pixels_per_point, rests)?;
         }
         Ok(next)
@@ -351,7 +351,7 @@ impl Lab {
 
     /// When the next frame is due; `None` waits for an event.
     fn next_frame(&self, is_moving: bool, repaint: Option<Duration>) -> Option<Instant> {
-        let now = Instant::now();
+        let now = self.host.now();
         if self.runs() || self.single_steps > 0 || self.out.is_busy() {
             return Some(now);
         }

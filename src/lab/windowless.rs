@@ -3,8 +3,7 @@
 //!
 //! A line is a list of moments in JSON, each a list of [`Event`]s that come in together; at least one frame shows them before those
 //! of the next moment come. After the last one there are frames until nothing moves by itself, such as a card that opens or a camera
-//! on its way; a line without moments is a single frame. The interface's clock goes on by [`FRAME`] with each frame, however long
-//! it takes.
+//! on its way; a line without moments is a single frame. Time goes on by [`FRAME`] with each frame, however long it takes.
 
 use std::io::{BufRead as _, Write as _};
 use std::path::PathBuf;
@@ -21,14 +20,18 @@ use super::app::App;
 use super::host::Host;
 use super::loading::Opened;
 
-/// A frame of the interface's clock.
-const FRAME: Duration = Duration::from_millis(33);
+/// The time from one frame to the next. Most that moves by itself has moved after two.
+const FRAME: Duration = Duration::from_millis(60);
+/// Steps of a frame take about so long.
+pub const PACE: Duration = Duration::from_millis(16);
+/// The interface of one frame in so many is drawn, for the validation layers; nothing else looks at it.
+const DRAWN: u32 = 16;
 /// What moves for more frames than this does not come to rest.
 const MOST_FRAMES: u64 = 90;
 /// As long as a button or a key is held, something may move; so many frames show what it has done.
 const FRAMES_WHILE_HELD: u64 = 2;
 /// Where no frame is due, what is waited for has so much time.
-const PAUSE: Duration = Duration::from_millis(10);
+const PAUSE: Duration = Duration::from_millis(25);
 
 /// Something that happens to a window.
 #[derive(Clone, Debug, Deserialize)]
@@ -68,7 +71,10 @@ enum Event {
 pub struct Windowless {
     context: egui::Context,
     input: egui::RawInput,
+    begun: Instant,
+    /// Since then.
     clock: Duration,
+    frames: u32,
     size: [u32; 2],
     /// Pixels of a point, before the interface is zoomed.
     scale: f32,
@@ -88,7 +94,9 @@ impl Windowless {
         Self {
             context: egui::Context::default(),
             input: egui::RawInput::default(),
+            begun: Instant::now(),
             clock: Duration::ZERO,
+            frames: 0,
             size,
             scale: 1.0,
             modifiers: Modifiers::NONE,
@@ -145,6 +153,7 @@ impl Windowless {
     /// What has come in since the last frame.
     pub fn take_input(&mut self) -> egui::RawInput {
         self.clock += FRAME;
+        self.frames = self.frames.wrapping_add(1);
         self.is_stirred = false;
         let [width, height] = self.size.map(|side| side as f32 / self.pixels_per_point());
         let input = &mut self.input;
@@ -154,6 +163,16 @@ impl Windowless {
         let viewport = input.viewports.entry(egui::ViewportId::ROOT).or_default();
         viewport.native_pixels_per_point = Some(self.scale);
         input.take()
+    }
+
+    /// The time, which frames make.
+    pub fn now(&self) -> Instant {
+        self.begun + self.clock
+    }
+
+    /// Is the interface of this frame drawn?
+    pub fn is_looked_at(&self) -> bool {
+        self.frames.is_multiple_of(DRAWN)
     }
 
     /// Does what the interface asks of the system.
@@ -372,10 +391,9 @@ impl App {
 
     /// What is being waited for may come with the next frame.
     fn wait_a_frame(&mut self) -> bool {
-        let now = Instant::now();
-        let due = self
-            .wake
-            .map_or(PAUSE, |wake| wake.saturating_duration_since(now));
+        let now = self.lab.as_ref().map(|lab| lab.host.now());
+        let due = self.wake.zip(now);
+        let due = due.map_or(PAUSE, |(wake, now)| wake.saturating_duration_since(now));
         sleep(due.min(PAUSE));
         self.draw_until(|_, told| told >= 1)
     }
@@ -424,7 +442,7 @@ impl App {
             return true;
         };
         let goes_on = lab.runs() || lab.out.is_busy() || lab.under_way.is_some();
-        let is_due = self.wake.is_some_and(|wake| wake <= Instant::now());
+        let is_due = self.wake.is_some_and(|wake| wake <= lab.host.now());
         let moves = host.is_stirred || host.has_input() || is_due && !goes_on;
         let most = match host.held.is_empty() {
             true => MOST_FRAMES,

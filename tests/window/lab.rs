@@ -291,9 +291,7 @@ impl Lab {
             }
             // What has just come moves in the next frame.
             match &*last {
-                Some((was, frames)) if *was == now => {
-                    (*frames != seen["frames"]).then_some(now)
-                }
+                Some((was, frames)) if *was == now => (*frames != seen["frames"]).then_some(now),
                 _ => {
                     *last = Some((now, seen["frames"].clone()));
                     None

@@ -121,9 +121,9 @@ fn a_device_that_is_lost_again_ends_it_with_a_sentence_and_the_scene() {
     let lab = Lab::begin(
         program(),
         &[
-            &["--size=640x480", "--validate", "--lose-device=5,3"],
+            &["--size=640x480", "--validate", "--lose-device=5,3"][..],
             &["--set=trail.decay=0.75"],
-            &SMALL[..],
+            &SMALL,
         ]
         .concat(),
     );

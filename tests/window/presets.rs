@@ -306,7 +306,9 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
         });
     };
     unsaved("it is built in", false);
-    lab.copy("[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:cube\"\n");
+    lab.copy(
+        "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:cube\"\n",
+    );
     lab.key("ctrl+v");
     unsaved("it is in the clipboard only", true);
 

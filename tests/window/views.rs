@@ -36,9 +36,11 @@ pub fn look_for_nothing(lab: &Lab) {
 #[track_caller]
 fn click_for(lab: &Lab, name: &str, value: &str, wanted: &str) {
     let what = format!("{value} is {wanted}");
-    lab.again_until(&what, || lab.click(name), |seen| {
-        seen["values"][value] == wanted
-    });
+    lab.again_until(
+        &what,
+        || lab.click(name),
+        |seen| seen["values"][value] == wanted,
+    );
 }
 
 /// Two that touch, so that there is a distance to be shown.

@@ -157,7 +157,9 @@ fn every_control_that_was_met_was_worked() {
     let ignored = tests(&["--ignored".to_owned()]);
     let mut others = &tests(&words) - &ignored;
     let all = &tests(&[]) - &ignored;
-    let left_out = all.difference(&others).find(|name| !name.starts_with("real::"));
+    let left_out = all
+        .difference(&others)
+        .find(|name| !name.starts_with("real::"));
     if let Some(name) = left_out {
         return eprintln!("skipped: {name} was not chosen, and only all of them together can tell");
     }

@@ -62,7 +62,11 @@ impl Display {
         let begun = Instant::now();
         while self.window.is_empty() {
             let windows = xdotool(&["search", "--onlyvisible", "--pid", &process]);
-            windows.lines().last().unwrap_or_default().clone_into(&mut self.window);
+            windows
+                .lines()
+                .last()
+                .unwrap_or_default()
+                .clone_into(&mut self.window);
             assert!(begun.elapsed() < PATIENCE, "there is no window");
         }
         self.hold_again();
@@ -76,7 +80,9 @@ impl Display {
         let begun = Instant::now();
         let is_held = |window: &str| {
             let geometry = xdotool(&["getwindowgeometry", "--shell", window]);
-            let is_there = ["X=0", "Y=0"].iter().all(|place| geometry.lines().any(|line| line == *place));
+            let is_there = ["X=0", "Y=0"]
+                .iter()
+                .all(|place| geometry.lines().any(|line| line == *place));
             is_there && xdotool(&["getwindowfocus", "-f"]) == window
         };
         while !is_held(&self.window) {

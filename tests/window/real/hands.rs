@@ -68,7 +68,11 @@ fn pointer_keys_and_text_arrive() {
         let before = camera(&lab.seen().expect("it is told"));
         lab.again_until(what, act, |seen| camera(seen) != before);
         let after = camera(&lab.seen().expect("it is told"));
-        assert_eq!(before[0] != after[0], turns, "{what}: {before:?}, {after:?}");
+        assert_eq!(
+            before[0] != after[0],
+            turns,
+            "{what}: {before:?}, {after:?}"
+        );
     };
     lab.point("picture", 0.5);
     changes("it turns", &|| lab.drag(1, 4, (12, 5)), true);

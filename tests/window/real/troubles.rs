@@ -147,7 +147,9 @@ fn a_device_that_is_lost_is_replaced_in_the_window() {
     }
     let lab = Lab::open_on_display(&[&["--lose-device=40"], &SMALL[..]].concat());
     hear(&lab, "The device was lost");
-    lab.wait("the scene is there", |seen| seen["state"]["loading"] == false);
+    lab.wait("the scene is there", |seen| {
+        seen["state"]["loading"] == false
+    });
     goes_on(&lab);
     lab.key_until("2", "it answers", "show", "particles");
     lab.click_until("run", "playing", false);
