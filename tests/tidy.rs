@@ -245,16 +245,11 @@ fn names_of_controls() -> Vec<(PathBuf, String)> {
     names
 }
 
-/// A control that is new has a step of the tour, in which a hand operates it.
+/// A control that is new has a step in a test of the window, in which a hand operates it.
 #[test]
-fn no_control_is_left_out_by_the_tour() {
-    let steps: String = files("tests/tour_steps", &["rs"])
+fn no_control_is_left_out_by_the_tests_of_the_window() {
+    let steps: String = files("tests/window", &["rs"])
         .into_iter()
-        .chain(
-            files("tests", &["rs"])
-                .into_iter()
-                .filter(|(path, _)| path.ends_with("tour.rs")),
-        )
         // This names controls and operates none.
         .filter(|(path, _)| !path.ends_with("worked.rs"))
         .map(|(_, text)| text)
@@ -267,6 +262,6 @@ fn no_control_is_left_out_by_the_tour() {
         .collect();
     assert!(
         left_out.is_empty(),
-        "no step of tests/tour_steps operates {left_out:?}"
+        "no step of tests/window operates {left_out:?}"
     );
 }

@@ -62,10 +62,8 @@ impl Lab {
         let input = self.host.take_input();
         let context = self.host.context().clone();
         let is_asked = !input.events.is_empty();
-        let mut shown = None;
-        let output = context.run_ui(input, |ui| {
-            shown = Some(self.interface.show(ui, &self.clocks.facts))
-        });
+        let facts = &self.clocks.facts;
+        let (shown, output) = self.interface.run(&context, input, facts);
         let repaint = output
             .viewport_output
             .get(&egui::ViewportId::ROOT)
@@ -76,7 +74,6 @@ impl Lab {
             true => context.tessellate(output.shapes, output.pixels_per_point),
             false => Vec::new(),
         };
-        let shown = shown.expect("the interface is shown once or more");
         let window = self.host.size();
         let place_of = |rect| Place::of(rect, output.pixels_per_point, window);
         Ok(Seen {

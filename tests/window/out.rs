@@ -164,9 +164,7 @@ fn everything_that_is_taken_out_is_whole() {
     // Little may grow meanwhile.
     lab.type_until("out.every", 0.2, "1", "out.every", "1");
     lab.click("out.film");
-    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
-    lab.wait("it has ended", |seen| seen["state"]["making"].is_null());
-    let frames = frames_in(&lab.folder.file("film_000001"));
+    let frames = frames_in(&arrived(&lab, "film_000001"));
     let [first, between, alike, _] = &frames[..] else {
         panic!("{frames:?}");
     };
@@ -177,9 +175,7 @@ fn everything_that_is_taken_out_is_whole() {
     // As a folder of pictures it may have no background, either.
     lab.click("out.film_transparent");
     lab.click("out.film");
-    lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
-    lab.wait("it has ended", |seen| seen["state"]["making"].is_null());
-    let frames = frames_in(&lab.folder.file("film_000002"));
+    let frames = frames_in(&arrived(&lab, "film_000002"));
     assert_eq!(frames.len(), 4);
     for frame in frames {
         let picture = image::open(frame).expect("it is a picture").into_rgba8();

@@ -1,4 +1,4 @@
-//! Looks that are kept, take them again from cards, text and dropped files, and remove them.
+//! Looks that are kept, taken again from cards, text and dropped files, and removed; scenes that are left with changes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -17,6 +17,10 @@ use crate::lab::PATIENCE;
 
 /// What the hand does reaches the window within this time; a frame that shows it may come later.
 const REACHES_IT: Duration = Duration::from_millis(150);
+/// The least time between two things that a hand does.
+const AT_LEAST: Duration = Duration::from_millis(30);
+/// A window that shows nothing new for so long may have gone.
+const GOES_WITHIN: Duration = Duration::from_secs(1);
 /// How often the window is looked at.
 const INTERVAL: Duration = Duration::from_millis(10);
 
@@ -126,11 +130,13 @@ impl Display {
     fn settle(&mut self, frames: u64) {
         self.moved = Instant::now();
         while self.moved.elapsed() < PATIENCE {
-            let seen = self.seen();
-            if self.frames() >= frames + 2 && self.moved.elapsed() > Duration::from_millis(30)
-                || seen.is_some_and(|seen| self.rests(&seen))
-                || !self.is_there()
-            {
+            let since = self.moved.elapsed();
+            let Some(seen) = self.seen() else {
+                return;
+            };
+            let is_shown = seen["frames"].as_u64() >= Some(frames + 2) && since > AT_LEAST;
+            let has_gone = || since > GOES_WITHIN && !self.is_there();
+            if is_shown || self.rests(&seen) || has_gone() {
                 return;
             }
             sleep(INTERVAL);
@@ -179,6 +185,10 @@ impl Display {
             Does::Keys(keys) => {
                 let delay = if keys.len() == 1 { "40" } else { "12" };
                 xdotool(&[&["key", "--delay", delay], *keys].concat());
+                if keys.contains(&"ctrl+q") {
+                    // Nothing is shown after that.
+                    return;
+                }
             }
             Does::Write(text) => {
                 xdotool(&["type", "--delay", "30", "--", text]);
