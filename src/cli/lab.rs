@@ -38,6 +38,9 @@ pub struct Lab {
     /// Keeps a file of where controls are; for tests
     #[arg(long, value_name = "FILE", hide = true)]
     places: Option<PathBuf>,
+    /// Opens no window: its input comes as lines of the standard input, and each is answered on the standard output; for tests
+    #[arg(long, hide = true)]
+    windowless: bool,
     /// Closes the window after so many pictures; for tests
     #[arg(long, value_name = "N", hide = true)]
     frames: Option<u32>,
@@ -75,6 +78,7 @@ impl Lab {
                 preferences,
                 atlases: atlas_cache(),
                 places: self.places.clone(),
+                windowless: self.windowless,
                 frames: self.frames,
                 lose_device: self.lose_device.clone(),
             },

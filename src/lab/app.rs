@@ -1,14 +1,15 @@
-//! What winit calls: from events of the system to frames of the lab.
+//! What calls the lab: winit, whose events become frames, and what goes on after an error.
 
 use std::time::Instant;
 
-use myxo::Error;
+use myxo::{Error, Result};
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
 use super::LabOptions;
+use super::host::Host;
 use super::loading::Opened;
 use super::window::Lab;
 
@@ -16,13 +17,14 @@ use super::window::Lab;
 #[derive(Clone, Copy, Debug)]
 pub struct Close;
 
-/// What winit calls.
+/// An open lab, from its first frame to its end.
 pub struct App {
     options: LabOptions,
     opened: Option<Opened>,
-    lab: Option<Lab>,
+    /// None before it is opened, and after it has ended.
+    pub lab: Option<Lab>,
     /// When to draw next, if nothing happens before.
-    wake: Option<Instant>,
+    pub wake: Option<Instant>,
     /// What ended the lab, if not the user.
     pub error: Option<Error>,
 }
@@ -39,37 +41,63 @@ impl App {
         }
     }
 
+    /// Opens the lab the first time. False where that fails.
+    pub fn open(&mut self, host: impl FnOnce(&str, [u32; 2]) -> Result<Host>) -> bool {
+        let Some(opened) = self.opened.take() else {
+            return true;
+        };
+        match Lab::open(host, opened, &self.options) {
+            Ok(lab) => self.lab = Some(lab),
+            Err(error) => self.error = Some(error),
+        }
+        self.error.is_none()
+    }
+
+    /// Draws a frame. False where it was the last one.
+    pub fn draw(&mut self) -> bool {
+        let Some(lab) = &mut self.lab else {
+            return true;
+        };
+        match lab.frame() {
+            Ok(_) if lab.has_closed() => return false,
+            Ok(next) => self.wake = next,
+            Err(error) => self.survive(&error),
+        }
+        self.error.is_none()
+    }
+
     /// After a device that was lost the lab goes on with another one; everything else ends it, and the scene is kept.
-    fn survive(&mut self, events: &ActiveEventLoop, error: &Error) {
+    fn survive(&mut self, error: &Error) {
         let Some(mut lab) = self.lab.take() else {
             return;
         };
         if lab.can_begin_anew(error) {
             match lab.begin_anew(error, &self.options) {
                 Ok(lab) => self.lab = Some(lab),
-                Err(error) => self.fail(events, error),
+                Err(error) => self.error = Some(error),
             }
             return;
         }
-        let error = lab.rescue(error);
+        self.error = Some(lab.rescue(error));
         self.lab = Some(lab);
-        self.fail(events, error);
     }
 
-    fn fail(&mut self, events: &ActiveEventLoop, error: Error) {
-        self.error = Some(error);
-        events.exit();
+    /// Ends the lab, and keeps what is to be kept.
+    pub fn close(&mut self) {
+        if let Some(lab) = self.lab.take()
+            && let Err(error) = lab.close()
+            && self.error.is_none()
+        {
+            self.error = Some(error);
+        }
     }
 }
 
 impl ApplicationHandler<Close> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some(opened) = self.opened.take() else {
-            return;
-        };
-        match Lab::open(events, opened, &self.options) {
-            Ok(lab) => self.lab = Some(lab),
-            Err(error) => self.fail(events, error),
+        let size = self.options.size;
+        if !self.open(|title, last| Host::window(events, title, size, last)) {
+            events.exit();
         }
     }
 
@@ -80,15 +108,15 @@ impl ApplicationHandler<Close> for App {
         let wants_repaint = lab.take_in(&event);
         match event {
             WindowEvent::CloseRequested if lab.ask_to_close() => events.exit(),
-            WindowEvent::CloseRequested => lab.window.request_redraw(),
+            WindowEvent::CloseRequested => lab.host.request_redraw(),
             WindowEvent::Resized(size) => lab.resize(size.into()),
             WindowEvent::DroppedFile(path) => lab.drop_file(path),
-            WindowEvent::RedrawRequested => match lab.frame() {
-                Ok(_) if lab.has_closed() => events.exit(),
-                Ok(next) => self.wake = next,
-                Err(error) => self.survive(events, &error),
-            },
-            _ if wants_repaint => lab.window.request_redraw(),
+            WindowEvent::RedrawRequested => {
+                if !self.draw() {
+                    events.exit();
+                }
+            }
+            _ if wants_repaint => lab.host.request_redraw(),
             _ => {}
         }
     }
@@ -98,16 +126,16 @@ impl ApplicationHandler<Close> for App {
     }
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
-        if let (StartCause::ResumeTimeReached { .. }, Some(lab)) = (cause, &self.lab) {
-            lab.window.request_redraw();
+        if let (StartCause::ResumeTimeReached { .. }, Some(lab)) = (cause, &mut self.lab) {
+            lab.host.request_redraw();
         }
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         events.set_control_flow(match self.wake {
             Some(wake) if wake <= Instant::now() => {
-                if let Some(lab) = &self.lab {
-                    lab.window.request_redraw();
+                if let Some(lab) = &mut self.lab {
+                    lab.host.request_redraw();
                 }
                 ControlFlow::Wait
             }
@@ -117,11 +145,6 @@ impl ApplicationHandler<Close> for App {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
-        if let Some(lab) = self.lab.take()
-            && let Err(error) = lab.close()
-            && self.error.is_none()
-        {
-            self.error = Some(error);
-        }
+        self.close();
     }
 }

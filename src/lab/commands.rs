@@ -9,7 +9,6 @@ use myxo::scene::presets::is_preset;
 use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
-use winit::window::Fullscreen;
 
 use super::hands::{CarriedOver, Coming, Work};
 use super::interface::Command;
@@ -77,9 +76,8 @@ impl Lab {
             }
             Command::SaveAs(file) => self.save_as(context, file),
             Command::FullScreen => {
-                let screen = self.window.fullscreen().is_none();
-                self.window
-                    .set_fullscreen(screen.then_some(Fullscreen::Borderless(None)));
+                let fills = !self.host.is_full_screen();
+                self.host.fill_screen(fills);
             }
             Command::Hand(work) => self.obey_hand(context, work, picture_size)?,
             Command::Quit => {
@@ -198,7 +196,7 @@ impl Lab {
             self.name = name.to_string_lossy().into_owned();
             self.is_saved_in(&file);
             self.clocks.facts.scene = self.name.clone();
-            self.window.set_title(&title(&self.name));
+            self.host.set_title(&title(&self.name));
         }
     }
 
@@ -313,7 +311,7 @@ impl Lab {
         self.interface.asked = asked;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
         self.loading = Some(Loading::begin(name, origin, info, atlases, load));
-        self.window.request_redraw();
+        self.host.request_redraw();
     }
 
     /// What is on its way is given up. An object that was to come or to go does so afterwards, if it is the same scene; what
@@ -355,7 +353,7 @@ impl Lab {
             }
             None => return,
         };
-        let context = self.egui.egui_ctx().clone();
+        let context = self.host.context().clone();
         let text = format!("{lost} was on its way, and was given up");
         self.interface.notice(&context, text, false);
     }
@@ -369,7 +367,7 @@ impl Lab {
             return Ok(());
         };
         let shown = result.and_then(|loaded| self.show(loaded, loading.origin));
-        let context = self.egui.egui_ctx().clone();
+        let context = self.host.context().clone();
         if shown.is_err() {
             self.interface.not_shown();
         }
@@ -453,7 +451,7 @@ impl Lab {
             }
         }
         if !texts.is_empty() {
-            let context = self.egui.egui_ctx().clone();
+            let context = self.host.context().clone();
             self.interface.notice(&context, texts.join("\n"), is_error);
         }
         self.feeder.leave();
@@ -462,7 +460,7 @@ impl Lab {
         self.name.clone_from(&scene.name);
         self.folder.clone_from(&scene.folder);
         self.interface.opening.count_from(&self.folder);
-        self.window.set_title(&title(&scene.name));
+        self.host.set_title(&title(&scene.name));
         if is_new_scene {
             if let Some(file) = &file {
                 self.interface.recent.note(&file.path);
@@ -487,9 +485,9 @@ impl Lab {
             checks.restart();
         }
         self.pacer.restart();
-        self.moved = std::time::Instant::now();
+        self.moved = self.host.now();
         if self.interface.edited != self.interface.running {
-            self.apply(&self.egui.egui_ctx().clone());
+            self.apply(&self.host.context().clone());
         }
         Ok(())
     }

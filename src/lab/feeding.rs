@@ -171,7 +171,7 @@ impl Lab {
             self.interface.take_food_back(&refused);
             self.interface.notice(context, error.to_string(), true);
         }
-        self.window.request_redraw();
+        self.host.request_redraw();
         Ok(())
     }
 }

@@ -291,8 +291,28 @@ impl Interface {
         self.renews = true;
     }
 
-    /// Shows everything for one frame.
-    pub fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
+    /// A frame of the interface. egui shows it once more where something new did not know its size, and what came in comes to the
+    /// first of both passes only: what each came to counts.
+    pub fn run(
+        &mut self,
+        ctx: &egui::Context,
+        input: egui::RawInput,
+        facts: &Facts,
+    ) -> (Shown, egui::FullOutput) {
+        let mut all: Option<Shown> = None;
+        let output = ctx.run_ui(input, |ui| {
+            let mut shown = self.show(ui, facts);
+            if let Some(first) = all.take() {
+                shown.commands.splice(0..0, first.commands);
+                shown.touched |= first.touched;
+            }
+            all = Some(shown);
+        });
+        (all.expect("it is shown once or more"), output)
+    }
+
+    /// Shows everything for one pass.
+    fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let mut commands = Vec::new();
         self.has_areas = facts.has_areas;
         (self.look_clock).tick(ui.input(|i| i.time), facts.out.filmed);

@@ -135,8 +135,16 @@ mod tests {
             let file = file.unwrap();
             assert_eq!(left.all()[0].file, file, "the last one comes first");
             assert_eq!(left.all()[0].name, name);
-            // Times are told apart.
-            std::thread::sleep(std::time::Duration::from_millis(15));
+            // The clock of files goes in steps: what comes next is later than this.
+            let written = || {
+                fs::write(folder.join("clock"), "").unwrap();
+                let file = fs::metadata(folder.join("clock")).unwrap();
+                file.modified().unwrap()
+            };
+            let begun = written();
+            while written() <= begun {
+                std::thread::yield_now();
+            }
             fs::write(folder.join("mine.toml"), "mine").unwrap();
             fs::write(folder.join("notes_.toml"), "mine").unwrap();
         }

@@ -216,7 +216,7 @@ impl Lab {
             let text = format!("The look of {name}: keep it in the gallery (G)");
             self.interface.notice(context, text, false);
         }
-        self.window.request_redraw();
+        self.host.request_redraw();
     }
 
     /// Keeps the look under a name, with a picture of what is seen now.
@@ -235,7 +235,7 @@ impl Lab {
                 "nothing grows yet whose look could be kept: wait for the scene".to_owned(),
             ));
         };
-        let window: [u32; 2] = self.window.inner_size().into();
+        let window = self.host.size();
         let mut view = scaled(&self.interface.view, window, PICTURE);
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 0.0;

@@ -124,15 +124,15 @@ impl Lab {
         self.leave_device();
         let Self {
             gui,
-            swapchain,
+            front,
             frames,
             answers,
             ctx,
             ..
         } = self;
-        drop((gui, swapchain, frames, answers));
+        drop((gui, front, frames, answers));
         let (told, screen) = match end(ctx) {
-            Ok(told) => (told, Screen::open(&self.window, options)),
+            Ok(told) => (told, Screen::open(&self.host, options)),
             Err(held) => (Vec::new(), Err(held)),
         };
         let screen = match screen {
@@ -150,20 +150,20 @@ impl Lab {
         };
         let Screen {
             gui,
-            swapchain,
+            front,
             mut frames,
             answers,
             format,
             ctx,
         } = screen;
-        self.egui
+        self.host
             .set_max_texture_side(ctx.info().max_image_side as usize);
         let scene = self.clocks.facts.scene;
         let mut clocks = Clocks::new(&ctx, &mut frames);
         clocks.facts.scene = scene;
         let mut lab = Self {
             gui,
-            swapchain,
+            front,
             frames,
             answers,
             format,
@@ -180,7 +180,7 @@ impl Lab {
         let kept = kept.map(|(_, path)| path.as_path());
         let on = &lab.ctx.info().name;
         let text = notice(error, was_painted, (*on != was_on).then_some(on), kept);
-        let context = lab.egui.egui_ctx().clone();
+        let context = lab.host.context().clone();
         lab.interface.notice(&context, text, true);
         if let (settings, Some(error)) = lab.settings_that_work() {
             lab.interface.edited = settings;
@@ -222,7 +222,7 @@ impl Lab {
     /// loaded again where they are shown.
     fn renew_textures(&mut self) {
         self.interface.gallery.forget_all_pictures();
-        let context = self.egui.egui_ctx();
+        let context = self.host.context();
         let letters = context.fonts(|fonts| fonts.image());
         let letters = ImageDelta::full(letters, TextureAtlas::texture_options());
         let textures = context.tex_manager();

@@ -13,6 +13,7 @@ mod foods;
 mod gallery;
 mod hands;
 mod history;
+mod host;
 mod interface;
 mod keys;
 mod left;
@@ -52,6 +53,7 @@ mod view_rows;
 mod views;
 mod widgets;
 mod window;
+mod windowless;
 mod worker;
 
 use std::path::PathBuf;
@@ -82,6 +84,8 @@ pub struct LabOptions {
     pub atlases: Option<PathBuf>,
     /// The file that tells tests where controls are.
     pub places: Option<PathBuf>,
+    /// No window is opened: what would come from it comes as lines of the standard input, for tests.
+    pub windowless: bool,
     /// Close after so many pictures; `None` waits for the user.
     pub frames: Option<u32>,
     /// Behave as if the device were lost after so many pictures while something goes on; then the one that takes its place,
@@ -95,9 +99,12 @@ pub fn run(
     options: LabOptions,
     listen: impl FnOnce(Box<dyn Fn() + Send>) -> Result<()>,
 ) -> Result<()> {
+    if options.windowless {
+        return windowless::run(opened, options, listen);
+    }
     let events = EventLoop::<app::Close>::with_user_event()
         .build()
-        .map_err(|source| window::no_window(&source))?;
+        .map_err(|source| host::no_window(&source))?;
     let proxy = events.create_proxy();
     // Where the loop has ended there is nothing left to close.
     listen(Box::new(move || {

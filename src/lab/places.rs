@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use egui::{Id, Rect, Response};
@@ -80,9 +80,10 @@ struct Seen<S> {
     values: BTreeMap<String, String>,
 }
 
-/// A file that tells where everything is.
+/// Tells where everything is, in a file if there is one.
 pub struct Places {
-    file: PathBuf,
+    /// Without one it is told in [`Places::last`] only.
+    file: Option<PathBuf>,
     found: Found,
     /// What it says.
     last: String,
@@ -95,11 +96,11 @@ const STIRS: &str = "{\"rests\":false";
 
 impl Places {
     /// Begins to look for names.
-    pub fn new(file: &Path, ctx: &egui::Context) -> Self {
+    pub fn new(file: Option<PathBuf>, ctx: &egui::Context) -> Self {
         let found = Found::default();
         ctx.data_mut(|data| data.insert_temp(id(), Arc::clone(&found)));
         Self {
-            file: file.to_owned(),
+            file,
             found,
             last: String::new(),
             frames: 0,
@@ -116,11 +117,18 @@ impl Places {
     }
 
     fn put(&mut self, text: String) -> std::io::Result<()> {
-        let mut file = WholeFile::create(&self.file)?;
-        file.write_all(text.as_bytes())?;
-        file.finish()?;
+        if let Some(file) = &self.file {
+            let mut file = WholeFile::create(file)?;
+            file.write_all(text.as_bytes())?;
+            file.finish()?;
+        }
         self.last = text;
         Ok(())
+    }
+
+    /// What the last frame has shown that told of it, and how many did.
+    pub fn last(&self) -> (&str, u64) {
+        (&self.last, self.frames)
     }
 
     /// What the frame has named was not shown.
@@ -165,7 +173,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("places.json");
         let read = || -> Value { serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap() };
-        let mut places = Places::new(&file, &egui::Context::default());
+        let mut places = Places::new(Some(file.clone()), &egui::Context::default());
         assert!(!places.stir().unwrap(), "nothing is told yet");
         places.write("a state", 1.0, true).unwrap();
         let mut told = read();

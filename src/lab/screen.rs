@@ -1,22 +1,23 @@
-//! What the lab draws its window with: a device, the window's images on it, and what draws the interface.
+//! What the lab draws with: a device, the images that are shown, and what draws the interface.
 
 use std::sync::Arc;
 
 use myxo::Result;
-use myxo::gpu::{Context, ContextOptions, DeviceKind, Format, Frames, Swapchain};
+use myxo::gpu::{
+    Context, ContextOptions, DeviceKind, Format, Frames, GpuResult, Image, Recorder, Swapchain,
+    WindowImage,
+};
 use myxo::render::gui::Gui;
-use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
-use winit::window::Window;
 
 use super::LabOptions;
-use super::window::no_window;
+use super::host::Host;
 
 /// A device, and a window on it. Fields are dropped in this order: what lies on the device before the device.
 pub struct Screen {
     /// Draws the interface.
     pub gui: Gui,
-    /// The window's images.
-    pub swapchain: Swapchain,
+    /// What is shown.
+    pub front: Front,
     /// What steps and pictures are recorded into.
     pub frames: Frames,
     /// For what is shown while steps are under way.
@@ -29,24 +30,22 @@ pub struct Screen {
 
 impl Screen {
     /// Opens a device for a window, which must outlive it.
-    pub fn open(window: &Window, options: &LabOptions) -> Result<Self> {
-        let display = window
-            .display_handle()
-            .map_err(|source| no_window(&source))?
-            .as_raw();
-        let handle = window
-            .window_handle()
-            .map_err(|source| no_window(&source))?
-            .as_raw();
+    pub fn open(host: &Host, options: &LabOptions) -> Result<Self> {
+        let handles = host.handles()?;
         let ctx = Context::new(&ContextOptions {
             device: options.device.clone(),
             validation: options.validation,
-            window: Some(display),
+            window: handles.map(|(display, _)| display),
             cache_folder: myxo::gpu::default_cache_folder(),
             ..ContextOptions::default()
         })?;
-        let size: [u32; 2] = window.inner_size().into();
-        let swapchain = Swapchain::new(&ctx, display, handle, size, true)?;
+        let size = host.size();
+        let front = match handles {
+            Some((display, window)) => {
+                Front::Window(Swapchain::new(&ctx, display, window, size, true)?)
+            }
+            None => Front::Unseen(Unseen::new(&ctx, size)),
+        };
         // A device that is the CPU gains nothing from working ahead, and the hand would feel the delay.
         let in_flight = if ctx.info().kind == DeviceKind::Cpu {
             1
@@ -55,11 +54,11 @@ impl Screen {
         };
         let frames = Frames::new(&ctx, in_flight)?;
         let answers = Frames::new(&ctx, 1)?;
-        let format = swapchain.format().unwrap_or(Format::Bgra8);
+        let format = front.format();
         let gui = Gui::new(&ctx, format, in_flight)?;
         Ok(Self {
             gui,
-            swapchain,
+            front,
             frames,
             answers,
             format: picture_format(format),
@@ -73,5 +72,105 @@ fn picture_format(window: Format) -> Format {
     match window {
         Format::Rgba8 | Format::Rgba8Srgb => Format::Rgba8Srgb,
         _ => Format::Bgra8Srgb,
+    }
+}
+
+/// The images that frames end in.
+pub enum Front {
+    /// A window's.
+    Window(Swapchain),
+    /// One of as many pixels that is never shown.
+    Unseen(Unseen),
+}
+
+/// The one that a frame draws into.
+#[must_use = "an image that was acquired has to be presented"]
+pub enum FrontImage {
+    Window(WindowImage),
+    Unseen(Arc<Image>),
+}
+
+/// Stands for the images of a window.
+pub struct Unseen {
+    ctx: Arc<Context>,
+    size: [u32; 2],
+    image: Option<Arc<Image>>,
+}
+
+impl Unseen {
+    /// As most systems have it.
+    const FORMAT: Format = Format::Bgra8;
+
+    fn new(ctx: &Arc<Context>, size: [u32; 2]) -> Self {
+        Self {
+            ctx: Arc::clone(ctx),
+            size,
+            image: None,
+        }
+    }
+
+    /// None where it has no size.
+    fn image(&mut self) -> GpuResult<Option<Arc<Image>>> {
+        if self.size.contains(&0) {
+            return Ok(None);
+        }
+        let fits = |image: &Arc<Image>| image.size() == self.size;
+        if !self.image.as_ref().is_some_and(fits) {
+            let image = Image::new(&self.ctx, "window", self.size, Self::FORMAT, 1)?;
+            self.image = Some(Arc::new(image));
+        }
+        Ok(self.image.clone())
+    }
+}
+
+impl Front {
+    /// What their pixels are.
+    fn format(&self) -> Format {
+        match self {
+            Self::Window(swapchain) => swapchain.format().unwrap_or(Format::Bgra8),
+            Self::Unseen(_) => Unseen::FORMAT,
+        }
+    }
+
+    /// The window has this size now.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        match self {
+            Self::Window(swapchain) => swapchain.resize(size),
+            Self::Unseen(unseen) => unseen.size = size,
+        }
+    }
+
+    /// The next one; `None` skips the frame.
+    pub fn acquire(&mut self) -> GpuResult<Option<FrontImage>> {
+        Ok(match self {
+            Self::Window(swapchain) => swapchain.acquire()?.map(FrontImage::Window),
+            Self::Unseen(unseen) => unseen.image()?.map(FrontImage::Unseen),
+        })
+    }
+
+    /// The image to draw into.
+    pub fn image<'a>(&'a self, image: &'a FrontImage) -> &'a Image {
+        match (self, image) {
+            (Self::Window(swapchain), FrontImage::Window(image)) => swapchain.image(image),
+            (_, FrontImage::Unseen(image)) => image,
+            (Self::Unseen(_), FrontImage::Window(_)) => {
+                unreachable!("a window's image comes from a window")
+            }
+        }
+    }
+
+    /// Submits the frame that drew into the image, and shows it.
+    pub fn present(
+        &mut self,
+        frames: &mut Frames,
+        rec: Recorder,
+        image: FrontImage,
+    ) -> GpuResult<()> {
+        match (self, image) {
+            (Self::Window(swapchain), FrontImage::Window(image)) => {
+                swapchain.present(frames, rec, image)
+            }
+            _ => frames.submit(rec),
+        }
     }
 }

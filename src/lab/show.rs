@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-use myxo::gpu::{DepthTest, Recorder, Targets, WindowImage};
+use myxo::gpu::{DepthTest, Recorder, Targets};
 use myxo::render::View;
 use myxo::{Error, Result};
 
 use super::interface::Shown;
 use super::place::Place;
 use super::places::Places;
+use super::screen::FrontImage;
 use super::stage::Sizes;
 use super::window::Lab;
 
@@ -58,23 +59,22 @@ pub(super) struct Seen {
 impl Lab {
     /// Shows the interface what came in.
     pub(super) fn run_interface(&mut self) -> Result<Seen> {
-        let input = self.egui.take_egui_input(&self.window);
-        let context = self.egui.egui_ctx().clone();
+        let input = self.host.take_input();
+        let context = self.host.context().clone();
         let is_asked = !input.events.is_empty();
-        let mut shown = None;
-        let output = context.run_ui(input, |ui| {
-            shown = Some(self.interface.show(ui, &self.clocks.facts))
-        });
-        self.egui
-            .handle_platform_output(&self.window, output.platform_output);
-        self.gui.update_textures(output.textures_delta)?;
-        let primitives = context.tessellate(output.shapes, output.pixels_per_point);
+        let facts = &self.clocks.facts;
+        let (shown, output) = self.interface.run(&context, input, facts);
         let repaint = output
             .viewport_output
             .get(&egui::ViewportId::ROOT)
             .map(|viewport| viewport.repaint_delay);
-        let shown = shown.expect("the interface is shown once or more");
-        let window = self.window.inner_size().into();
+        self.host.take_output(output.platform_output, repaint);
+        self.gui.update_textures(output.textures_delta)?;
+        let primitives = match self.host.is_looked_at() {
+            true => context.tessellate(output.shapes, output.pixels_per_point),
+            false => Vec::new(),
+        };
+        let window = self.host.size();
         let place_of = |rect| Place::of(rect, output.pixels_per_point, window);
         Ok(Seen {
             picture: place_of(shown.picture),
@@ -92,10 +92,10 @@ impl Lab {
     pub(super) fn draw(
         &mut self,
         mut rec: Recorder,
-        image: WindowImage,
+        image: FrontImage,
         shot: &Shot<'_>,
     ) -> Result<()> {
-        let target = self.swapchain.image(&image);
+        let target = self.front.image(&image);
         let place = &shot.picture;
         let mut is_covered = false;
         if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
@@ -133,7 +133,7 @@ impl Lab {
         } else {
             &mut self.frames
         };
-        self.swapchain.present(ring, rec, image)?;
+        self.front.present(ring, rec, image)?;
         self.clocks.presented();
         Ok(())
     }

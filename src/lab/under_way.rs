@@ -87,7 +87,7 @@ impl Lab {
         };
         let now = Instant::now();
         let is_asked = under_way.owes_answer
-            || !self.egui.egui_input().events.is_empty()
+            || self.host.has_input()
             || under_way.repaint.is_some_and(|due| due <= now);
         if is_asked && under_way.rests_until <= now {
             self.answer(&mut under_way)?;
@@ -125,7 +125,7 @@ impl Lab {
         while let Some(next) = left.pop_front() {
             let done = match next {
                 Left::Command(command, size) => {
-                    let context = self.egui.egui_ctx().clone();
+                    let context = self.host.context().clone();
                     self.obey(&context, command, size)
                 }
                 Left::File(path) => {
@@ -176,7 +176,7 @@ impl Lab {
             self.forget_places();
             return Ok(());
         }
-        let Some(image) = self.swapchain.acquire()? else {
+        let Some(image) = self.front.acquire()? else {
             self.forget_places();
             return Ok(());
         };

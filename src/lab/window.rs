@@ -5,15 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{Context, DeviceKind, Format, Frames, Swapchain};
+use myxo::gpu::{Context, DeviceKind, Format, Frames};
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
 use myxo::{Error, Result};
-use winit::dpi::{LogicalSize, PhysicalSize, Size};
 use winit::event::WindowEvent;
-use winit::event_loop::ActiveEventLoop;
-use winit::window::Window;
 
 use super::LabOptions;
 use super::back::Back;
@@ -21,6 +18,7 @@ use super::checks::Checks;
 use super::clocks::Clocks;
 use super::feeding::Feeder;
 use super::hands::Hand;
+use super::host::Host;
 use super::interface::{Command, Interface};
 use super::left::LeftScenes;
 use super::loading::{Loading, Opened, Origin};
@@ -32,7 +30,7 @@ use super::pacing::Pacer;
 use super::places::Places;
 use super::preferences::Preferences;
 use super::saving::SceneFile;
-use super::screen::Screen;
+use super::screen::{Front, Screen};
 use super::show::Shot;
 use super::stage::Stage;
 use super::theme;
@@ -57,7 +55,8 @@ pub struct Lab {
     pub(super) stage: Option<Stage>,
     /// What is on its way.
     pub(super) loading: Option<Loading>,
-    pub(super) swapchain: Swapchain,
+    /// What is shown.
+    pub(super) front: Front,
     /// Steps that are not over yet.
     pub(super) under_way: Option<UnderWay>,
     /// What was left to do when they are.
@@ -66,7 +65,6 @@ pub struct Lab {
     /// For what is shown while steps are under way.
     pub(super) answers: Frames,
     pub(super) interface: Interface,
-    pub(super) egui: egui_winit::State,
     pub(super) clocks: Clocks,
     /// What is being taken out.
     pub(super) out: TakeOut,
@@ -109,45 +107,37 @@ pub struct Lab {
     /// Where it is saved again.
     pub(super) file: Option<SceneFile>,
     pub(super) ctx: Arc<Context>,
-    pub window: Arc<Window>,
+    pub host: Host,
 }
 
 impl Lab {
-    /// Opens the window, and begins to load the scene.
-    pub fn open(events: &ActiveEventLoop, opened: Opened, options: &LabOptions) -> Result<Self> {
+    /// Opens the lab in a window, which `host` makes for a title and for the size that the last one had, and begins to load the
+    /// scene.
+    pub fn open(
+        host: impl FnOnce(&str, [u32; 2]) -> Result<Host>,
+        opened: Opened,
+        options: &LabOptions,
+    ) -> Result<Self> {
         let scene = &opened.scene;
         let preferences = options.preferences.as_deref();
         let preferences = preferences.map(Preferences::read).unwrap_or_default();
-        let attributes = Window::default_attributes()
-            .with_title(title(&scene.name))
-            .with_inner_size(first_size(events, options.size, preferences.size))
-            .with_min_inner_size(LogicalSize::new(480, 320));
-        let window = events
-            .create_window(attributes)
-            .map_err(|source| no_window(&source))?;
-        let window = Arc::new(window);
-        let screen = Screen::open(&window, options)?;
+        let mut host = host(&title(&scene.name), preferences.size)?;
+        let screen = Screen::open(&host, options)?;
         let Screen {
             gui,
-            swapchain,
+            front,
             mut frames,
             answers,
             format,
             ctx,
         } = screen;
-        let context = egui::Context::default();
-        theme::apply(&context, preferences.light);
+        let context = host.context();
+        theme::apply(context, preferences.light);
         context.set_zoom_factor(preferences.zoom);
-        let places = options.places.as_deref();
-        let places = places.map(|file| Places::new(file, &context));
-        let egui = egui_winit::State::new(
-            context,
-            egui::ViewportId::ROOT,
-            window.as_ref(),
-            Some(window.scale_factor() as f32),
-            None,
-            Some(ctx.info().max_image_side as usize),
-        );
+        let places = options.places.clone();
+        let tells = options.windowless || places.is_some();
+        let places = tells.then(|| Places::new(places, context));
+        host.set_max_texture_side(ctx.info().max_image_side as usize);
         let mut interface = Interface::new(scene);
         interface.panel = preferences.panel;
         interface.light = preferences.light;
@@ -161,18 +151,17 @@ impl Lab {
         interface.opening.begin_in(folder.unwrap_or(Path::new("")));
         interface.opening.count_from(&scene.folder);
         let clocks = Clocks::new(&ctx, &mut frames);
-        window.request_redraw();
+        host.request_redraw();
         let mut lab = Self {
             gui,
             stage: None,
             loading: None,
-            swapchain,
+            front,
             under_way: None,
             left: Vec::new(),
             frames,
             answers,
             interface,
-            egui,
             clocks,
             out: TakeOut::default(),
             checks: options.validation.then(Checks::new),
@@ -186,7 +175,7 @@ impl Lab {
             frames_left: options.frames,
             lose_device: options.lose_device.iter().copied().collect(),
             lost: None,
-            moved: Instant::now(),
+            moved: host.now(),
             message_count: 0,
             format,
             atlases: options.atlases.clone(),
@@ -197,7 +186,7 @@ impl Lab {
             folder: scene.folder.clone(),
             file: None,
             ctx,
-            window,
+            host,
         };
         lab.load(lab.name.clone(), Origin::File, move || Ok(opened));
         Ok(lab)
@@ -208,22 +197,22 @@ impl Lab {
         // At once: egui may take its time, as with what others have copied. What fails is told by the frame that follows.
         let is_frame = matches!(event, WindowEvent::RedrawRequested);
         let is_stirred = !is_frame && self.stir_places().unwrap_or(true);
-        self.egui.on_window_event(&self.window, event).repaint || is_stirred
+        self.host.take_in(event) || is_stirred
     }
 
     /// The window has another size, in pixels.
     pub fn resize(&mut self, size: [u32; 2]) {
-        self.swapchain.resize(size);
-        self.window.request_redraw();
+        self.front.resize(size);
+        self.host.request_redraw();
     }
 
     /// One frame: interface, steps, picture, screen. Says when the next one is due; `None` waits for an event.
     pub fn frame(&mut self) -> Result<Option<Instant>> {
         if self.go_on()? {
-            return Ok(Some(Instant::now()));
+            return Ok(Some(self.host.now()));
         }
         self.stir_places()?;
-        let since_last = self.clocks.tick();
+        let since_last = self.host.pace(self.clocks.tick());
         if self.left.is_empty() && self.loading.is_none() {
             self.interface.end_drop();
         }
@@ -236,10 +225,10 @@ impl Lab {
             self.do_what_was_left()?;
         }
         self.clocks.facts.loading = self.loading.as_ref().map(Loading::told);
-        self.take_food(&self.egui.egui_ctx().clone())?;
-        self.make(&self.egui.egui_ctx().clone())?;
+        self.take_food(&self.host.context().clone())?;
+        self.make(&self.host.context().clone())?;
         self.clocks.facts.out = self.out.told();
-        self.clocks.facts.full_screen = self.window.fullscreen().is_some();
+        self.clocks.facts.full_screen = self.host.is_full_screen();
         let mut seen = self.run_interface()?;
         let place = seen.picture;
         let mut commands = std::mem::take(&mut seen.shown.commands);
@@ -270,19 +259,19 @@ impl Lab {
         let image = if task.only_steps {
             None
         } else {
-            let image = self.swapchain.acquire()?;
+            let image = self.front.acquire()?;
             if image.is_none() {
                 // Nothing was recorded, and no step that was asked for is lost.
                 self.single_steps += if runs { 0 } else { task.steps };
                 self.forget_places();
-                return Ok(Some(Instant::now() + HIDDEN_INTERVAL));
+                return Ok(Some(self.host.now() + HIDDEN_INTERVAL));
             }
             image
         };
         if task.steps > 0 || seen.shown.touched || self.out.holds() {
-            self.moved = Instant::now();
+            self.moved = self.host.now();
         }
-        let is_moving = self.moved.elapsed() < SETTLES_AFTER;
+        let is_moving = self.host.now() < self.moved + SETTLES_AFTER;
         self.record_hands(&mut rec, &seen.context)?;
         self.record_export(&mut rec, &seen.context);
         // What is taken out may wait for what this frame copies.
@@ -297,7 +286,7 @@ impl Lab {
         }
         if in_slices {
             self.set_out(rec, task.steps, &seen);
-            return Ok(Some(Instant::now()));
+            return Ok(Some(self.host.now()));
         }
         if let Some(image) = image {
             let shot = Shot {
@@ -327,7 +316,7 @@ impl Lab {
         if task.only_steps {
             self.forget_places();
         } else {
-            let rests = next.is_none_or(|next| next > Instant::now() + RESTS_FOR);
+            let rests = next.is_none_or(|next| next > self.host.now() + RESTS_FOR);
             self.tell_places(&seen.context, seen.pixels_per_point, rests)?;
         }
         Ok(next)
@@ -362,7 +351,7 @@ impl Lab {
 
     /// When the next frame is due; `None` waits for an event.
     fn next_frame(&self, is_moving: bool, repaint: Option<Duration>) -> Option<Instant> {
-        let now = Instant::now();
+        let now = self.host.now();
         if self.runs() || self.single_steps > 0 || self.out.is_busy() {
             return Some(now);
         }
@@ -374,7 +363,7 @@ impl Lab {
     }
 
     /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
-    fn runs(&self) -> bool {
+    pub(super) fn runs(&self) -> bool {
         let waits = self.loading.is_some() && self.ctx.info().kind == DeviceKind::Cpu;
         let goes_on = self.interface.playing && !self.closing;
         self.stage.is_some() && goes_on && !waits && !self.out.holds()
@@ -421,7 +410,7 @@ impl Lab {
         };
         if checks.look(&mut self.frames, &stage.simulation)? {
             self.clocks.facts.check.clone_from(&checks.last);
-            self.window.request_redraw();
+            self.host.request_redraw();
             if let Some(problem) = checks.problem() {
                 log::error!("{problem}");
             }
@@ -452,13 +441,13 @@ impl Lab {
         let preferences = Preferences {
             light: self.interface.light,
             panel: self.interface.panel,
-            zoom: self.egui.egui_ctx().zoom_factor(),
+            zoom: self.host.context().zoom_factor(),
             recent: self.interface.recent.clone(),
             out: self.interface.out.kept(),
             // The whole screen is not the size of a window.
-            size: match self.window.fullscreen() {
-                Some(_) => Preferences::read(file).size,
-                None => self.window.inner_size().into(),
+            size: match self.host.is_full_screen() {
+                true => Preferences::read(file).size,
+                false => self.host.size(),
             },
         };
         let preferences = preferences.over(&self.opened_with, &Preferences::read(file));
@@ -501,58 +490,4 @@ pub(super) fn log_messages(messages: &[String]) {
 /// Of the window that shows a scene.
 pub fn title(scene: &str) -> String {
     format!("{scene} - myxo")
-}
-
-/// What to do where no window opens. The system's reason comes without winit's place in its own source.
-pub fn no_window(source: &dyn std::fmt::Display) -> Error {
-    let text = source.to_string();
-    let reason = text
-        .split_once(".rs:")
-        .and_then(|(_, rest)| rest.split_once(": "));
-    let reason = reason
-        .map_or(text.as_str(), |(_, reason)| reason)
-        .trim_end_matches('.');
-    Error::Invalid(format!(
-        "no window can be opened ({reason}): where there is no display, `myxo render` draws without one"
-    ))
-}
-
-/// How large the window is at first: as asked for, in pixels; else as it was last time, and the first time as large on screens
-/// of every density; but no larger than the screen.
-fn first_size(events: &ActiveEventLoop, asked: Option<[u32; 2]>, kept: [u32; 2]) -> Size {
-    if let Some([width, height]) = asked {
-        return PhysicalSize::new(width, height).into();
-    }
-    let monitor = events.primary_monitor();
-    let monitor = monitor.or_else(|| events.available_monitors().next());
-    let scale = monitor
-        .as_ref()
-        .map_or(1.0, |monitor| monitor.scale_factor());
-    let [width, height] = match kept {
-        usual if usual == Preferences::default().size => {
-            usual.map(|side| (f64::from(side) * scale).round() as u32)
-        }
-        kept => kept,
-    };
-    let screen = monitor.map(|monitor| monitor.size());
-    let screen = screen.filter(|size| size.width > 0 && size.height > 0);
-    let screen = screen.unwrap_or(PhysicalSize::new(u32::MAX, u32::MAX));
-    PhysicalSize::new(width.min(screen.width), height.min(screen.height)).into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_missing_display_is_said_without_a_place_in_somebody_elses_source() {
-        let winit =
-            "os error at /home/me/.cargo/winit-0.30/src/linux/mod.rs:765: DISPLAY is not set.";
-        let message = no_window(&winit).to_string();
-        assert!(
-            message.contains("(DISPLAY is not set)") && !message.contains(".rs"),
-            "{message}"
-        );
-        assert!(no_window(&"no memory").to_string().contains("(no memory)"));
-    }
 }

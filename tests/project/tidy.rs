@@ -158,15 +158,10 @@ const PROGRAMS: &[(&str, &str)] = &[
 #[test]
 fn tests_belong_to_one_of_the_few_programs() {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
-    let window_is_moved = tests.join("window/main.rs").is_file();
     let mut wrong = Vec::new();
     for entry in fs::read_dir(&tests).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        // These become tests/window.
-        if !window_is_moved && ["tour.rs", "lab.rs"].contains(&name.as_str()) {
-            continue;
-        }
         let is_known = PROGRAMS.iter().any(|(program, _)| *program == name);
         if name.ends_with(".rs") || (path.join("main.rs").is_file() && !is_known) {
             wrong.push(name);
@@ -184,50 +179,65 @@ fn tests_belong_to_one_of_the_few_programs() {
     for (program, _) in PROGRAMS {
         let is_there = tests.join(program).join("main.rs").is_file();
         assert!(
-            is_there || (*program == "window" && !window_is_moved),
+            is_there,
             "tests/{program} is no program any more: take it out of the list"
         );
     }
 }
 
-/// Lines that sleep, but for those of a function of this name.
-fn sleeps(text: &str, but_for: Option<&str>) -> Vec<usize> {
+/// Lines that sleep for a fixed time: in no loop, which could look at what is waited for.
+fn fixed_sleeps(text: &str) -> Vec<usize> {
     let call = format!("{}(", "sleep");
-    let mut function = "";
-    let mut found = Vec::new();
-    for (number, line) in text.lines().enumerate() {
-        if let Some((_, rest)) = line.split_once("fn ") {
-            function = rest.split(['(', '<']).next().unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let is_in_a_loop = |number: usize| {
+        let mut outer = indent(lines[number]);
+        for line in lines[..number].iter().rev() {
+            let word = line.trim_start();
+            if word.is_empty() || indent(line) >= outer {
+                continue;
+            }
+            outer = indent(line);
+            let is_loop = ["while ", "loop {"]
+                .iter()
+                .any(|begin| word.contains(begin));
+            if is_loop || word.contains("fn ") {
+                return is_loop;
+            }
         }
-        let is_comment = line.trim_start().starts_with("//");
-        if !is_comment && line.contains(&call) && Some(function) != but_for {
-            found.push(number + 1);
-        }
-    }
-    found
+        false
+    };
+    let sleeps = |number: &usize| {
+        let line = lines[*number].trim_start();
+        !line.starts_with("//") && !line.starts_with("use ") && line.contains(&call)
+    };
+    let numbers = (0..lines.len()).filter(sleeps);
+    numbers
+        .filter(|number| !is_in_a_loop(*number))
+        .map(|number| number + 1)
+        .collect()
 }
 
 /// A fixed time is too short on one machine and too long on all others.
 #[test]
 fn tests_wait_for_conditions_and_not_for_times() {
+    // What waits in a loop of somebody else's, and what measures how long a window takes at any time of a step.
+    const MAY: [&str; 2] = [
+        "tests/window/real/display.rs",
+        "tests/window/real/window_times.rs",
+    ];
     let mut wrong = Vec::new();
-    let mut look = |path: &Path, text: &str, first_line: usize, but_for| {
-        for line in sleeps(text, but_for) {
+    let mut look = |path: &Path, text: &str, first_line: usize| {
+        for line in fixed_sleeps(text) {
             wrong.push(format!("{}:{}", path.display(), first_line + line));
         }
     };
     for (path, text) in files("tests", &["rs"]) {
-        // The tour becomes tests/window.
-        if !path.starts_with("tests/tour.rs") && !path.starts_with("tests/tour_steps") {
-            let polls = path.ends_with("program/mod.rs").then_some("wait_until");
-            look(&path, &text, 0, polls);
+        if !MAY.iter().any(|may| path.ends_with(may)) {
+            look(&path, &text, 0);
         }
     }
     for (path, text) in files("src", &["rs"]) {
-        // The window's own tests become those of tests/window, too.
-        if path.starts_with("src/lab") {
-            continue;
-        }
         let is_test = path.ends_with("tests.rs") || path.iter().any(|part| part == "tests");
         let tests = match text.find("#[cfg(test)]\nmod tests {") {
             _ if is_test => 0,
@@ -235,13 +245,15 @@ fn tests_wait_for_conditions_and_not_for_times() {
             None => continue,
         };
         let before = text[..tests].lines().count();
-        look(&path, &text[tests..], before, None);
+        look(&path, &text[tests..], before);
     }
     assert!(
         wrong.is_empty(),
-        "these sleep; `wait_until` of tests/program/mod.rs waits for a condition instead:\n{}",
+        "these sleep for a fixed time; `wait_until` of tests/program/mod.rs waits for a condition instead:\n{}",
         wrong.join("\n")
     );
+    let text = "fn a() {\n    while b() {\n        if c() {\n            sleep(D);\n        }\n    }\n    sleep(D);\n}\n";
+    assert_eq!(fixed_sleeps(text), [7]);
 }
 
 #[test]
@@ -345,15 +357,11 @@ fn names_of_controls() -> Vec<(PathBuf, String)> {
     names
 }
 
-/// A control that is new has a step of the tour, in which a hand operates it.
+/// A control that is new has a step in a test of the window, in which a hand operates it.
 #[test]
-fn no_control_is_left_out_by_the_tour() {
-    let steps: String = files("tests", &["rs"])
+fn no_control_is_left_out_by_the_tests_of_the_window() {
+    let steps: String = files("tests/window", &["rs"])
         .into_iter()
-        .filter(|(path, _)| {
-            let folders = ["tests/tour.rs", "tests/tour_steps", "tests/window"];
-            folders.iter().any(|folder| path.starts_with(folder))
-        })
         // This names controls and operates none.
         .filter(|(path, _)| !path.ends_with("worked.rs"))
         .map(|(_, text)| text)
@@ -366,6 +374,6 @@ fn no_control_is_left_out_by_the_tour() {
         .collect();
     assert!(
         left_out.is_empty(),
-        "no step of the tour operates {left_out:?}"
+        "no step of tests/window operates {left_out:?}"
     );
 }

@@ -139,7 +139,7 @@ impl Lab {
                     "{} was not duplicated: another scene is on its way",
                     object.name
                 );
-                let context = self.egui.egui_ctx().clone();
+                let context = self.host.context().clone();
                 self.interface.notice(&context, text, false);
                 let place = place_among(&self.interface.edited.objects, &object);
                 self.interface.hands.answer(ticket, place);
@@ -188,7 +188,7 @@ impl Lab {
         };
         if settings.objects.len() < 2 {
             let text = format!("{} stays: a scene has at least one object", object.name);
-            let context = self.egui.egui_ctx().clone();
+            let context = self.host.context().clone();
             self.interface.notice(&context, text, false);
             return;
         }

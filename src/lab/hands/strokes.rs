@@ -168,7 +168,7 @@ impl Lab {
             self.interface.notice(context, text, false);
         }
         // The buttons of undo and redo may be others now.
-        self.window.request_redraw();
+        self.host.request_redraw();
         Ok(())
     }
 
@@ -230,7 +230,7 @@ impl Lab {
             }
         }
         stage.forget_picture();
-        self.window.request_redraw();
+        self.host.request_redraw();
         match refused {
             None => Ok(()),
             Some((true, error)) => {

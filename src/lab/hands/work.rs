@@ -189,7 +189,7 @@ impl Lab {
         if let Some(folder) = path.parent() {
             self.interface.opening.begin_in(folder);
         }
-        self.window.request_redraw();
+        self.host.request_redraw();
         let before = self.loading.as_ref().and_then(|loading| {
             let coming = self.hand.coming.as_ref().map(|coming| &coming.what);
             // The scene that is shown is there already.
@@ -199,7 +199,7 @@ impl Lab {
         if let Some(before) = before {
             let file = path.file_name().unwrap_or(path.as_os_str());
             let text = format!("{} comes after {before}", file.display());
-            let context = self.egui.egui_ctx().clone();
+            let context = self.host.context().clone();
             self.interface.notice(&context, text, false);
         }
         self.take_file(path);
@@ -210,13 +210,13 @@ impl Lab {
         let has_to_wait = self.under_way.is_some() || self.loading.is_some();
         if has_to_wait || !self.left.is_empty() {
             self.left.push(Left::File(path));
-            self.window.request_redraw();
+            self.host.request_redraw();
         } else if is_mesh(&path) && self.stage.is_some() {
             let ticket = self.interface.hands.ask();
             self.add_object(mesh_name(&path), ticket);
         } else if let Some(text) = preset_in(&path) {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            self.take_look(&self.egui.egui_ctx().clone(), &name, &text);
+            self.take_look(&self.host.context().clone(), &name, &text);
         } else {
             self.open_file(path);
         }

@@ -28,6 +28,8 @@ struct Harness {
     cursor: egui::CursorIcon,
     /// When the next frame is wanted.
     delay: std::time::Duration,
+    /// How often it was shown for that.
+    passes: usize,
 }
 
 const SCREEN: egui::Vec2 = vec2(1200.0, 800.0);
@@ -48,6 +50,7 @@ impl Harness {
             shapes: Vec::new(),
             cursor: egui::CursorIcon::Default,
             delay: std::time::Duration::ZERO,
+            passes: 0,
         };
         theme::apply(&harness.ctx, false);
         for _ in 0..3 {
@@ -69,15 +72,13 @@ impl Harness {
             events,
             ..RawInput::default()
         };
-        let mut shown = None;
-        let mut output = self.ctx.run_ui(input, |ui| {
-            shown = Some(self.interface.show(ui, &self.facts))
-        });
+        let (shown, mut output) = self.interface.run(&self.ctx, input, &self.facts);
+        self.passes = output.platform_output.num_completed_passes;
         self.shapes = std::mem::take(&mut output.shapes);
         self.cursor = output.platform_output.cursor_icon;
         self.delay = output.viewport_output[&egui::ViewportId::ROOT].repaint_delay;
         output.drop_without_applying_deltas();
-        shown.unwrap()
+        shown
     }
 
     /// The middles of all texts of the last frame that begin so.
@@ -380,6 +381,27 @@ fn every_strategy_is_live() {
         assert!(!interface.is_pending(), "{strategy:?}");
         assert_eq!(interface.live_settings(), interface.edited);
     }
+}
+
+/// Something new may need a second pass, to which no input comes.
+#[test]
+fn keys_count_while_something_new_finds_its_size() {
+    let mut harness = Harness::new();
+    let mut passes = Vec::new();
+    harness.interface.help = true;
+    for _ in 0..4 {
+        let event = Event::Key {
+            key: Key::S,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::COMMAND,
+        };
+        let shown = harness.frame(vec![event]);
+        assert_eq!(shown.commands, [Command::Save]);
+        passes.push(harness.passes);
+    }
+    assert!(passes.contains(&2), "{passes:?}");
 }
 
 #[test]

@@ -44,8 +44,7 @@ impl Lab {
     }
 
     fn is_hidden(&self) -> bool {
-        let size = self.window.inner_size();
-        self.window.is_minimized() == Some(true) || size.width == 0 || size.height == 0
+        self.host.is_minimized() || self.host.size().contains(&0)
     }
 
     /// Has somebody wanted to leave, and does nothing hold the window any more?
@@ -97,7 +96,7 @@ impl Lab {
                 say(&error.to_string());
             }
         }
-        let context = self.egui.egui_ctx().clone();
+        let context = self.host.context().clone();
         for (end, left) in left {
             match end {
                 AtTheEnd::GivenUp(text) => {
@@ -172,7 +171,7 @@ impl Lab {
             job => job.draws(),
         };
         if self.out.job.as_ref().is_some_and(needs_state) {
-            let context = self.egui.egui_ctx().clone();
+            let context = self.host.context().clone();
             let mut rec = self.frames.begin()?;
             // What was painted before is seen in it.
             self.record_hands(&mut rec, &context)?;

@@ -216,7 +216,7 @@ impl Lab {
         if let Err(error) = done {
             self.interface.notice(context, error.to_string(), true);
         }
-        self.window.request_redraw();
+        self.host.request_redraw();
     }
 
     /// Begins a picture of the size that is chosen.

@@ -1,28 +1,23 @@
-//! Steps of the tour that keep looks, take them again from cards, text and dropped files, and remove them.
+//! Looks that are kept, taken again from cards, text and dropped files, and removed; scenes that are left with changes.
 
-#[path = "dropping.rs"]
-pub mod dropping;
-
-use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use myxo::scene::parameters::PARAMETERS;
 use myxo::scene::presets::{is_look, is_preset};
 
-use super::super::*;
-use super::hear_once_loaded;
-use dropping::{drop_all_on, drop_on};
+use myxo::scene::settings::Settings;
+use myxo::scene::{Overrides, Scene};
 
-/// The window that is seen.
-pub fn window_of(lab: &Lab) -> String {
-    let windows = xdotool(&["search", "--onlyvisible", "--pid", &lab.pid()]);
-    windows.lines().last().unwrap_or_default().to_owned()
-}
+use crate::hand::Does;
+use crate::out::{arrived, hear_once_loaded};
+use crate::program::{Folder, path, program};
+use crate::{Lab, SMALL, can_open, said};
 
 /// Drops a file, and waits for what is said of it.
 #[track_caller]
 pub fn drop_and_hear(lab: &Lab, file: &Path, part: &str) {
-    drop_on(&window_of(lab), file);
+    lab.drop_files(&[file]);
     hear_once_loaded(lab, part);
 }
 
@@ -37,32 +32,23 @@ fn assert_same_look(found: &Settings, wanted: &Settings) {
 /// Types the name of a look. Return would keep it at once.
 #[track_caller]
 fn name_look(lab: &Lab, name: &str) {
-    for _ in 0..5 {
+    let act = || {
         lab.point("preset.name", 0.5);
         lab.press();
         lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
         lab.key("ctrl+a");
         lab.write(name);
-        for _ in 0..30 {
-            if lab
-                .seen()
-                .is_some_and(|seen| seen["values"]["preset.name"] == name)
-            {
-                return;
-            }
-            sleep(Duration::from_millis(50));
-        }
-    }
-    panic!("{name}: {:?}", lab.seen());
+    };
+    lab.again_until(name, act, |seen| seen["values"]["preset.name"] == name);
 }
 
 #[test]
 fn looks_are_kept_taken_copied_dropped_and_removed() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    xdotool(&["windowsize", &window_of(&lab), "1200", "960"]);
+    lab.does(Does::Resize(1200, 960));
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
     let mine = lab.save("cube");
@@ -153,16 +139,14 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     // A scene and a mesh.
     let scene = "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
     let scene = lab.folder.with("ball.toml", scene);
-    drop_on(&window_of(&lab), &scene);
+    lab.drop_files(&[&scene]);
     lab.wait("it is there", |seen| seen["state"]["scene"] == "ball");
     let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     let mesh = lab.folder.with("tip.obj", mesh);
-    drop_on(&window_of(&lab), &mesh);
+    lab.drop_files(&[&mesh]);
     lab.wait("it joins", |seen| seen["state"]["loading"] == false);
-    let begun = Instant::now();
-    while lab.save("ball").objects.len() < 2 {
-        assert!(begun.elapsed() < PATIENCE, "it joins");
-    }
+    lab.wait("it is there", |seen| seen["values"]["objects"] == "2");
+    assert_eq!(lab.save("ball").objects.len(), 2);
 
     // Removed, but not by one click.
     lab.click_until("gallery", "gallery", true);
@@ -180,7 +164,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
 
 #[test]
 fn files_that_are_dropped_together_all_come() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -192,7 +176,7 @@ fn files_that_are_dropped_together_all_come() {
     });
     let look = (lab.folder).with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
     let all: Vec<&Path> = files.iter().chain([&look]).map(PathBuf::as_path).collect();
-    drop_all_on(&window_of(&lab), &all);
+    lab.drop_files(&all);
     let seen = lab.wait("all are there", |seen| {
         let notice = seen["state"]["notice"].as_str();
         let is_last = notice.is_some_and(|text| text.contains("The look of fern"));
@@ -220,7 +204,7 @@ fn files_that_are_dropped_together_all_come() {
 
 #[test]
 fn checkpoints_come_back() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -230,10 +214,8 @@ fn checkpoints_come_back() {
     let step = |lab: &Lab| lab.seen().expect("it is told")["state"]["step"].as_u64();
     let then = step(&lab).expect("it has grown");
     lab.click_until("out", "out", true);
-    // It has just come, and may still be finding its width.
-    sleep(Duration::from_millis(600));
     lab.click("out.export=Checkpoint");
-    let file = super::arrived(&lab, "cube_000001.ckpt");
+    let file = arrived(&lab, "cube_000001.ckpt");
     lab.key_until("Escape", "the panel goes", "out", false);
 
     // Dropped, it goes on where it was, with what was set.
@@ -270,7 +252,7 @@ fn checkpoints_come_back() {
 
 #[test]
 fn scenes_that_are_left_with_changes_are_kept() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -312,24 +294,9 @@ fn scenes_that_are_left_with_changes_are_kept() {
     assert_eq!(files.count(), 2, "what was not changed is not kept");
 }
 
-/// Puts text into the clipboard, which a program of its own holds.
-fn copy(text: &str) {
-    let mut holder = Command::new("xclip")
-        .args(["-selection", "clipboard"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("it is installed");
-    let mut pipe = holder.stdin.take().expect("it is piped");
-    pipe.write_all(text.as_bytes()).expect("it is read");
-    drop(pipe);
-    assert!(holder.wait().expect("it ends").success());
-}
-
 #[test]
 fn what_no_file_has_is_kept_whoever_ends_the_lab() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -339,7 +306,9 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
         });
     };
     unsaved("it is built in", false);
-    copy("[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:cube\"\n");
+    lab.copy(
+        "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:cube\"\n",
+    );
     lab.key("ctrl+v");
     unsaved("it is in the clipboard only", true);
 
@@ -368,13 +337,11 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
     );
 
     // Opened again it is called what it was called.
-    let output = program()
-        .current_dir(lab.folder.path())
-        .env("XDG_DATA_HOME", lab.folder.path())
-        .args(["lab", "--no-preferences", "--size=640x480"])
-        .args(["--lose-device=3,3", path(&left)])
-        .output()
-        .expect("the program starts");
-    let said = String::from_utf8_lossy(&output.stderr);
+    let mut again = program();
+    let folder = lab.folder.path();
+    again.current_dir(folder).env("XDG_DATA_HOME", folder);
+    let again = Lab::begin(again, &["--size=640x480", "--lose-device=3,3", path(&left)]);
+    again.ended();
+    let said = crate::said(&again.said);
     assert!(said.contains("cube_000002.toml"), "{said}");
 }

@@ -2,9 +2,14 @@
 //! runs. `make window-times` prints them as tables; what was measured is in `benches/results/README.md`.
 
 use std::path::PathBuf;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
-use super::*;
-use crate::program::shown_of;
+use super::can_open_a_window;
+use super::display::xdotool;
+use crate::Lab;
+use crate::lab::PATIENCE;
+use crate::program::{program, shown_of};
 
 const SIZE: &str = "--size=1280x800";
 /// Scenes that answer keys, with so many particles.
@@ -17,7 +22,7 @@ const FILM: [u64; 2] = [10, 30];
 /// An open lab, its scene running, and the seconds until its first frame and its first step.
 fn opened(scene: &str) -> (Lab, [f64; 2]) {
     let begun = Instant::now();
-    let lab = Lab::begin(program(), &[SIZE, scene, COUNT]);
+    let lab = Lab::begin_on_display(program(), &[SIZE, scene, COUNT]);
     let mut seconds = [0.0; 2];
     lab.wait("a frame", |_| true);
     seconds[0] = begun.elapsed().as_secs_f64();
@@ -25,7 +30,7 @@ fn opened(scene: &str) -> (Lab, [f64; 2]) {
         seen["state"]["loading"] == false && seen["state"]["step"].as_u64() > Some(0)
     });
     seconds[1] = begun.elapsed().as_secs_f64();
-    lab.take_hold();
+    lab.display(|display, child| display.take_hold(child));
     (lab, seconds)
 }
 
@@ -79,7 +84,7 @@ fn made(lab: &Lab, button: &str, file: &str) -> (f64, PathBuf) {
 #[test]
 #[ignore = "takes minutes, and tells of the machine; `make window-times` runs it"]
 fn times_of_the_window() {
-    if !can_tour() {
+    if !can_open_a_window() {
         return;
     }
     println!("| scene | first frame, s | first step, s | key to answer: median, 95 %, most, ms |");

@@ -1,19 +1,16 @@
-//! The tour's steps with hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
-
-#[path = "areas.rs"]
-mod areas;
-#[path = "back.rs"]
-mod back;
-#[path = "objects.rs"]
-mod objects;
+//! Hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
 
 use glam::{DQuat, EulerRot};
-use myxo::scene::settings::{FoodSettings, ObjectSettings};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 
-use super::*;
+use serde_json::Value;
+
+use crate::hand::Does;
+use crate::program::{Folder, path};
+use crate::{Lab, can_open};
 
 /// Two objects beside each other; the first is in the middle of the picture.
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 [particles]
 count = 3000
 
@@ -34,32 +31,27 @@ position = [1.5, 0.0, 0.0]
 impl Lab {
     /// What the probe tells under the pointer.
     #[track_caller]
-    fn probed(&self, what: &str) -> f64 {
+    pub fn probed(&self, what: &str) -> f64 {
         let key = format!("probe.{what}");
         let number = |seen: &Value| seen["values"][&key].as_str()?.parse::<f64>().ok();
         // What was read before the last change may still be on its way.
-        sleep(Duration::from_millis(400));
+        self.look_at(4);
         let seen = self.wait(&key, |seen| number(seen).is_some());
         number(&seen).expect("it is a number")
     }
 
     /// Draws a little to and fro, so that the pointer ends where it was.
     fn stroke(&self) {
-        xdotool(&["mousedown", "1"]);
-        sleep(Duration::from_millis(150));
-        for way in [["6", "0"], ["-6", "0"], ["6", "0"], ["-6", "0"]] {
-            let mut arguments = vec!["mousemove_relative", "--"];
-            arguments.extend(way);
-            xdotool(&arguments);
-            sleep(Duration::from_millis(120));
+        self.does(Does::Down(1));
+        for right in [6, -6, 6, -6] {
+            self.does(Does::MoveBy(right, 0));
         }
-        xdotool(&["mouseup", "1"]);
-        sleep(Duration::from_millis(120));
+        self.does(Does::Up(1));
     }
 
     /// Draws with a tool in the middle of the picture.
     #[track_caller]
-    fn paint_with(&self, tool: &str) {
+    pub fn paint_with(&self, tool: &str) {
         self.click(&format!("tool={tool}"));
         self.wait(tool, |seen| seen["values"]["tool"] == tool);
         self.point("picture", 0.5);
@@ -68,25 +60,17 @@ impl Lab {
 
     /// Holds a handle and moves it.
     #[track_caller]
-    fn pull(&self, handle: &str, way: [&str; 2]) {
+    pub fn pull(&self, handle: &str, way: [i32; 2]) {
         // It follows its object a frame later.
-        sleep(Duration::from_millis(200));
+        self.look_at(2);
         self.point(handle, 0.5);
-        sleep(Duration::from_millis(200));
-        xdotool(&["mousedown", "1"]);
-        sleep(Duration::from_millis(250));
-        for _ in 0..5 {
-            xdotool(&["mousemove_relative", "--", way[0], way[1]]);
-            sleep(Duration::from_millis(100));
-        }
-        xdotool(&["mouseup", "1"]);
-        sleep(Duration::from_millis(200));
+        self.drag(1, 5, (way[0], way[1]));
     }
 }
 
 #[test]
 fn hands_paint_what_they_touch() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -140,9 +124,10 @@ fn hands_paint_what_they_touch() {
     lab.type_until("brush.radius", 0.9, "0.2", "brush.radius", "0.200");
     lab.type_until("brush.strength", 0.9, "5", "brush.strength", "5.0");
     lab.point("picture", 0.5);
-    xdotool(&[
-        "keydown", "shift", "click", "4", "click", "4", "keyup", "shift",
-    ]);
+    lab.does(Does::KeyDown("shift"));
+    lab.does(Does::Wheel(true));
+    lab.does(Does::Wheel(true));
+    lab.does(Does::KeyUp("shift"));
     lab.wait("it grows", |seen| {
         let radius = seen["values"]["brush.radius"].as_str();
         radius.and_then(|radius| radius.parse().ok()) > Some(0.201)
@@ -187,7 +172,7 @@ fn hands_paint_what_they_touch() {
 
 #[test]
 fn strokes_that_stay_are_undone_and_come_again() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -268,7 +253,7 @@ fn strokes_that_stay_are_undone_and_come_again() {
 
 #[test]
 fn hands_work_in_every_view() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -332,7 +317,7 @@ fn rotation(object: &ObjectSettings) -> DQuat {
 
 #[test]
 fn hands_move_and_turn_objects() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -342,7 +327,7 @@ fn hands_move_and_turn_objects() {
     lab.pick("ball");
 
     // Moved, turned, and back.
-    lab.pull("gizmo=plane", ["-8", "4"]);
+    lab.pull("gizmo=plane", [-8, 4]);
     let moved = lab.save("pair");
     let way = |settings: &Settings, other: &Settings| {
         let both = (settings.objects[0].position.iter()).zip(other.objects[0].position);
@@ -350,7 +335,7 @@ fn hands_move_and_turn_objects() {
     };
     assert!(way(&moved, &start) > 0.05, "{:?}", moved.objects[0]);
     assert_eq!(moved.objects[1], start.objects[1], "the other one stays");
-    lab.pull("gizmo=y", ["0", "-8"]);
+    lab.pull("gizmo=y", [0, -8]);
     let higher = lab.save("pair").objects[0].position;
     assert!(
         higher[1] > moved.objects[0].position[1] + 0.05,
@@ -362,8 +347,8 @@ fn hands_move_and_turn_objects() {
     let mut before = moved.objects[0].position;
     for (axis, handle) in [(0, "gizmo=x"), (2, "gizmo=z")] {
         let [middle, end] = ["gizmo=plane", handle].map(|name| lab.place(name));
-        let way = [0, 1].map(|i| (0.1 * (end[i] - middle[i])).round().to_string());
-        lab.pull(handle, [&way[0], &way[1]]);
+        let way = [0, 1].map(|i| (0.1 * (end[i] - middle[i])).round() as i32);
+        lab.pull(handle, way);
         let after = lab.save("pair").objects[0].position;
         for i in 0..3 {
             let moved = after[i] - before[i];
@@ -383,7 +368,7 @@ fn hands_move_and_turn_objects() {
     }
     // About the axis of the ring, and no other.
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        lab.pull(&format!("gizmo=turn.{name}"), ["8", "8"]);
+        lab.pull(&format!("gizmo=turn.{name}"), [8, 8]);
         let turned = lab.save("pair");
         let before = &moved.objects[0];
         assert_eq!(turned.objects[0].position, before.position, "{name}");
@@ -399,7 +384,7 @@ fn hands_move_and_turn_objects() {
 
 #[test]
 fn hands_put_food_there_and_take_it_away() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -474,7 +459,7 @@ fn hands_put_food_there_and_take_it_away() {
     // Dragged, the picture stands still; back in one go.
     let camera = lab.value("camera");
     let lay = lab.save("pair").foods;
-    lab.pull("picture", ["9", "5"]);
+    lab.pull("picture", [9, 5]);
     foods("1");
     let dragged = lab.save("pair").foods;
     let [food] = &dragged[..] else {
@@ -499,7 +484,7 @@ fn hands_put_food_there_and_take_it_away() {
     foods("0");
     assert_eq!(lab.save("pair").foods, []);
     // There is no food any more: the picture turns.
-    lab.pull("picture", ["9", "5"]);
+    lab.pull("picture", [9, 5]);
     lab.wait("it turns", |seen| seen["values"]["camera"] != camera);
     foods("0");
     lab.key("ctrl+z");

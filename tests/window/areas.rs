@@ -1,8 +1,11 @@
-//! The tour's steps with painted areas: they stay when the scene begins anew, are saved beside it, and particles begin on them.
+//! Painted areas: they stay when the scene begins anew, are saved beside it, and particles begin on them.
 
 use myxo::scene::settings::Start;
 
-use super::*;
+use crate::hands::SCENE;
+use crate::program::{Folder, path};
+use crate::{Lab, can_open};
+use myxo::scene::{Overrides, Scene};
 
 impl Lab {
     /// Waits for what the probe tells of areas under the pointer.
@@ -22,7 +25,7 @@ fn attracts(painted: Option<&str>) -> bool {
 
 #[test]
 fn painted_areas_stay_are_saved_and_are_begun_on() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();

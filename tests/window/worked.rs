@@ -1,20 +1,25 @@
-//! The end of the tour: every control that it has met, and every key that the help lists, was worked by it.
+//! The end of it all: every control that a test has met, and every key that the help lists, was worked by one.
 //!
 //! Controls are known by their names in `--places`; what all rows have, such as a way back, is one control. Worked is one onto
 //! which the pointer was brought before one of its buttons went down, and a key that was pressed anywhere; what came of it is
-//! for the tours themselves to see. Controls that no tour meets are for `tests/tidy.rs` to find.
+//! for the tests themselves to see. Controls that no test meets are for the tests of the project to find.
+//!
+//! Where tests run in several processes, the variable `MYXO_WORKED` names a folder in which each process keeps what it has seen
+//! and done; the process that runs the check in the end, by itself, reads all of it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::can_tour;
+use crate::can_open;
 
-/// All tours together may take so long on a slow machine.
+/// All tests together may take so long on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(3600);
 
 /// Of which there are as many as there are scenes, looks, files, maps or words: one of them stands for all. Of others, such as
@@ -26,18 +31,50 @@ const ANY: [&str; 7] = [
 /// The beginnings of names whose words after `=` are controls of their own, though a dot is in them.
 const OWN_WORDS: [&str; 2] = ["out.", "picture.background"];
 
-/// What all tours have seen and done.
-#[derive(Default)]
+/// What all tests have seen and done.
+#[derive(Default, Deserialize, Serialize)]
 struct Told {
     /// The first name of each control that was met.
     met: BTreeMap<String, String>,
     worked: BTreeSet<String>,
     /// Those of the help.
     keys: BTreeSet<String>,
-    /// Where the pointer is.
-    at: String,
     /// Tests that have ended.
     ended: BTreeSet<String>,
+}
+
+impl Told {
+    /// With what another process has seen and done.
+    fn with(mut self, other: Self) -> Self {
+        self.met.extend(other.met);
+        self.worked.extend(other.worked);
+        self.keys.extend(other.keys);
+        self
+    }
+}
+
+/// The folder that `MYXO_WORKED` names.
+fn shared_folder() -> Option<PathBuf> {
+    std::env::var_os("MYXO_WORKED").map(PathBuf::from)
+}
+
+/// A lab has closed: keeps what this process has seen and done so far, where other processes are to know it.
+pub fn keep() {
+    if let Some(folder) = shared_folder() {
+        let file = folder.join(format!("{}.json", std::process::id()));
+        let text = told(|told| serde_json::to_string(told).expect("it is plain"));
+        std::fs::write(file, text).expect("MYXO_WORKED is a folder that can be written");
+    }
+}
+
+/// All that the processes of the shared folder have seen and done.
+fn of_all(folder: &Path) -> Told {
+    let files = std::fs::read_dir(folder).expect("MYXO_WORKED is a folder");
+    let told = files.map(|file| {
+        let text = std::fs::read(file.expect("it can be listed").path()).expect("it can be read");
+        serde_json::from_slice::<Told>(&text).expect("a process has written it")
+    });
+    told.fold(Told::default(), Told::with)
 }
 
 static TOLD: Mutex<Option<Told>> = Mutex::new(None);
@@ -48,7 +85,7 @@ fn told<T>(what: impl FnOnce(&mut Told) -> T) -> T {
 }
 
 /// What stands for the control of this name.
-fn control(name: &str) -> String {
+fn kind_of(name: &str) -> String {
     let parts = name.split_inclusive(['.', ':']).map(|part| {
         let (word, end) = part.split_at(part.trim_end_matches(['.', ':']).len());
         let is_number = !word.is_empty() && word.bytes().all(|b| b.is_ascii_digit());
@@ -83,7 +120,7 @@ pub fn met(seen: &Value) {
     };
     told(|told| {
         for name in places.keys() {
-            let first = told.met.entry(control(name));
+            let first = told.met.entry(kind_of(name));
             first.or_insert_with(|| name.clone());
         }
         if let Some(keys) = seen["values"]["help.keys"].as_str() {
@@ -92,40 +129,22 @@ pub fn met(seen: &Value) {
     });
 }
 
-/// The pointer was brought there.
-pub fn at(name: &str) {
-    told(|told| told.at = control(name));
+/// The pointer is on this control, and one of its buttons has gone down.
+pub fn control(name: &str) {
+    told(|told| told.worked.insert(kind_of(name)));
 }
 
-/// The hand has done this.
-pub fn did(arguments: &[&str]) {
-    told(|told| match arguments.first() {
-        // The wheel has other numbers.
-        Some(&("mousedown" | "click")) if matches!(arguments.last(), Some(&("1" | "2" | "3"))) => {
-            let at = told.at.clone();
-            told.worked.insert(at);
-        }
-        Some(&"key") => {
-            let mut words = arguments.iter().skip(1);
-            while let Some(word) = words.next() {
-                if word.starts_with("--") {
-                    // Its value.
-                    words.next();
-                } else {
-                    told.worked.insert(format!("key {}", word.to_lowercase()));
-                }
-            }
-        }
-        _ => {}
-    });
+/// These keys were pressed together.
+pub fn key(name: &str) {
+    told(|told| told.worked.insert(format!("key {}", name.to_lowercase())));
 }
 
 /// A test of this program, until its thread ends.
-struct Tour {
+struct Begun {
     name: String,
 }
 
-impl Drop for Tour {
+impl Drop for Begun {
     fn drop(&mut self) {
         told(|told| told.ended.insert(std::mem::take(&mut self.name)));
     }
@@ -137,8 +156,8 @@ fn own_name() -> String {
 
 /// The test that calls it is waited for, whatever comes of it.
 pub fn begins() {
-    thread_local!(static TOUR: Tour = Tour { name: own_name() });
-    TOUR.with(|_| {});
+    thread_local!(static BEGUN: Begun = Begun { name: own_name() });
+    BEGUN.with(|_| {});
 }
 
 /// The keys that the help lists, as the hand names them.
@@ -157,40 +176,35 @@ fn keys_of(list: &str) -> Vec<String> {
     keys.map(|one| format!("key {}", key(one))).collect()
 }
 
-/// The tests of this program that run by themselves.
-fn tours() -> BTreeSet<String> {
-    let tests = |kinds: &[&str]| {
-        let program = std::env::current_exe().expect("it is running");
-        let list = Command::new(program).arg("--list").args(kinds).output();
-        let list = String::from_utf8(list.expect("it lists its tests").stdout);
-        let list = list.expect("they are words");
-        let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
-        names.map(str::to_owned).collect::<BTreeSet<_>>()
-    };
-    &tests(&[]) - &tests(&["--ignored"])
+/// The tests of this program, as far as these words choose them.
+fn tests(words: &[String]) -> BTreeSet<String> {
+    let program = std::env::current_exe().expect("it is running");
+    let list = Command::new(program).arg("--list").args(words).output();
+    let list = String::from_utf8(list.expect("it lists its tests").stdout);
+    let list = list.expect("they are words");
+    let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+    names.map(str::to_owned).collect()
 }
 
-/// Comes last by its name, so that one thread is enough for all.
+/// Comes last by its name, so that one thread is enough for all. Those that need a display may be left out.
 #[test]
 fn every_control_that_was_met_was_worked() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
-    let mut words = std::env::args().skip(1);
-    let has_value = |word: &str| matches!(word, "--color" | "--format" | "--test-threads");
-    let mut words_alone = std::iter::from_fn(|| {
-        let word = words.next()?;
-        if has_value(&word) {
-            words.next();
-        }
-        Some(word)
-    });
-    // What `--skip` names is one, too.
-    let filter = words_alone.find(|word| !word.starts_with('-'));
-    if let Some(filter) = filter {
-        return eprintln!("skipped: {filter:?} chooses tests, and only the whole tour can tell");
+    if let Some(folder) = shared_folder() {
+        return check(&of_all(&folder));
     }
-    let mut others = tours();
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let ignored = tests(&["--ignored".to_owned()]);
+    let mut others = &tests(&words) - &ignored;
+    let all = &tests(&[]) - &ignored;
+    let left_out = all
+        .difference(&others)
+        .find(|name| !name.starts_with("real::"));
+    if let Some(name) = left_out {
+        return eprintln!("skipped: {name} was not chosen, and only all of them together can tell");
+    }
     let own = others.pop_last().unwrap_or_default();
     assert!(own.ends_with("every_control_that_was_met_was_worked"));
     let missing = || told(|told| others.difference(&told.ended).cloned().collect::<Vec<_>>());
@@ -202,14 +216,19 @@ fn every_control_that_was_met_was_worked() {
             sleep(Duration::from_millis(200));
         }
     }
-    let (met, worked, keys) =
-        told(|told| (told.met.clone(), told.worked.clone(), told.keys.clone()));
+    told(|told| check(told));
+}
+
+fn check(told: &Told) {
+    let Told {
+        met, worked, keys, ..
+    } = told;
     assert!(met.len() > 150 && keys.len() > 40, "{met:?}, {keys:?}");
     let left: Vec<&String> = (met.iter())
         .filter(|(control, _)| !worked.contains(*control))
         .map(|(_, name)| name)
         .collect();
-    let not_pressed: Vec<&String> = keys.difference(&worked).collect();
+    let not_pressed: Vec<&String> = keys.difference(worked).collect();
     assert!(
         left.is_empty() && not_pressed.is_empty(),
         "nobody has worked {left:?}, nor pressed {not_pressed:?}"
@@ -232,7 +251,7 @@ fn controls_of_a_kind_are_one() {
         ("out.kind=GIF", "out.kind=GIF"),
         ("tool=erase", "tool=erase"),
     ] {
-        assert_eq!(control(name), is);
+        assert_eq!(kind_of(name), is);
     }
     assert_eq!(keys_of("H, F1"), ["key h", "key f1"]);
     assert_eq!(keys_of("S  ."), ["key s", "key period"]);

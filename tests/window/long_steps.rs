@@ -1,6 +1,9 @@
-//! The tour's steps where one of the simulation takes longer than a hand waits.
+//! Where one step of the simulation takes longer than a hand waits.
 
-use super::*;
+use serde_json::Value;
+
+use crate::hand::Does;
+use crate::{Lab, can_open};
 
 /// So many particles that walk with every sensor keep any CPU busy.
 const SLOW: [&str; 5] = [
@@ -17,7 +20,7 @@ fn number(seen: &Value, name: &str) -> u64 {
 
 #[test]
 fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let device = myxo::gpu::Context::new(&myxo::gpu::ContextOptions::default());
@@ -45,8 +48,7 @@ fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
     let begun = number(&lab.seen().expect("it is told"), "step");
     lab.point("picture", 0.4);
     for _ in 0..60 {
-        xdotool(&["mousemove_relative", "--", "2", "1"]);
-        sleep(Duration::from_millis(30));
+        lab.does(Does::MoveBy(2, 1));
     }
     let seen = lab.wait("steps go on", |seen| number(seen, "step") > begun + 1);
     if is_slow {

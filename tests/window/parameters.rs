@@ -1,7 +1,7 @@
-//! The tour's steps through the panel: every parameter is turned by hand, and the saved scene has what it became.
+//! The panel: every parameter is turned by hand, and the saved scene has what it became.
 
-use super::{Lab, SMALL, can_tour, out, path};
-use crate::program::Folder;
+use crate::program::{Folder, path};
+use crate::{Lab, SMALL, can_open, out};
 use myxo::scene::parameters::{
     FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle,
 };
@@ -133,7 +133,7 @@ const START_FOOD: &str = "particles.start_food";
 /// Particles are drawn without the trail.
 const OF_TRAIL: [&str; 2] = ["picture.brightest", "picture.darkest"];
 
-/// These have buttons and a list instead of what can be typed; other tours use them.
+/// These have buttons and a list instead of what can be typed; other tests use them.
 fn has_row(parameter: &Parameter) -> bool {
     !matches!(parameter.key, "picture.show" | "picture.color_map")
 }
@@ -144,7 +144,7 @@ fn is_word<T>(parameter: &Parameter<T>) -> bool {
 
 #[test]
 fn every_parameter_can_be_turned_by_hand() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -261,7 +261,7 @@ fn every_parameter_can_be_turned_by_hand() {
 
 #[test]
 fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);

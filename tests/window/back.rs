@@ -1,6 +1,6 @@
-//! Steps of the tour on the way back to what had grown: after a reset, and from another scene.
+//! The way back to what had grown: after a reset, and from another scene.
 
-use super::*;
+use crate::{Lab, SMALL, can_open};
 
 fn step(lab: &Lab) -> u64 {
     let seen = lab.seen().expect("it is told");
@@ -21,7 +21,7 @@ fn stands(lab: &Lab, scene: &str, step: u64) {
 fn told(lab: &Lab) -> [String; 2] {
     lab.point("picture", 0.5);
     // What was read before the last change may still be on its way.
-    sleep(Duration::from_millis(600));
+    lab.look_at(4);
     lab.wait("it is probed", |seen| {
         seen["values"]["probe.trail"].is_string()
     });
@@ -31,7 +31,7 @@ fn told(lab: &Lab) -> [String; 2] {
 
 #[test]
 fn what_had_grown_comes_back() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -66,7 +66,7 @@ fn what_had_grown_comes_back() {
     // What was to be undone still is.
     for key in ["ctrl+z", "ctrl+z"] {
         lab.key(key);
-        sleep(Duration::from_millis(400));
+        lab.look_at(2);
     }
     let undone = lab.save("cube");
     assert_eq!(undone.trail.decay, saved.trail.decay);

@@ -1,78 +1,46 @@
-//! The tour's steps through what the picture shows, the light, and the camera.
+//! What the picture shows, the light, and the camera.
 
-use super::{Lab, SMALL, Value, can_tour, path, sleep, xdotool};
-use crate::program::Folder;
-use std::time::Duration;
+use serde_json::Value;
 
-fn drag(lab: &Lab, name: &str, right: i32, down: i32) {
-    lab.point(name, 0.5);
-    xdotool(&["mousedown", "1"]);
-    sleep(Duration::from_millis(120));
-    for _ in 0..6 {
-        let (x, y) = ((right / 6).to_string(), (down / 6).to_string());
-        xdotool(&["mousemove_relative", "--", &x, &y]);
-        sleep(Duration::from_millis(80));
-    }
-    xdotool(&["mouseup", "1"]);
-    sleep(Duration::from_millis(200));
-}
+use crate::hand::Does;
+use crate::program::{Folder, path};
+use crate::{Lab, SMALL, can_open};
 
-/// Drags until something has changed: on a display that is short of time, drags are lost.
+/// Drags until something has changed.
 #[track_caller]
 pub fn drag_until(lab: &Lab, name: &str, (right, down): (i32, i32), value: &str) {
-    let told = |lab: &Lab| lab.seen().map(|seen| seen["values"][value].clone());
-    let before = told(lab);
-    for _ in 0..5 {
-        drag(lab, name, right, down);
-        for _ in 0..30 {
-            if told(lab) != before {
-                // The last of it may be on its way.
-                sleep(Duration::from_millis(300));
-                return;
-            }
-            sleep(Duration::from_millis(50));
-        }
-    }
-    panic!("{value} stays {before:?}");
+    let told = |seen: &Value| seen["values"][value].clone();
+    let before = told(&lab.seen().expect("it is told"));
+    let act = || {
+        lab.point(name, 0.5);
+        lab.drag(1, 6, (right / 6, down / 6));
+    };
+    lab.again_until(value, act, |seen| told(seen) != before);
 }
 
 /// Empties the field that parameters are looked for in, so that the panel shows everything.
 #[track_caller]
 pub fn look_for_nothing(lab: &Lab) {
-    for _ in 0..5 {
+    let act = || {
         lab.click("filter");
         lab.key("ctrl+a");
         lab.key("BackSpace");
         lab.key("Return");
-        for _ in 0..30 {
-            if lab
-                .seen()
-                .is_some_and(|seen| seen["values"]["filter"] == "")
-            {
-                return;
-            }
-            sleep(Duration::from_millis(50));
-        }
-    }
-    panic!("the field is not empty: {:?}", lab.seen());
+    };
+    lab.again_until("the field is empty", act, |seen| {
+        seen["values"]["filter"] == ""
+    });
 }
 
 /// Clicks until something is told.
 #[track_caller]
 fn click_for(lab: &Lab, name: &str, value: &str, wanted: &str) {
-    for _ in 0..5 {
-        lab.click(name);
-        for _ in 0..30 {
-            if lab
-                .seen()
-                .is_some_and(|seen| seen["values"][value] == wanted)
-            {
-                return;
-            }
-            sleep(Duration::from_millis(50));
-        }
-    }
-    panic!("{value} is not {wanted}: {:?}", lab.seen());
+    let what = format!("{value} is {wanted}");
+    lab.again_until(
+        &what,
+        || lab.click(name),
+        |seen| seen["values"][value] == wanted,
+    );
 }
 
 /// Two that touch, so that there is a distance to be shown.
@@ -95,7 +63,7 @@ position = [1.9, 0, 0]
 
 #[test]
 fn every_view_can_be_chosen_and_told() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -180,7 +148,7 @@ fn every_view_can_be_chosen_and_told() {
 
 #[test]
 fn the_light_and_the_camera_can_be_moved() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -211,11 +179,9 @@ fn the_light_and_the_camera_can_be_moved() {
         "{dragged:?}"
     );
     look_for_nothing(&lab);
-    xdotool(&["keydown", "l"]);
-    sleep(Duration::from_millis(200));
+    lab.does(Does::KeyDown("l"));
     drag_until(&lab, "picture", (90, 0), "light");
-    xdotool(&["keyup", "l"]);
-    sleep(Duration::from_millis(200));
+    lab.does(Does::KeyUp("l"));
     let moved = lab.save("cube");
     assert!(
         moved.picture.light_azimuth > dragged.light_azimuth + 5.0,
@@ -233,17 +199,9 @@ fn the_light_and_the_camera_can_be_moved() {
     lab.find("picture.background");
     let color = |seen: &Value| seen["values"]["picture.background"].clone();
     let first = color(&lab.seen().expect("it tells"));
-    for _ in 0..5 {
-        lab.click("picture.background=color");
-        xdotool(&["mousemove_relative", "--", "120", "150"]);
-        sleep(Duration::from_millis(200));
-        lab.press();
-        sleep(Duration::from_millis(300));
-        if lab.seen().is_some_and(|seen| color(&seen) != first) {
-            break;
-        }
-        lab.key("Escape");
-    }
+    lab.click("picture.background=color");
+    lab.does(Does::MoveBy(120, 150));
+    lab.press();
     lab.wait("another background", |seen| color(seen) != first);
     lab.key("Escape");
     let background = lab.save("cube").picture.background;
@@ -273,12 +231,11 @@ fn the_light_and_the_camera_can_be_moved() {
 
     lab.key_until("v", "it flies", "flying", true);
     let target = lab.seen().expect("it tells")["values"]["camera.target"].clone();
-    xdotool(&["keydown", "w"]);
+    lab.does(Does::KeyDown("w"));
     lab.wait("it goes forward", |seen| {
         seen["values"]["camera.target"] != target
     });
-    xdotool(&["keyup", "w"]);
-    sleep(Duration::from_millis(500));
+    lab.does(Does::KeyUp("w"));
     let gone = lab.save("cube").camera;
     assert_ne!(gone.target, wide.target, "forward");
     assert_eq!(
@@ -292,10 +249,9 @@ fn the_light_and_the_camera_can_be_moved() {
     let mut at = looked.target;
     let mut go = |key: &str| {
         let before = lab.seen().expect("it tells")["values"]["camera.target"].clone();
-        xdotool(&["keydown", key]);
+        lab.does(Does::KeyDown(key));
         lab.wait(key, |seen| seen["values"]["camera.target"] != before);
-        xdotool(&["keyup", key]);
-        sleep(Duration::from_millis(500));
+        lab.does(Does::KeyUp(key));
         let target = lab.save("cube").camera.target;
         let way: [f32; 3] = std::array::from_fn(|i| target[i] - at[i]);
         at = target;
@@ -309,15 +265,13 @@ fn the_light_and_the_camera_can_be_moved() {
     let speed = |seen: &Value| seen["values"]["fly.speed"].as_str()?.parse::<f32>().ok();
     let before = speed(&lab.seen().expect("it tells"));
     lab.point("picture", 0.5);
-    xdotool(&["click", "4"]);
+    lab.does(Does::Wheel(true));
     lab.wait("it is quicker", |seen| speed(seen) > before);
-    // A wheel goes on for some frames.
-    sleep(Duration::from_millis(700));
     let quicker = lab.seen().expect("it tells");
-    xdotool(&["keydown", "Shift_L"]);
+    lab.does(Does::KeyDown("Shift_L"));
     let four_times = speed(&quicker).map(|speed| 4.0 * speed);
     lab.wait("Shift hurries", |seen| speed(seen) == four_times);
-    xdotool(&["keyup", "Shift_L"]);
+    lab.does(Does::KeyUp("Shift_L"));
     lab.wait("no longer", |seen| speed(seen) == speed(&quicker));
     lab.click_until("fly", "flying", false);
     lab.quit();

@@ -11,12 +11,9 @@ use x11rb::protocol::xproto::{
 };
 use x11rb::wrapper::ConnectionExt as _;
 
-/// Drops one file in the middle of the window, and waits until the window has taken it.
-pub fn drop_on(window: &str, file: &Path) {
-    drop_all_on(window, &[file]);
-}
+use crate::lab::PATIENCE;
 
-/// The same with several files at once.
+/// Drops files in the middle of the window, and waits until the window has taken them.
 pub fn drop_all_on(window: &str, files: &[&Path]) {
     let window: Window = window.parse().expect("it is a number");
     let (connection, screen) = x11rb::connect(None).expect("there is a display");
@@ -55,7 +52,7 @@ pub fn drop_all_on(window: &str, files: &[&Path]) {
     let (mut is_accepted, mut is_asked, mut is_dropped) = (false, false, false);
     let begun = Instant::now();
     loop {
-        assert!(begun.elapsed() < super::super::PATIENCE, "it is taken");
+        assert!(begun.elapsed() < PATIENCE, "it is taken");
         match connection.poll_for_event().expect("the display is there") {
             Some(Event::ClientMessage(event)) if event.type_ == status => {
                 is_accepted = event.data.as_data32()[1] & 1 == 1;

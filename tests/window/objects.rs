@@ -1,9 +1,13 @@
-//! Steps of the tour with whole objects: scaled by the box beside the middle one, added, taken out, and each undone. The
+//! Whole objects: scaled by the box beside the middle one, added, taken out, and each undone. The
 //! simulation goes on from where it was each time.
 
 use myxo::mesh::builtin::BUILTINS;
 
-use super::*;
+use serde_json::Value;
+
+use crate::hands::SCENE;
+use crate::program::{Folder, path};
+use crate::{Lab, can_open};
 
 fn step(lab: &Lab) -> u64 {
     let seen = lab.seen().expect("it is told");
@@ -21,27 +25,19 @@ fn there_are(lab: &Lab, count: &str, since: u64) {
     assert_eq!(step(lab), since, "it has not begun anew");
 }
 
-/// Adds one by the menu; where a display is short of time, clicks are lost.
+/// Adds one by the menu.
 #[track_caller]
 fn add(lab: &Lab, name: &str) {
-    for _ in 0..5 {
-        lab.click("add");
-        lab.click(&format!("add={name}"));
-        for _ in 0..200 {
-            let is_coming =
-                |seen: Value| seen["state"]["loading"] == true || seen["values"]["objects"] == "3";
-            if lab.seen().is_some_and(is_coming) {
-                return;
-            }
-            sleep(Duration::from_millis(50));
-        }
-    }
-    panic!("{name} does not come: {:?}", lab.seen());
+    lab.click("add");
+    lab.click(&format!("add={name}"));
+    lab.wait(name, |seen: &Value| {
+        seen["state"]["loading"] == true || seen["values"]["objects"] == "3"
+    });
 }
 
 #[test]
 fn hands_duplicate_objects() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -98,7 +94,7 @@ fn hands_duplicate_objects() {
     }
     // As many are there for a moment before the second comes.
     there_are(&lab, "4", grown);
-    sleep(Duration::from_secs(2));
+    lab.look_at(60);
     there_are(&lab, "4", grown);
     let rest = lab.save("pair");
     assert_eq!(rest.objects[..3], twice.objects);
@@ -112,7 +108,7 @@ fn hands_duplicate_objects() {
 
 #[test]
 fn hands_scale_add_and_remove_objects() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -126,7 +122,7 @@ fn hands_scale_add_and_remove_objects() {
 
     // Larger, and as it was.
     lab.pick("ball");
-    lab.pull("gizmo=scale", ["6", "-6"]);
+    lab.pull("gizmo=scale", [6, -6]);
     lab.wait("it has grown", |seen| {
         let scale = seen["values"]["picked.scale"].as_str();
         scale.and_then(|scale| scale.parse().ok()) > Some(1.2)

@@ -1,9 +1,15 @@
-//! Steps of the tour through the dialog that opens files: by its key, from the gallery and from the menu of objects.
+//! The dialog that opens files: by its key, from the gallery and from the menu of objects.
 
 use std::path::Path;
 
-use super::out::hear_once_loaded;
-use super::*;
+use image::GrayImage;
+use myxo::scene::{Overrides, Scene};
+use serde_json::Value;
+
+use crate::hand::Does;
+use crate::out::hear_once_loaded;
+use crate::program::{Folder, path, program};
+use crate::{Lab, SMALL, can_open};
 
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const SCENE: &str =
@@ -11,11 +17,11 @@ const SCENE: &str =
 
 /// Types a path into the dialog that is open, in place of the one that it begins with or behind it, until it is taken.
 #[track_caller]
-fn type_path(lab: &Lab, path: &str, is_behind: bool) {
+pub fn type_path(lab: &Lab, path: &str, is_behind: bool) {
     lab.wait("the dialog is there", |seen| {
         seen["state"]["opening"] == true
     });
-    for _ in 0..5 {
+    let act = || {
         lab.key("slash");
         lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
         if !is_behind {
@@ -23,40 +29,13 @@ fn type_path(lab: &Lab, path: &str, is_behind: bool) {
         }
         lab.write(path);
         lab.key("Return");
-        for _ in 0..30 {
-            if (lab.seen()).is_some_and(|seen| seen["state"]["opening"] == false) {
-                return;
-            }
-            sleep(Duration::from_millis(50));
-        }
-    }
-    panic!("{path} is not taken: {:?}", lab.seen());
-}
-
-/// What the lab has put into the clipboard, once this is part of it.
-#[track_caller]
-fn clipboard(lab: &Lab, part: &str) -> String {
-    let begun = Instant::now();
-    loop {
-        // It waits for whoever has copied something.
-        let output = Command::new("timeout")
-            .args(["5", "xclip", "-selection", "clipboard", "-out"])
-            .stdin(Stdio::null())
-            .output();
-        let output = output.expect("it is installed");
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        if text.contains(part) {
-            return text;
-        }
-        assert!(begun.elapsed() < PATIENCE, "{text}");
-        lab.is_open();
-        sleep(Duration::from_millis(100));
-    }
+    };
+    lab.again_until(path, act, |seen| seen["state"]["opening"] == false);
 }
 
 #[test]
 fn files_are_opened_by_a_dialog() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -78,7 +57,7 @@ fn files_are_opened_by_a_dialog() {
     let camera = lab.value("camera");
     lab.point("picture", 0.1);
     lab.press();
-    xdotool(&["click", "4"]);
+    lab.does(Does::Wheel(true));
     lab.key_until("Escape", "the dialog goes", "opening", false);
     let seen = lab.seen().expect("it is told");
     assert_eq!(seen["values"]["tool"], "trail", "and nothing else");
@@ -166,7 +145,7 @@ fn files_are_opened_by_a_dialog() {
     };
     assert!(is_told(&lab.seen().expect("it is told")));
     lab.click("error.0:copy");
-    let copied = clipboard(&lab, "is out of range");
+    let copied = lab.clipboard("is out of range");
     assert!(copied.contains("trail.decay = 7"), "{copied}");
     assert!(is_told(&lab.seen().expect("it is told")), "it stays");
     lab.click("error.0");
@@ -197,7 +176,7 @@ fn files_are_opened_by_a_dialog() {
 /// Between a restart and the scene's return the hand goes on.
 #[test]
 fn what_is_changed_while_a_scene_loads_is_kept() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
@@ -222,7 +201,7 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
 
 #[test]
 fn what_was_chosen_is_there_the_next_time() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let kept = Folder::new();
@@ -235,8 +214,6 @@ fn what_was_chosen_is_there_the_next_time() {
     };
     let lab = open(path(&file));
     lab.click_until("out", "out", true);
-    // It has just come, and may still be finding its width.
-    sleep(Duration::from_millis(600));
     lab.type_until("out.turns", 0.5, "0.5", "out.turns", "0.5");
     lab.type_until("out.seconds", 0.5, "3", "out.seconds", "3");
     lab.quit();
@@ -258,7 +235,7 @@ fn what_was_chosen_is_there_the_next_time() {
 /// What waits for a restart may be half of what a scene needs to begin. What is saved can be opened all the same.
 #[test]
 fn what_is_saved_can_be_opened() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -293,12 +270,12 @@ fn what_is_saved_can_be_opened() {
 /// A picture to begin on is chosen beside the field for its path, for the scene and for an object of it.
 #[test]
 fn masks_are_chosen_by_the_dialog() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let folder = Folder::new();
     let file = folder.with("ball.toml", SCENE);
-    let white = image::GrayImage::from_pixel(16, 16, image::Luma([255]));
+    let white = GrayImage::from_pixel(16, 16, image::Luma([255]));
     let beside = folder.file("mask.png");
     white.save(&beside).expect("it can be written");
     let lab = Lab::open(&[path(&file)]);

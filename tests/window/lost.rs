@@ -1,11 +1,16 @@
-//! Steps of the tour in which the device is lost: the lab goes on with another one in the same window, says so in it, and keeps
+//! The device is lost: the lab goes on with another one in the same window, says so in it, and keeps
 //! what can be kept; where that cannot be, it ends with a sentence.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::ExitStatus;
 
-use super::super::super::*;
-use super::super::{arrived, shown_of};
-use super::{goes_on, hear};
+use myxo::scene::{Overrides, Scene};
+
+use crate::hand::Does;
+use crate::out::arrived;
+use crate::program::{Folder, program, shown_of};
+use crate::troubles::{goes_on, hear};
+use crate::{Lab, SMALL, can_open, said};
 
 /// So many pictures are not drawn before the window is held, and then none counts.
 const PICTURES: &str = "--lose-device=150";
@@ -48,7 +53,7 @@ fn held_with_gifs() -> Lab {
 
 #[test]
 fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = held_with_gifs();
@@ -58,8 +63,7 @@ fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
     lab.key_until("2", "what is shown", "show", "particles");
     lab.point("picture", 0.4);
     for _ in 0..3 {
-        xdotool(&["click", "4"]);
-        sleep(Duration::from_millis(150));
+        lab.does(Does::Wheel(true));
     }
     // Its pictures are kept as far as they have come. While it goes on, pictures count.
     lab.key_until("F9", "it is recorded", "recording", true);
@@ -94,7 +98,7 @@ fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
 
 #[test]
 fn a_film_keeps_the_pictures_that_it_had_when_the_device_was_lost() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = held_with_gifs();
@@ -111,20 +115,21 @@ fn a_film_keeps_the_pictures_that_it_had_when_the_device_was_lost() {
 /// It would be lost for ever.
 #[test]
 fn a_device_that_is_lost_again_ends_it_with_a_sentence_and_the_scene() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
-    let _hand = HAND.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = Folder::new();
-    let output = program()
-        .current_dir(folder.path())
-        .args(["lab", "--no-preferences", "--size=640x480", "--validate"])
-        .args(["--lose-device=5,3", "--set=trail.decay=0.75"])
-        .args(SMALL)
-        .output()
-        .expect("the program starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    ended_with(&said, output.status, folder.path(), &[]);
+    let lab = Lab::begin(
+        program(),
+        &[
+            &["--size=640x480", "--validate", "--lose-device=5,3"][..],
+            &["--set=trail.decay=0.75"],
+            &SMALL,
+        ]
+        .concat(),
+    );
+    let status = lab.ended();
+    let folder = &lab.folder;
+    ended_with(&said(&lab.said), status, folder.path(), &[]);
     let saved = Scene::read(&folder.file("cube_000001.toml"), &Overrides::default());
     assert_eq!(saved.expect("it can be read").1.trail.decay, 0.75);
 }
@@ -156,7 +161,7 @@ fn driver() -> Option<PathBuf> {
 
 #[test]
 fn where_no_other_device_is_found_it_ends_with_a_sentence_and_the_scene() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let Some(driver) = driver() else {

@@ -1,7 +1,10 @@
-//! The tour's steps through keys, drags and clicks that are other ways to something, or have no control of their own.
+//! Keys, drags and clicks that are other ways to something, or have no control of their own.
 
-use super::*;
-use myxo::scene::settings::CameraSettings;
+use myxo::scene::settings::{CameraSettings, Settings};
+use serde_json::Value;
+
+use crate::hand::Does;
+use crate::{Lab, SMALL, can_open, views};
 
 fn step(seen: &Value) -> u64 {
     seen["state"]["step"].as_u64().expect("it is a number")
@@ -23,34 +26,21 @@ impl Saved<'_> {
         self.next().camera
     }
 
-    /// The camera after a gesture, which is made again where a display short of time has lost it.
+    /// The camera after a gesture.
     #[track_caller]
     fn camera_after(&self, what: &str, gesture: impl Fn(&Lab)) -> CameraSettings {
         let before = self.camera();
-        for _ in 0..5 {
-            gesture(self.lab);
-            // Flights take a while.
-            sleep(Duration::from_millis(1200));
-            let after = self.camera();
-            if after != before {
-                return after;
-            }
-        }
-        panic!("{what}: {before:?} stays")
+        gesture(self.lab);
+        let after = self.camera();
+        assert_ne!(after, before, "{what}");
+        after
     }
 }
 
 /// Drags the middle of the picture with one of the pointer's buttons.
-fn drag_picture(lab: &Lab, button: &str) {
+fn drag_picture(lab: &Lab, button: u8) {
     lab.point("picture", 0.5);
-    xdotool(&["mousedown", button]);
-    sleep(Duration::from_millis(120));
-    for _ in 0..6 {
-        xdotool(&["mousemove_relative", "--", "10", "5"]);
-        sleep(Duration::from_millis(60));
-    }
-    xdotool(&["mouseup", button]);
-    sleep(Duration::from_millis(120));
+    lab.drag(button, 6, (10, 5));
 }
 
 fn far(some: &CameraSettings, other: &CameraSettings) -> f32 {
@@ -60,7 +50,7 @@ fn far(some: &CameraSettings, other: &CameraSettings) -> f32 {
 
 #[test]
 fn every_gesture_and_every_other_key_has_its_effect() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);
@@ -71,12 +61,12 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     // The camera: panned by the other buttons and by Shift, brought back by keys.
     for (what, key) in [("right", "f"), ("middle", "Home"), ("shift", "f")] {
         let moved = saved.camera_after(what, |lab| match what {
-            "right" => drag_picture(lab, "3"),
-            "middle" => drag_picture(lab, "2"),
+            "right" => drag_picture(lab, 3),
+            "middle" => drag_picture(lab, 2),
             _ => {
-                xdotool(&["keydown", "shift"]);
-                drag_picture(lab, "1");
-                xdotool(&["keyup", "shift"]);
+                lab.does(Does::KeyDown("shift"));
+                drag_picture(lab, 1);
+                lab.does(Does::KeyUp("shift"));
             }
         });
         assert!(far(&moved, &home) > 0.02, "{what} pans: {moved:?}");
@@ -94,7 +84,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     // A double click looks at the point.
     let moved = saved.camera_after("double click", |lab| {
         lab.point("picture", 0.6);
-        xdotool(&["click", "--repeat", "2", "--delay", "90", "1"]);
+        lab.does(Does::DoubleClick);
     });
     assert!(far(&moved, &home) > 0.02, "{moved:?}");
     lab.key("Escape");
@@ -144,7 +134,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     let usual = Settings::default().trail.decay;
     for (way, wanted) in [("default", usual), ("scene", decay)] {
         lab.point("trail.decay:name", 0.5);
-        xdotool(&["click", "3"]);
+        lab.does(Does::Click(3));
         lab.click(&format!("trail.decay:{way}"));
         let wanted = wanted.to_string();
         lab.wait(way, |seen| seen["values"]["trail.decay"] == wanted.as_str());
@@ -181,7 +171,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
 
 #[test]
 fn a_scene_on_its_way_can_be_given_up() {
-    if !can_tour() {
+    if !can_open() {
         return;
     }
     let lab = Lab::open(&SMALL);

@@ -1,0 +1,166 @@
+//! Every button and every key of the window: what runs, what is shown, what is undone, looks, the camera, scenes.
+
+use serde_json::Value;
+
+use crate::hand::Does;
+use crate::{Lab, SMALL, can_open, views};
+
+#[test]
+fn every_button_and_key_has_its_effect() {
+    if !can_open() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
+
+    // Run, hold, step, reset.
+    lab.click_until("run", "playing", false);
+    let before = step(&lab.seen().expect("it is told"));
+    lab.click("step");
+    lab.wait("one step", |seen| step(seen) == before + 1);
+    lab.key("period");
+    lab.wait("one more", |seen| step(seen) == before + 2);
+    lab.click("reset");
+    lab.wait("from the beginning", |seen| step(seen) == 0);
+    lab.key_until("space", "it runs", "playing", true);
+    lab.wait("it goes on", |seen| step(seen) > 3);
+    lab.key_until("space", "it is held", "playing", false);
+
+    // What the picture shows.
+    for show in ["particles", "atlas", "surface"] {
+        lab.click_until(&format!("show={show}"), "show", show);
+    }
+    for (key, show) in [("2", "particles"), ("3", "atlas"), ("1", "surface")] {
+        lab.key_until(key, show, "show", show);
+    }
+    lab.click("colors");
+    lab.click_until("colors=ice", "color_map", "ice");
+    lab.key_until("c", "the next colours", "color_map", "moss");
+    lab.find("picture.charts");
+    lab.type_into("picture.charts", 0.9, "0.5");
+    lab.find("picture.brightest");
+    lab.click("auto");
+    lab.type_into("picture.brightest", 0.9, "33");
+    lab.key("2");
+    lab.find("particle_size");
+    lab.type_into("picture.particle_size", 0.9, "4");
+    let saved = lab.save("cube");
+    let picture = &saved.picture;
+    assert_eq!((picture.charts, picture.brightest), (0.5, 33.0));
+    assert_eq!(picture.particle_size, 4.0);
+    lab.key("1");
+
+    // Undo and redo, by button and by key.
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    lab.click("undo");
+    assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
+    lab.click("redo");
+    assert_eq!(lab.save("cube").trail.decay, 0.5);
+    for key in ["ctrl+shift+z", "ctrl+y"] {
+        lab.key("ctrl+z");
+        lab.wait("undone", |seen| seen["values"]["trail.decay"] != "0.5");
+        lab.key(key);
+        lab.wait(key, |seen| seen["values"]["trail.decay"] == "0.5");
+        assert_eq!(lab.save("cube").trail.decay, 0.5, "{key}");
+    }
+    lab.click("trail.decay:reset");
+    assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
+
+    // What restarts waits, and is discarded or taken.
+    lab.find("particles.count");
+    let count = "particles.count";
+    lab.type_until(count, 0.9, "4000", count, "4000");
+    lab.wait("it waits", |seen| seen["state"]["pending"] == true);
+    lab.click_until("discard", "pending", false);
+    lab.find(count);
+    lab.type_until(count, 0.9, "4000", count, "4000");
+    lab.wait("it waits", |seen| seen["state"]["pending"] == true);
+    lab.click_until("restart", "pending", false);
+    assert_eq!(lab.save("cube").particles.count, 4000);
+
+    // Looks.
+    lab.click("preset");
+    lab.click_until("preset=waves", "preset", "waves");
+    assert!(lab.save("cube").physarum.rotation_angle < 0.0);
+    lab.key_until("bracketright", "the next preset", "preset", "mist");
+    lab.key_until("bracketleft", "the preset before", "preset", "waves");
+    lab.click_until("chance", "preset", Value::Null);
+    let by_chance = lab.save("cube");
+    lab.key("d");
+    assert_ne!(lab.save("cube").physarum, by_chance.physarum);
+    lab.type_into("morph", 0.5, "0.5");
+    lab.key("bracketright");
+    lab.wait("it is on its way, or there", |seen| {
+        seen["state"]["preset"] == "network"
+    });
+    lab.wait("it is there", |seen| seen["state"]["morphing"] == false);
+    assert_eq!(lab.save("cube").physarum.sensor_offset, 0.03);
+
+    // The window itself.
+    lab.click_until("theme", "light", true);
+    lab.key_until("t", "it is dark", "light", false);
+    lab.key_until("p", "the panel goes", "panel", false);
+    lab.key_until("p", "the panel comes", "panel", true);
+    lab.key_until("F10", "the picture alone", "performing", true);
+    lab.key_until("Escape", "and not alone", "performing", false);
+    lab.click_until("help", "help", true);
+    lab.key_until("h", "it goes again", "help", false);
+    // The crosses of floating windows.
+    for (window, cross) in [
+        ("help", "help.close"),
+        ("gallery", "gallery.close"),
+        ("out", "out.close"),
+    ] {
+        lab.click_until(window, window, true);
+        lab.click_until(cross, window, false);
+    }
+    lab.key_until("F11", "it fills the screen", "full_screen", true);
+    lab.key_until("F11", "it is a window again", "full_screen", false);
+    lab.click("screenshot");
+    lab.wait("it is told", |seen| {
+        let notice = seen["state"]["notice"].as_str();
+        notice.is_some_and(|text| text.contains("screenshot_000001.png"))
+    });
+    let picture = image::open(lab.folder.file("screenshot_000001.png"));
+    let picture = picture.expect("it is a picture").into_rgb8();
+    let lit = picture
+        .pixels()
+        .filter(|pixel| pixel.0.iter().max() > Some(&60));
+    assert!(lit.count() > 5000, "something is seen");
+
+    // The camera: drag, wheel, double click, and back.
+    let camera = lab.save("cube").camera;
+    lab.point("picture", 0.4);
+    lab.drag(1, 6, (20, 5));
+    let turned = lab.save("cube").camera;
+    assert!((turned.azimuth - camera.azimuth).abs() > 5.0, "{turned:?}");
+    for _ in 0..3 {
+        lab.does(Does::Wheel(true));
+    }
+    let near = lab.save("cube").camera;
+    assert!(near.distance < 0.95 * turned.distance, "{near:?}");
+    views::look_for_nothing(&lab);
+    lab.click("fit");
+    let fitted = lab.save("cube").camera;
+    assert!(fitted.distance > 1.05 * near.distance, "{fitted:?}");
+
+    // Another scene, by its picture; and one that is given up, if it is not quicker than the hand.
+    lab.click_until("gallery", "gallery", true);
+    lab.click("card=sphere");
+    lab.wait("the sphere is there", |seen| {
+        seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
+    });
+    lab.key_until("g", "the gallery", "gallery", true);
+    // Presets are below the scenes.
+    lab.point("card=sphere", 0.5);
+    for _ in 0..4 {
+        lab.does(Does::Wheel(false));
+    }
+    lab.click("card=cells");
+    lab.wait("the look is taken", |seen| {
+        seen["state"]["preset"] == "cells"
+    });
+    lab.key_until("Escape", "the gallery goes", "gallery", false);
+    lab.quit();
+}

@@ -1,0 +1,174 @@
+//! What a hand does to a lab: as lines to one without a window, or by `xdotool` on a display.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::process::{Child, ChildStdin, ChildStdout};
+
+use serde_json::{Value, json};
+
+use crate::real::display::Display;
+
+/// One of the two.
+pub enum Hand {
+    Lines(Box<Lines>),
+    Display(Box<Display>),
+}
+
+/// What one hand can do. Keys are called as `xdotool` does.
+#[derive(Clone, Debug)]
+pub enum Does<'a> {
+    /// The pointer comes to this pixel.
+    Move(f64, f64),
+    /// It moves by so many pixels.
+    MoveBy(i32, i32),
+    Down(u8),
+    Up(u8),
+    /// A button goes down and up.
+    Click(u8),
+    DoubleClick,
+    /// The wheel is turned by a notch: away from the hand, or towards it.
+    Wheel(bool),
+    KeyDown(&'a str),
+    KeyUp(&'a str),
+    /// These keys are pressed one after the other, as quickly as can be; those that are held meanwhile come first: `ctrl+s`.
+    Keys(&'a [&'a str]),
+    Write(&'a str),
+    Resize(u32, u32),
+}
+
+impl Does<'_> {
+    /// The keys that it presses and lets go.
+    pub fn keys(&self) -> &[&str] {
+        match self {
+            Self::Keys(keys) => keys,
+            _ => &[],
+        }
+    }
+
+    /// Does one of the pointer's buttons go down?
+    pub fn presses(&self) -> bool {
+        matches!(self, Self::Down(_) | Self::Click(_) | Self::DoubleClick)
+    }
+
+    /// What comes in at each moment.
+    fn moments(&self) -> Value {
+        match self {
+            Self::Move(x, y) => json!([[{ "move": [x, y] }]]),
+            Self::MoveBy(x, y) => json!([[{ "move_by": [x, y] }]]),
+            Self::Down(button) => json!([[{ "press": button }]]),
+            Self::Up(button) => json!([[{ "release": button }]]),
+            Self::Click(button) => json!([[{ "press": button }], [{ "release": button }]]),
+            Self::DoubleClick => {
+                let both = [json!([{ "press": 1 }]), json!([{ "release": 1 }])];
+                json!([both[0], both[1], both[0], both[1]])
+            }
+            Self::Wheel(away) => json!([[{ "wheel": if *away { 1 } else { -1 } }]]),
+            Self::KeyDown(key) => json!([[{ "key_down": key_of(key) }]]),
+            Self::KeyUp(key) => json!([[{ "key_up": key_of(key) }]]),
+            Self::Keys([key]) => {
+                let (down, up) = strokes(key);
+                json!([down, up])
+            }
+            Self::Keys(keys) => {
+                let all = keys.iter().map(|key| strokes(key));
+                let all: Vec<Value> = all.flat_map(|(down, up)| [down, up].concat()).collect();
+                json!([all])
+            }
+            Self::Write(text) => json!([[{ "text": text }]]),
+            Self::Resize(width, height) => json!([[{ "resize": [width, height] }]]),
+        }
+    }
+}
+
+/// Keys going down, and coming up.
+fn strokes(keys: &str) -> (Vec<Value>, Vec<Value>) {
+    let keys: Vec<String> = keys.split('+').map(key_of).collect();
+    let down = keys.iter().map(|key| json!({ "key_down": key }));
+    let up = keys.iter().rev().map(|key| json!({ "key_up": key }));
+    (down.collect(), up.collect())
+}
+
+/// What the lab calls a key.
+fn key_of(name: &str) -> String {
+    let other = match name {
+        "Shift_L" => "shift",
+        "Return" => "Enter",
+        "BackSpace" => "Backspace",
+        "space" => "Space",
+        "period" => "Period",
+        "slash" => "Slash",
+        "plus" => "Plus",
+        "minus" => "Minus",
+        "bracketleft" => "OpenBracket",
+        "bracketright" => "CloseBracket",
+        name if name.len() == 1 => return name.to_uppercase(),
+        name => name,
+    };
+    other.to_owned()
+}
+
+/// A lab without a window, which is told of everything by lines and answers each.
+pub struct Lines {
+    tell: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    /// What it has answered last.
+    answer: Option<Value>,
+    /// Nothing moved by itself at the end of that.
+    pub rests: bool,
+    /// It does not answer any more.
+    has_ended: bool,
+}
+
+impl Lines {
+    /// Takes the pipes of a child that has just begun.
+    pub fn new(child: &mut Child) -> Self {
+        Self {
+            tell: child.stdin.take().expect("it is piped"),
+            answers: BufReader::new(child.stdout.take().expect("it is piped")),
+            answer: None,
+            rests: false,
+            has_ended: false,
+        }
+    }
+
+    /// Tells it what is done.
+    pub fn does(&mut self, what: &Does) {
+        self.tell(&what.moments());
+        self.rests = true;
+    }
+
+    /// Lets it draw a frame.
+    pub fn look(&mut self) {
+        self.tell(&json!([]));
+        self.rests = false;
+    }
+
+    /// A line, and its answer.
+    pub fn tell(&mut self, moments: &Value) {
+        if self.has_ended {
+            return;
+        }
+        let mut answer = String::new();
+        let told = writeln!(self.tell, "{moments}").and_then(|()| self.tell.flush());
+        let read = told.and_then(|()| self.answers.read_line(&mut answer));
+        match read {
+            Ok(length) if length > 0 => {
+                let answer = serde_json::from_str(&answer);
+                self.answer = Some(answer.expect("answers are JSON"));
+            }
+            _ => self.has_ended = true,
+        }
+    }
+
+    /// What it shows.
+    pub fn seen(&self) -> Option<Value> {
+        let seen = self.answer.as_ref()?["seen"].clone();
+        (!seen.is_null()).then_some(seen)
+    }
+
+    /// What is in its clipboard.
+    pub fn clipboard(&self) -> String {
+        let answer = self.answer.as_ref();
+        let text = answer.and_then(|answer| answer["clipboard"].as_str());
+        text.unwrap_or_default().to_owned()
+    }
+}

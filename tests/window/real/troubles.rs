@@ -1,0 +1,176 @@
+//! What can become of a window on a display: it is resized, hidden, covered, asked to close or killed, its device is lost, its disk
+//! is full.
+
+use std::fs::File;
+use std::process::{Command, Stdio};
+
+use myxo::scene::{Overrides, Scene};
+use serde_json::Value;
+
+use super::can_open_a_window;
+use crate::out::{arrived, frames_in};
+use crate::program::{program, shown_of};
+use crate::troubles::{goes_on, hear, program_with_little_room};
+use crate::{Lab, SMALL, said};
+
+fn step(seen: &Value) -> u64 {
+    seen["state"]["step"].as_u64().expect("it is a number")
+}
+
+#[test]
+fn what_can_be_done_to_the_window_does_it_no_harm() {
+    if !can_open_a_window() {
+        return;
+    }
+    let lab = Lab::open_on_display(&SMALL);
+    let ask = |arguments: &[&str]| {
+        lab.display(|display, _| {
+            let window = display.window().to_owned();
+            let words = arguments.iter().map(|word| match *word {
+                "window" => window.as_str(),
+                word => word,
+            });
+            display.ask(&words.collect::<Vec<_>>());
+        });
+    };
+    let now = || step(&lab.seen().expect("it is told"));
+    // Another one beside it, which leaves at once and takes nothing along.
+    let mut other = program()
+        .current_dir(lab.folder.path())
+        .args(["lab", "--no-preferences", "--size=480x320", "--frames=3"])
+        .args(SMALL)
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    // Nearly nothing, and back.
+    for (width, height) in [("1", "1"), ("3000", "1"), ("900", "760")] {
+        ask(&["windowsize", "--sync", "window", width, height]);
+        goes_on(&lab);
+    }
+    lab.wait("it is as large as before", |seen| {
+        let right = seen["places"]["picture"][2].as_f64();
+        right.is_some_and(|right| (right - 900.0).abs() < 1.5)
+    });
+    // Minimised as far as there is a manager of windows; out of sight in any case. It is the same simulation afterwards, and
+    // answers keys.
+    for _ in 0..3 {
+        let before = now();
+        ask(&["windowminimize", "window"]);
+        ask(&["windowunmap", "--sync", "window"]);
+        // The smallest that there is, unseen.
+        ask(&["windowsize", "window", "1", "1"]);
+        ask(&["windowsize", "window", "900", "760"]);
+        ask(&["windowmap", "--sync", "window"]);
+        lab.display(|display, _| display.hold_again());
+        goes_on(&lab);
+        assert!(now() > before, "it has not begun anew");
+    }
+    lab.key_until("space", "it answers", "playing", false);
+    lab.key_until("space", "and goes on", "playing", true);
+    assert!(other.wait().expect("it ends").success());
+    lab.display(|display, _| display.hold_again());
+    lab.pick("cube");
+    lab.quit();
+}
+
+/// By its cross, as it were, in the middle of an export.
+#[test]
+fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
+    if !can_open_a_window() {
+        return;
+    }
+    let lab = Lab::open_on_display(&[
+        "torus",
+        "--set=particles.count=200000",
+        "--set=atlas.size=1024",
+    ]);
+    lab.key_until("space", "it is held", "playing", false);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=PNG");
+    lab.key_until("F9", "it is recorded", "recording", true);
+    lab.wait("frames come", |seen| {
+        seen["state"]["recorded"].as_u64() >= Some(3)
+    });
+    lab.click("out.export=NPZ");
+    let name = "torus_000001.npz";
+    let file = lab.folder.file(name);
+    lab.wait("it is made", |seen| {
+        seen["state"]["making"] == name || file.exists()
+    });
+    lab.display(|display, _| {
+        let window = display.window().to_owned();
+        display.ask(&["windowquit", &window]);
+    });
+    let status = lab.ended();
+    assert!(status.success(), "{status}");
+    for file in frames_in(lab.folder.path()) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(!name.starts_with('.'), "{name}");
+    }
+    let archive = File::open(&file).expect("it was finished");
+    let archive = zip::ZipArchive::new(archive);
+    assert!(archive.expect("it is whole").len() > 5);
+    let frames = frames_in(&lab.folder.file("recording_000001"));
+    assert!(frames.len() >= 3, "{frames:?}");
+    for frame in &frames {
+        image::open(frame).expect("it is whole");
+    }
+    let said = said(&lab.said);
+    let told = format!("saved {}", frames[0].display());
+    assert!(said.contains(&told), "{told}: {said}");
+}
+
+#[test]
+fn a_window_that_is_killed_keeps_the_scene() {
+    if !can_open_a_window() {
+        return;
+    }
+    let lab = Lab::open_on_display(&SMALL);
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    lab.wait("it is changed", |seen| seen["state"]["unsaved"] == true);
+    let killed = Command::new("kill").arg(lab.pid()).status();
+    assert!(killed.expect("it is there").success());
+    assert_eq!(lab.ended().code(), Some(130));
+    let said = said(&lab.said);
+    assert!(said.contains("cube as you left it is kept"), "{said}");
+    let left = lab.folder.file("myxo/left/cube_000001.toml");
+    let read = Scene::read(&left, &Overrides::default());
+    assert_eq!(read.expect("it can be read").1.trail.decay, 0.625);
+}
+
+/// The same window goes on with another one.
+#[test]
+fn a_device_that_is_lost_is_replaced_in_the_window() {
+    if !can_open_a_window() {
+        return;
+    }
+    let lab = Lab::open_on_display(&[&["--lose-device=40"], &SMALL[..]].concat());
+    hear(&lab, "The device was lost");
+    lab.wait("the scene is there", |seen| {
+        seen["state"]["loading"] == false
+    });
+    goes_on(&lab);
+    lab.key_until("2", "it answers", "show", "particles");
+    lab.click_until("run", "playing", false);
+    let lab = lab.quit_and_keep();
+    let said = said(&lab.said);
+    assert!(!said.contains("validation"), "{said}");
+}
+
+#[test]
+fn a_window_on_a_full_disk_says_so_and_goes_on() {
+    if !can_open_a_window() {
+        return;
+    }
+    // Files end at 256 KiB.
+    let lab = Lab::start_on_display(program_with_little_room(512), &SMALL);
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab.key_until("F9", "it is recorded", "recording", true);
+    hear(&lab, "what came before is whole: recording_000001.gif");
+    let (_, shown) = shown_of(&arrived(&lab, "recording_000001.gif"));
+    assert!(shown >= 1, "{shown}");
+    goes_on(&lab);
+    lab.quit();
+}
