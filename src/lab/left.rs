@@ -137,8 +137,8 @@ mod tests {
             assert_eq!(left.all()[0].name, name);
             // The clock of files goes in steps: what comes next is later than this.
             let written = || {
-                fs::write(folder.join("clock"), "").unwrap();
-                let file = fs::metadata(folder.join("clock")).unwrap();
+                fs::write(folder.join("../clock"), "").unwrap();
+                let file = fs::metadata(folder.join("../clock")).unwrap();
                 file.modified().unwrap()
             };
             let begun = written();
