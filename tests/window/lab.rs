@@ -21,8 +21,13 @@ use crate::worked;
 /// Longer than anything may take on a slow machine.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What every lab is opened with.
-const USUAL: [&str; 2] = ["--size=900x760", "--validate"];
+/// What every lab is opened with, unless a test has a size of its own.
+const USUAL: [&str; 2] = ["--validate", "--size=900x760"];
+
+fn with_usual<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    let has_size = arguments.iter().any(|word| word.starts_with("--size"));
+    [&USUAL[..if has_size { 1 } else { 2 }], arguments].concat()
+}
 
 /// An open lab, and the hand on it.
 pub struct Lab {
@@ -115,7 +120,7 @@ impl Lab {
 
     #[track_caller]
     pub fn start(program: Command, arguments: &[&str]) -> Self {
-        let lab = Self::begin(program, &[&USUAL, arguments].concat());
+        let lab = Self::begin(program, &with_usual(arguments));
         lab.has_begun();
         lab
     }
@@ -140,7 +145,7 @@ impl Lab {
 
     #[track_caller]
     pub fn start_on_display(program: Command, arguments: &[&str]) -> Self {
-        let lab = Self::begin_on_display(program, &[&USUAL, arguments].concat());
+        let lab = Self::begin_on_display(program, &with_usual(arguments));
         lab.has_begun();
         lab.display(|display, child| display.take_hold(child));
         lab

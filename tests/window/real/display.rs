@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::dropping;
+use super::messages;
 use crate::hand::Does;
 use crate::lab::PATIENCE;
 
@@ -204,8 +204,13 @@ impl Display {
     /// Drops files onto the middle of the window, and waits until it has taken them.
     pub fn drop_files(&mut self, files: &[&Path]) {
         let frames = self.frames();
-        dropping::drop_all_on(&self.window, files);
+        messages::drop_all_on(&self.window, files);
         self.settle(frames);
+    }
+
+    /// Asks the window to close, as the cross in its frame does.
+    pub fn ask_to_close(&self) {
+        messages::send_to(&self.window, "WM_PROTOCOLS", "WM_DELETE_WINDOW");
     }
 
     /// Puts text into the clipboard, which a program of its own holds.

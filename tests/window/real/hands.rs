@@ -42,6 +42,7 @@ fn pointer_keys_and_text_arrive() {
     // Text, into the one field that was clicked; letters that are on no key of the board, too.
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
+    lab.does(Does::Resize(1200, 960));
     lab.click_until("gallery", "gallery", true);
     let act = || {
         lab.point("preset.name", 0.5);

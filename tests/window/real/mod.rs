@@ -5,8 +5,8 @@
 //! lets them skip.
 
 pub mod display;
-mod dropping;
 mod hands;
+mod messages;
 mod opening;
 mod troubles;
 mod window_times;

@@ -97,10 +97,7 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
     lab.wait("it is made", |seen| {
         seen["state"]["making"] == name || file.exists()
     });
-    lab.display(|display, _| {
-        let window = display.window().to_owned();
-        display.ask(&["windowquit", &window]);
-    });
+    lab.display(|display, _| display.ask_to_close());
     let status = lab.ended();
     assert!(status.success(), "{status}");
     for file in frames_in(lab.folder.path()) {

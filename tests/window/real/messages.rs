@@ -1,4 +1,5 @@
-//! Drops files onto a window, as a file manager does: the source's side of XDND, version 5.
+//! Messages to a window, as managers of files and of windows send them: files that are dropped, by the source's side of XDND,
+//! version 5; and the wish that it may close.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -12,6 +13,21 @@ use x11rb::protocol::xproto::{
 use x11rb::wrapper::ConnectionExt as _;
 
 use crate::lab::PATIENCE;
+
+/// Sends a message of that kind which says one word.
+pub fn send_to(window: &str, kind: &str, word: &str) {
+    let window: Window = window.parse().expect("it is a number");
+    let (connection, _) = x11rb::connect(None).expect("there is a display");
+    let [kind, word] = [kind, word].map(|name| {
+        let cookie = connection.intern_atom(false, name.as_bytes());
+        cookie.expect("it is sent").reply().expect("it is one").atom
+    });
+    let data = [word, x11rb::CURRENT_TIME, 0, 0, 0];
+    let event = ClientMessageEvent::new(32, window, kind, data);
+    let sent = connection.send_event(false, window, EventMask::NO_EVENT, event);
+    let sent = sent.expect("it is sent").check();
+    sent.expect("the window is there");
+}
 
 /// Drops files in the middle of the window, and waits until the window has taken them.
 pub fn drop_all_on(window: &str, files: &[&Path]) {
