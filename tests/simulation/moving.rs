@@ -472,7 +472,7 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
 fn most_go_over_the_line_in_which_surfaces_meet() {
     let Some(gpu) = gpu() else { return };
     let overrides = Overrides {
-        set: ["particles.count=20000", "atlas.size=512"]
+        set: ["particles.count=20000", "atlas.size=256"]
             .map(str::to_owned)
             .to_vec(),
         ..Overrides::default()
