@@ -194,6 +194,10 @@ fn smells_are_distances_along_the_surface() {
         "trefoil",
     ] {
         for method in [AtlasMethod::Charts, AtlasMethod::Grid] {
+            // Those with the most triangles, by charts only: a grid treats all triangles alike.
+            if method == AtlasMethod::Grid && ["gyroid", "trefoil"].contains(&mesh) {
+                continue;
+            }
             let scene = scene(&format!("builtin:{mesh}"), |s| {
                 s.particles.count = 10;
                 // A grid needs more room for as many triangles.
@@ -202,12 +206,7 @@ fn smells_are_distances_along_the_surface() {
                 s.feeding.scattered = 2;
                 s.feeding.radius = 0.5;
             });
-            let setup = match Setup::new(&scene) {
-                Ok(setup) => setup,
-                // A grid has no room for so many triangles.
-                Err(_) if method == AtlasMethod::Grid => continue,
-                Err(error) => panic!("{mesh}: {error}"),
-            };
+            let setup = Setup::new(&scene).unwrap_or_else(|error| panic!("{mesh}: {error}"));
             for &place in &setup.pantry.places {
                 let what = format!("{mesh} by {method:?}");
                 check_smell(&scene, &setup, place, &what);

@@ -1,7 +1,7 @@
 //! How much a step asks of the host: one submit, and as few commands as its kernels need, whatever the step. And what is
 //! done beside it, by other threads or without waiting, has the same result.
 
-use crate::common::{Gpu, gpu};
+use crate::common::{Gpu, gpu, set_up};
 use myxo::gpu::{Commands, Frames};
 use myxo::mesh::atlas::Control;
 use myxo::scene::settings::{FoodSettings, Settings};
@@ -26,10 +26,6 @@ fn steps(gpu: &Gpu, scene: &Scene, setup: Setup, count: u64) -> (usize, Vec<Comm
     (simulation.setup().poses.len(), commands)
 }
 
-fn set_up(gpu: &Gpu, scene: &Scene) -> Setup {
-    Simulation::set_up(gpu.ctx.info(), scene, &Control::default()).unwrap()
-}
-
 /// The most of each kind in a step.
 fn most(commands: &[Commands]) -> Commands {
     commands
@@ -46,7 +42,7 @@ fn most(commands: &[Commands]) -> Commands {
 fn a_step_of_one_object_is_one_submit_of_few_commands() {
     let Some(gpu) = gpu() else { return };
     let scene = load("torus", &["particles.count=2000", "atlas.size=256"]);
-    let (objects, commands) = steps(&gpu, &scene, set_up(&gpu, &scene), 34);
+    let (objects, commands) = steps(&gpu, &scene, set_up(&gpu.ctx, &scene), 34);
     gpu.finish();
     let usual = Commands {
         kernels: 5,
@@ -77,7 +73,7 @@ fn a_step_of_many_objects_is_one_submit_too() {
     let Some(gpu) = gpu() else { return };
     let set = ["particles.count=5000", "atlas.size=192"];
     let scene = load("crowd", &set);
-    let setup = set_up(&gpu, &scene);
+    let setup = set_up(&gpu.ctx, &scene);
     let (objects, commands) = steps(&gpu, &scene, setup.clone(), 6);
     assert_eq!(objects, 64);
     // Nine kernels a turn, and what all objects have together.
@@ -216,22 +212,15 @@ fn food_that_is_measured_aside_is_the_same_food() {
 fn a_state_is_copied_without_waiting() {
     let Some(gpu) = gpu() else { return };
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
-    let small = ["particles.count=4000", "atlas.size=128"];
-    // Laid out once: its meshes are fine.
-    let trio = set_up(&gpu, &load("trio", &small));
+    let small = ["particles.count=4000", "atlas.size=192"];
     for (scene, more) in [
         ("torus", &["feeding.scattered=2", "feeding.amount=500"][..]),
         ("trio", &["transfer.threshold=0.01"]),
         ("trio", &["transfer.strategy=direct"]),
         ("cube", &[]),
     ] {
-        let is_trio = scene == "trio";
         let scene = load(scene, &[&small[..], more].concat());
-        let setup = if is_trio {
-            trio.clone()
-        } else {
-            set_up(&gpu, &scene)
-        };
+        let setup = set_up(&gpu.ctx, &scene);
         let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
         for round in 0..3 {
             if round == 1 {

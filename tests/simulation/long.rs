@@ -8,10 +8,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::common::gpu;
+use crate::common::{gpu, set_up};
 use crate::program::{Folder, done, no_device, path, report};
 use myxo::gpu::{Context, ContextOptions, Frames, default_cache_folder};
-use myxo::mesh::atlas::Control;
 use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
@@ -87,10 +86,6 @@ fn scene(name: &str, length: Length, strategy: Strategy, others: &[&str]) -> Sce
         ..Overrides::default()
     };
     Scene::load(Path::new(name), &overrides).unwrap()
-}
-
-fn set_up(ctx: &Context, scene: &Scene) -> Setup {
-    Simulation::set_up(ctx.info(), scene, &Control::default()).unwrap()
 }
 
 /// Runs up to a step and checks everything after each one: who advanced twice in a step, or not at all, shows in its

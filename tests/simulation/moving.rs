@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Gpu, by_id, gpu};
+use crate::common::{Gpu, by_id, gpu, set_up};
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};
@@ -472,13 +472,14 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
 fn most_go_over_the_line_in_which_surfaces_meet() {
     let Some(gpu) = gpu() else { return };
     let overrides = Overrides {
-        set: ["particles.count=20000", "atlas.size=256"]
+        set: ["particles.count=20000", "atlas.size=512"]
             .map(str::to_owned)
             .to_vec(),
         ..Overrides::default()
     };
     let scene = Scene::load("trio".as_ref(), &overrides).unwrap();
-    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let setup = set_up(&gpu.ctx, &scene);
+    let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
     let flow = |simulation: &Simulation| simulation.snapshot().unwrap().transfers.flow;
     // Who begins where it is covered has met nothing.
     advance(&gpu, &mut simulation, 20);

@@ -4,8 +4,7 @@
 //! The ignored test compares ten seeds by the rules of statistics; `make long` runs it. The other one sees whether two seeds are
 //! roughly alike.
 
-use crate::common::{Gpu, gpu, scene};
-use myxo::mesh::atlas::Control;
+use crate::common::{Gpu, gpu, scene, set_up};
 use myxo::mesh::surface::NONE;
 use myxo::scene::settings::Sensing;
 use myxo::sim::Simulation;
@@ -147,19 +146,13 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Grows networks of one size on one layout.
+/// Grows networks of one size.
 struct Garden<'a> {
     gpu: &'a Gpu,
     size: Size,
-    layouts: tempfile::TempDir,
 }
 
-impl<'a> Garden<'a> {
-    fn new(gpu: &'a Gpu, size: Size) -> Self {
-        let layouts = tempfile::tempdir().unwrap();
-        Self { gpu, size, layouts }
-    }
-
+impl Garden<'_> {
     /// Sensors are so many times as far away as by default.
     fn grow(&self, seed: u64, sensing: Sensing, offset: f32) -> Grown {
         let scene = scene("builtin:torus", |s| {
@@ -169,12 +162,9 @@ impl<'a> Garden<'a> {
             s.physarum.sensing = sensing;
             s.physarum.sensor_offset *= offset;
         });
-        let control = Control {
-            cache: Some(self.layouts.path()),
-            ..Control::default()
-        };
         let ctx = &self.gpu.ctx;
-        let mut simulation = Simulation::with_control(ctx, &scene, &control).unwrap();
+        let setup = set_up(ctx, &scene);
+        let mut simulation = Simulation::from_setup(ctx, &scene, setup).unwrap();
         for _ in 0..self.size.steps {
             self.gpu.run(|rec| simulation.record_step(rec));
         }
@@ -221,7 +211,10 @@ const MOST_APART: [f64; 9] = [0.15, 0.5, 1.0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1];
 #[test]
 fn both_ways_of_sensing_grow_networks_that_are_alike() {
     let Some(gpu) = gpu() else { return };
-    let garden = Garden::new(&gpu, SHORT);
+    let garden = Garden {
+        gpu: &gpu,
+        size: SHORT,
+    };
     let [auto, walk] = garden.both_ways();
     let other = [garden.other()];
     let mut tells = false;
@@ -246,7 +239,10 @@ fn both_ways_of_sensing_grow_networks_that_are_alike() {
 #[ignore = "takes two minutes: make long"]
 fn long_both_ways_of_sensing_grow_the_same_networks() {
     let Some(gpu) = gpu() else { return };
-    let garden = Garden::new(&gpu, LONG);
+    let garden = Garden {
+        gpu: &gpu,
+        size: LONG,
+    };
     let [auto, walk] = garden.both_ways();
     let mut different = Vec::new();
     // That no difference shows is not enough: it must also lie, with 95 %, within a share of what is compared.
