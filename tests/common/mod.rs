@@ -2,13 +2,17 @@
 
 #![allow(dead_code, reason = "each test program uses its own part")]
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::time::UNIX_EPOCH;
 
 use myxo::gpu::{Context, ContextOptions, Frames, Limits, Recorder};
 use myxo::mesh::Mesh;
+use myxo::mesh::atlas::Control;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Settings};
-use myxo::sim::Snapshot;
+use myxo::sim::{Setup, Simulation, Snapshot};
 use myxo::sim::types::{Motion, Particle};
 
 /// A device with the validation layers on, which a test has for itself. Call [`Gpu::finish`] at the end of the test.
@@ -103,6 +107,37 @@ impl Drop for Gpu {
             free.push((self.limits, Arc::clone(&self.ctx)));
         }
     }
+}
+
+/// Sets a scene up with a layout that an earlier test of the same program may have made: to lay a fine mesh out takes longer than
+/// many a test.
+pub fn set_up(ctx: &Context, scene: &Scene) -> Setup {
+    let control = Control {
+        cache: Some(layouts()),
+        ..Control::default()
+    };
+    Simulation::set_up(ctx.info(), scene, &control).unwrap()
+}
+
+/// The folder of layouts that this build of the test program has made; those of other builds go, as they may lie otherwise.
+fn layouts() -> &'static Path {
+    static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+        let program = std::env::current_exe().expect("it has a name");
+        let built = fs::metadata(&program).and_then(|file| file.modified());
+        let built = built.expect("it can be read").duration_since(UNIX_EPOCH);
+        let name = program.file_stem().expect("it has a name").to_string_lossy();
+        // Cargo adds to the name what differs between profiles.
+        let of_all = Path::new(env!("CARGO_TARGET_TMPDIR")).join("layouts").join(&*name);
+        let own = of_all.join(built.expect("it is no older").as_nanos().to_string());
+        for other in fs::read_dir(&of_all).into_iter().flatten().flatten() {
+            if other.path() != own {
+                // Another process of this program may be at it, too.
+                let _ = fs::remove_dir_all(other.path());
+            }
+        }
+        own
+    });
+    &FOLDER
 }
 
 /// A scene of one mesh.

@@ -135,7 +135,7 @@ fn no_two_views_look_alike() {
 #[test]
 fn distances_and_nearest_objects_have_the_colours_that_they_should() {
     let Some(gpu) = gpu() else { return };
-    let ball = "icosphere?subdivisions=4";
+    let ball = "icosphere?subdivisions=3";
     let balls = [(ball, [-0.95, 0.0, 0.0]), (ball, [0.95, 0.0, 0.0])];
     let pair = scene_of_several(&balls, |settings| {
         settings.particles.count = 500;
@@ -345,7 +345,10 @@ fn backs_that_are_hidden_are_not_missed_and_walls_are_there() {
     let meshes = ["icosphere?subdivisions=1", "plane?columns=1&rows=1"];
     let mut stages = meshes.map(|behind| {
         let knot = ("torus?major=24&minor=16", [0.0; 3]);
-        let scene = scene_of_several(&[knot, (behind, [0.0, 0.0, 40.0])], |_| {});
+        let scene = scene_of_several(&[knot, (behind, [0.0, 0.0, 40.0])], |settings| {
+            settings.particles.count = 500;
+            settings.atlas.size = 128;
+        });
         let mut stage = Stage::new(&gpu, scene);
         (stage.view.camera.target, stage.view.camera.scene_radius) = (Vec3::ZERO, 1.0);
         stage.view.is_transparent = true;

@@ -177,8 +177,9 @@ fn field_of(setup: &Setup, pantry: &Pantry) -> Vec<f32> {
     field
 }
 
-/// What sensors read is a distance along the surface, within 3 % of the exact one: at every texel, and between texels at the
-/// ends of straight walks over edges and seams.
+/// What sensors read is a distance along the surface, within 3 % of the exact one: at texels, and between texels at the
+/// ends of straight walks over edges and seams. Every third texel is looked at, and
+/// another one in the next row.
 #[test]
 fn smells_are_distances_along_the_surface() {
     for mesh in [
@@ -193,19 +194,19 @@ fn smells_are_distances_along_the_surface() {
         "trefoil",
     ] {
         for method in [AtlasMethod::Charts, AtlasMethod::Grid] {
+            // Those with the most triangles, by charts only: a grid treats all triangles alike.
+            if method == AtlasMethod::Grid && ["gyroid", "trefoil"].contains(&mesh) {
+                continue;
+            }
             let scene = scene(&format!("builtin:{mesh}"), |s| {
                 s.particles.count = 10;
-                s.atlas.size = 640;
+                // A grid needs more room for as many triangles.
+                s.atlas.size = if method == AtlasMethod::Grid { 640 } else { 320 };
                 s.atlas.method = method;
                 s.feeding.scattered = 2;
                 s.feeding.radius = 0.5;
             });
-            let setup = match Setup::new(&scene) {
-                Ok(setup) => setup,
-                // A grid has no room for so many triangles.
-                Err(_) if method == AtlasMethod::Grid => continue,
-                Err(error) => panic!("{mesh}: {error}"),
-            };
+            let setup = Setup::new(&scene).unwrap_or_else(|error| panic!("{mesh}: {error}"));
             for &place in &setup.pantry.places {
                 let what = format!("{mesh} by {method:?}");
                 check_smell(&scene, &setup, place, &what);
@@ -226,7 +227,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
     let exact = SurfaceDistance::new(surface, &[place.point], 1.01 * place.radius);
     let told = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
     let mut reached = 0;
-    for texel in 0..field.len() as u32 {
+    for texel in (0..field.len() as u32).step_by(3) {
         let Some((triangle, u, v)) = atlas.surface_point_of(texel) else {
             continue;
         };
@@ -321,7 +322,11 @@ fn trio(strategy: Strategy) -> Scene {
 }
 
 fn run(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
-    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    run_from(gpu, scene, Setup::new(scene).unwrap(), steps)
+}
+
+fn run_from(gpu: &Gpu, scene: &Scene, setup: Setup, steps: u32) -> Snapshot {
+    let mut simulation = Simulation::from_setup(&gpu.ctx, scene, setup).unwrap();
     for _ in 0..steps / 5 {
         advance(gpu, &mut simulation, 5);
         let state = simulation.snapshot().unwrap();
@@ -340,7 +345,10 @@ fn food_is_eaten_alike_by_every_strategy_with_turns() {
         Strategy::Parallel,
         Strategy::Parallel,
     ];
-    let ends = strategies.map(|strategy| run(&gpu, &trio(strategy), 60));
+    // Strategies differ in nothing that is set up.
+    let setup = Setup::new(&trio(Strategy::None)).unwrap();
+    let run = |strategy, steps| run_from(&gpu, &trio(strategy), setup.clone(), steps);
+    let ends = strategies.map(|strategy| run(strategy, 60));
     for end in &ends {
         assert_eq!(end.hash(), ends[0].hash());
         assert_eq!(end.food, ends[0].food);
@@ -354,7 +362,7 @@ fn food_is_eaten_alike_by_every_strategy_with_turns() {
     );
     assert!(ends[0].motions.iter().any(|motion| motion.fed() > 0));
     for strategy in [Strategy::Direct, Strategy::Respawn, Strategy::None] {
-        let end = run(&gpu, &trio(strategy), 60);
+        let end = run(strategy, 20);
         assert!(end.food.remaining[0] < 400);
     }
     gpu.finish();

@@ -1,23 +1,17 @@
 //! How much a step asks of the host: one submit, and as few commands as its kernels need, whatever the step. And what is
 //! done beside it, by other threads or without waiting, has the same result.
 
-use crate::common::gpu;
+use crate::common::{Gpu, gpu, set_up};
 use myxo::gpu::{Commands, Frames};
 use myxo::mesh::atlas::Control;
 use myxo::scene::settings::{FoodSettings, Settings};
 use myxo::scene::{Overrides, Scene};
-use myxo::sim::Simulation;
+use myxo::sim::{Setup, Simulation};
 use myxo::sim::paint::{Brush, Dab};
 
 /// What each of some steps records, after as many submits.
-fn steps(scene: &str, set: &[&str], count: u64) -> Option<(usize, Vec<Commands>)> {
-    let gpu = gpu()?;
-    let overrides = Overrides {
-        set: set.iter().map(|text| (*text).to_owned()).collect(),
-        ..Overrides::default()
-    };
-    let scene = Scene::load(scene.as_ref(), &overrides).unwrap();
-    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+fn steps(gpu: &Gpu, scene: &Scene, setup: Setup, count: u64) -> (usize, Vec<Commands>) {
+    let mut simulation = Simulation::from_setup(&gpu.ctx, scene, setup).unwrap();
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
     let submits = gpu.ctx.submits();
     let mut commands = Vec::new();
@@ -29,11 +23,7 @@ fn steps(scene: &str, set: &[&str], count: u64) -> Option<(usize, Vec<Commands>)
     }
     frames.wait_idle().unwrap();
     assert_eq!(gpu.ctx.submits() - submits, count, "a step is one submit");
-    let objects = simulation.setup().poses.len();
-    drop(frames);
-    drop(simulation);
-    gpu.finish();
-    Some((objects, commands))
+    (simulation.setup().poses.len(), commands)
 }
 
 /// The most of each kind in a step.
@@ -50,10 +40,10 @@ fn most(commands: &[Commands]) -> Commands {
 
 #[test]
 fn a_step_of_one_object_is_one_submit_of_few_commands() {
-    let set = ["particles.count=2000", "atlas.size=256"];
-    let Some((objects, commands)) = steps("torus", &set, 34) else {
-        return;
-    };
+    let Some(gpu) = gpu() else { return };
+    let scene = load("torus", &["particles.count=2000", "atlas.size=256"]);
+    let (objects, commands) = steps(&gpu, &scene, set_up(&gpu.ctx, &scene), 34);
+    gpu.finish();
     let usual = Commands {
         kernels: 5,
         draws: 0,
@@ -80,10 +70,11 @@ fn a_step_of_one_object_is_one_submit_of_few_commands() {
 
 #[test]
 fn a_step_of_many_objects_is_one_submit_too() {
-    let set = ["particles.count=5000", "atlas.size=512"];
-    let Some((objects, commands)) = steps("crowd", &set, 6) else {
-        return;
-    };
+    let Some(gpu) = gpu() else { return };
+    let set = ["particles.count=5000", "atlas.size=192"];
+    let scene = load("crowd", &set);
+    let setup = set_up(&gpu.ctx, &scene);
+    let (objects, commands) = steps(&gpu, &scene, setup.clone(), 6);
     assert_eq!(objects, 64);
     // Nine kernels a turn, and what all objects have together.
     let objects = objects as u32;
@@ -100,10 +91,12 @@ fn a_step_of_many_objects_is_one_submit_too() {
     bounds(commands[0], 3);
     bounds(most(&commands[1..]), 0);
     // The strategy that advances all objects together needs no turns.
-    let set = [&set[..], &["transfer.strategy=direct"]].concat();
-    let Some((_, direct)) = steps("crowd", &set, 6) else {
-        return;
-    };
+    let scene = load(
+        "crowd",
+        &[&set[..], &["transfer.strategy=direct"]].concat(),
+    );
+    let (_, direct) = steps(&gpu, &scene, setup, 6);
+    gpu.finish();
     let direct = direct.iter().map(|step| step.kernels).max();
     assert!(direct <= Some(24), "{direct:?}");
 }
@@ -219,7 +212,7 @@ fn food_that_is_measured_aside_is_the_same_food() {
 fn a_state_is_copied_without_waiting() {
     let Some(gpu) = gpu() else { return };
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
-    let small = ["particles.count=4000", "atlas.size=128"];
+    let small = ["particles.count=4000", "atlas.size=192"];
     for (scene, more) in [
         ("torus", &["feeding.scattered=2", "feeding.amount=500"][..]),
         ("trio", &["transfer.threshold=0.01"]),
@@ -227,7 +220,8 @@ fn a_state_is_copied_without_waiting() {
         ("cube", &[]),
     ] {
         let scene = load(scene, &[&small[..], more].concat());
-        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = set_up(&gpu.ctx, &scene);
+        let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
         for round in 0..3 {
             if round == 1 {
                 let mut rec = frames.begin().unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Gpu, by_id, gpu};
+use crate::common::{Gpu, by_id, gpu, set_up};
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};
@@ -478,7 +478,8 @@ fn most_go_over_the_line_in_which_surfaces_meet() {
         ..Overrides::default()
     };
     let scene = Scene::load("trio".as_ref(), &overrides).unwrap();
-    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let setup = set_up(&gpu.ctx, &scene);
+    let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
     let flow = |simulation: &Simulation| simulation.snapshot().unwrap().transfers.flow;
     // Who begins where it is covered has met nothing.
     advance(&gpu, &mut simulation, 20);

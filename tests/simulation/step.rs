@@ -99,14 +99,16 @@ fn assert_deposits_are_counted(setup: &Setup, state: &Snapshot) {
     );
 }
 
+/// In an atlas as small as holds it, where particles share texels and each is near a seam.
 #[test]
 fn nothing_is_lost_on_any_mesh() {
     let gpu = gpu();
     for mesh in suite::all() {
         let name = mesh.name.clone();
+        let size = if mesh.corners.len() < 900 { 128 } else { 256 };
         let scene = scene_of(mesh, |s| {
             s.particles.count = 1500;
-            s.atlas.size = 1024;
+            s.atlas.size = size;
             s.physarum.speed = 0.05;
             s.physarum.edge_crossing_attempts = 4;
         });

@@ -235,7 +235,6 @@ fn cut_windows_change_no_distance() {
         "plane?columns=9&rows=6",
         "torus?major=36&minor=24",
         "gear?teeth=12",
-        "trefoil",
         "capsule",
         "cube?divisions=7",
     ] {

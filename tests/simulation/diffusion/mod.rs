@@ -2,6 +2,8 @@
 
 mod reference;
 
+use std::sync::LazyLock;
+
 use crate::common::{Gpu, gpu, scene_of};
 use glam::DVec3;
 use myxo::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
@@ -11,7 +13,7 @@ use myxo::scene::settings;
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::kernels::{DiffuseConstants, DiffuseParams};
 use myxo::sim::{Simulation, TINY_TRAIL, twin};
-use reference::{Elements, plane_kernel, sphere_kernel};
+use reference::{Elements, narrowness, plane_kernel, sphere_kernel};
 
 /// As `myxo query diffuse` has it.
 const DIFFUSION: f32 = 0.5;
@@ -31,6 +33,7 @@ const BIAS: f64 = 0.003;
 
 struct Case {
     name: String,
+    method: AtlasMethod,
     surface: Surface,
     atlas: Atlas,
 }
@@ -57,6 +60,7 @@ impl Case {
                 "{} by {method} at {size}, turn {turn}, distance {distance}",
                 mesh.name
             ),
+            method,
             surface,
             atlas,
         }
@@ -203,7 +207,8 @@ fn a_spot_beside_an_edge_of_a_cube_spreads_round() {
         (AtlasMethod::Charts, 2, 2),
         (AtlasMethod::Charts, 3, 4),
     ] {
-        let case = Case::spreading(&builtin("cube"), method, 512, turn, distance);
+        // Corners are five standard deviations away.
+        let case = Case::spreading(&builtin("cube"), method, 320, turn, distance);
         // Beside the edge x = z = 1, and 4 texels from it.
         let texel = case.atlas.mean_texel_area.sqrt();
         for (beside, start) in [0.5, 4.0].into_iter().flat_map(|b| STARTS.map(|s| (b, s))) {
@@ -241,8 +246,13 @@ fn a_spot_beside_an_edge_of_a_cube_spreads_round() {
     gpu.finish();
 }
 
-/// Layouts that the tests of mass run on.
-fn cases() -> Vec<Case> {
+/// Layouts that the tests of mass run on, which share them.
+fn cases() -> &'static [Case] {
+    static CASES: LazyLock<Vec<Case>> = LazyLock::new(laid_out);
+    &CASES
+}
+
+fn laid_out() -> Vec<Case> {
     let mut cases = vec![
         Case::new(&builtin("cube"), AtlasMethod::Grid, 61, 0),
         Case::new(
@@ -278,11 +288,24 @@ fn cases() -> Vec<Case> {
     cases
 }
 
+/// On the texel with the most pairs and all over the place for each layout; on the smallest and the largest texel for those
+/// by a grid, whose texels differ most.
 #[test]
 fn mass_stays_where_nothing_decays() {
+    mass_stays(250, |case| case.method == AtlasMethod::Grid);
+}
+
+/// The smallest and the largest texel of each layout too, and four times as many steps: rounding does not add up.
+#[test]
+#[ignore = "takes a minute: make long"]
+fn long_mass_stays_where_nothing_decays() {
+    mass_stays(1000, |_| true);
+}
+
+/// May drift by 1e-5 in 1000 steps, and by as little a step in fewer. `every_start` says whether a layout has all starts.
+fn mass_stays(steps: u32, every_start: impl Fn(&Case) -> bool) {
     let Some(gpu) = gpu() else { return };
     for case in cases() {
-        // On the texel with the most pairs, on the smallest and the largest texel, and all over the place.
         let rows = &case.atlas.exchange.rows;
         let busiest = rows.iter().max_by_key(|row| row.pair_count).unwrap().texel;
         let by_area = |&a: &u32, &b: &u32| {
@@ -293,15 +316,20 @@ fn mass_stays_where_nothing_decays() {
         let centre = case.place(busiest).unwrap();
         let sigma = 8.0 * case.atlas.mean_texel_area.sqrt();
         let blob = |p: DVec3| (-0.5 * p.distance_squared(centre) / (sigma * sigma)).exp();
-        for (name, start) in [
-            ("busiest", deposit(&case, busiest)),
-            ("smallest", deposit(&case, smallest)),
-            ("largest", deposit(&case, largest)),
+        let mut starts = vec![
+            ("busiest", deposit(case, busiest)),
             ("blob", case.trail(blob)),
-        ] {
-            let drift = case.mass(&case.spread(&gpu, &start, 1000)) / case.mass(&start) - 1.0;
+        ];
+        if every_start(case) {
+            starts.push(("smallest", deposit(case, smallest)));
+            starts.push(("largest", deposit(case, largest)));
+        }
+        for (name, start) in starts {
+            let end = case.spread(&gpu, &start, steps.into());
+            let drift = case.mass(&end) / case.mass(&start) - 1.0;
             println!("{}, {name}: {drift:.1e}", case.name);
-            assert!(drift.abs() < 1e-5, "{}, {name}: {drift}", case.name);
+            let most = 1e-8 * f64::from(steps);
+            assert!(drift.abs() < most, "{}, {name}: {drift}", case.name);
         }
     }
     gpu.finish();
@@ -315,7 +343,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
         let atlas = &case.atlas;
         let rows = &atlas.exchange.rows;
         let busiest = rows.iter().max_by_key(|row| row.pair_count).unwrap().texel;
-        let start = deposit(&case, busiest);
+        let start = deposit(case, busiest);
         let constants = DiffuseConstants {
             distance: atlas.gutter as i32,
             ..DiffuseConstants::default()
@@ -353,13 +381,14 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
     }
 }
 
+/// What survives a step bit by bit survives any number; these are enough to read what each of both textures has filled.
 #[test]
 fn constants_stay_constant_to_the_last_bit() {
     let Some(gpu) = gpu() else { return };
     for case in cases() {
         for value in [1.0, 0.1, 7.3e-9] {
             let start = case.trail(|_| value);
-            let trail = case.spread(&gpu, &start, 200);
+            let trail = case.spread(&gpu, &start, 40);
             for texel in case.owned() {
                 let (now, before) = (trail[texel as usize], start[texel as usize]);
                 assert_eq!(now, before, "{}: texel {texel}", case.name);
@@ -462,9 +491,10 @@ fn strong_diffusion_is_twice_half_of_it() {
 #[test]
 fn a_spot_on_a_sphere_spreads_round() {
     let Some(gpu) = gpu() else { return };
-    let mesh = builtin("icosphere?subdivisions=5");
+    let mesh = builtin("icosphere?subdivisions=4");
     for turn in [0, 1] {
-        let case = Case::new(&mesh, AtlasMethod::Charts, 512, turn);
+        // A standard deviation at the end is a sixth of its radius.
+        let case = Case::new(&mesh, AtlasMethod::Charts, 320, turn);
         let area: f64 = case.atlas.area.iter().map(|&a| f64::from(a)).sum();
         let radius = (area / (4.0 * std::f64::consts::PI)).sqrt();
         // On the texel with the most pairs, and somewhere.
@@ -498,27 +528,29 @@ fn a_spot_on_a_sphere_spreads_round() {
 #[test]
 fn blobs_spread_as_finite_elements_say() {
     let Some(gpu) = gpu() else { return };
-    for (mesh, cuts, scatter, bias) in [
-        (builtin("torus"), 4, SCATTER, BIAS),
+    for (mesh, turns, cuts, scatter, bias) in [
+        (builtin("torus"), &[0][..], 4, SCATTER, BIAS),
         // Irregular ones: remeshed, and a model.
-        (builtin("trefoil"), 3, SCATTER, BIAS),
-        (builtin("suzanne"), 4, 0.01, 0.005),
+        (builtin("trefoil"), &[0, 1], 3, SCATTER, BIAS),
+        (builtin("suzanne"), &[1], 4, 0.01, 0.005),
         // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
-        (suite::potato(), 12, 0.015, 0.01),
+        (suite::potato(), &[0, 1], 12, 0.015, 0.01),
     ] {
-        for turn in [0, 1] {
+        for &turn in turns {
             let case = Case::new(&mesh, AtlasMethod::Charts, 512, turn);
             let texel = case.atlas.mean_texel_area.sqrt();
             let steps = case.steps(11.0);
             // Of some places beside seams the one with the widest triangles: elements take as many steps as the narrowest asks.
             let rows = &case.atlas.exchange.rows;
-            let places = [1, 3, 5, 7, 9].map(|k| {
-                let centre = case.place(rows[rows.len() * k / 10].texel).unwrap();
-                let elements = Elements::new(&case.surface, cuts, centre, 70.0 * texel);
-                (elements.steps(case.time(steps)), centre, elements)
-            });
-            let best = places.into_iter().min_by_key(|(steps, ..)| *steps);
-            let (_, centre, elements) = best.expect("there are places");
+            let reach = 70.0 * texel;
+            let places =
+                [1, 3, 5, 7, 9].map(|k| case.place(rows[rows.len() * k / 10].texel).unwrap());
+            let narrowness = |place: &DVec3| narrowness(&case.surface, *place, reach);
+            let best = places
+                .into_iter()
+                .min_by(|a, b| narrowness(a).total_cmp(&narrowness(b)));
+            let centre = best.expect("there are places");
+            let elements = Elements::new(&case.surface, cuts, centre, reach);
             let blob =
                 |p: DVec3| (-0.5 * p.distance_squared(centre) / (25.0 * texel * texel)).exp();
             let expected = elements.spread(blob, case.time(steps));

@@ -42,6 +42,26 @@ pub struct Elements {
     neighbours: Vec<(u32, f64)>,
 }
 
+/// The most that a triangle about a point asks for in steps of [`Elements`]: its cotangents by its area.
+pub fn narrowness(surface: &Surface, centre: DVec3, reach: f64) -> f64 {
+    let shapes = surface.corners.iter().filter_map(|corners| {
+        let place = corners.map(|vertex| surface.positions[vertex as usize].as_dvec3());
+        takes_part(place, centre, reach).then_some(place)
+    });
+    shapes
+        .map(|[a, b, c]| {
+            let double_area = (b - a).cross(c - a).length();
+            let cotangent = |p: DVec3, q: DVec3, o: DVec3| (p - o).dot(q - o).abs() / double_area;
+            (cotangent(a, b, c) + cotangent(b, c, a) + cotangent(c, a, b)) / double_area
+        })
+        .fold(0.0, f64::max)
+}
+
+fn takes_part([a, b, c]: [DVec3; 3], centre: DVec3, reach: f64) -> bool {
+    let size = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    a.distance(centre) <= reach + size
+}
+
 /// What makes a cut triangle's vertex the same as another's.
 #[derive(PartialEq, Eq, Hash)]
 enum Name {
@@ -59,8 +79,7 @@ impl Elements {
         let mut small = Vec::new();
         for (t, &corners) in surface.corners.iter().enumerate() {
             let [a, b, c] = corners.map(corner);
-            let size = a.distance(b).max(b.distance(c)).max(c.distance(a));
-            if a.distance(centre) > reach + size {
+            if !takes_part([a, b, c], centre, reach) {
                 continue;
             }
             let mut own = Vec::new();

@@ -1,6 +1,6 @@
 //! Layouts on disk: kept whole, found by what they are of, thrown away when damaged or old.
 
-use super::super::AtlasMethod;
+use super::super::{Atlas, AtlasMethod};
 use super::*;
 use crate::mesh::Mesh;
 

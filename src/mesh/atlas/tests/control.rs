@@ -23,7 +23,7 @@ fn told(
         cancelled: Some(&cancelled),
         cache: None,
     };
-    let atlas = Atlas::build_with(&surface(&["suzanne"]), options, &control);
+    let atlas = Atlas::build_with(&surface(&["torus?major=24&minor=16", "cube", "capsule"]), options, &control);
     (atlas, told.into_inner().unwrap())
 }
 
@@ -39,7 +39,7 @@ fn every_part_is_named_and_can_be_stopped() {
     ] {
         let options = AtlasOptions {
             method,
-            ..options(512, 1)
+            ..options(128, 1)
         };
         let (atlas, all) = told(&options, None);
         assert!(atlas.is_ok());
