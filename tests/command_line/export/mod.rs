@@ -240,7 +240,7 @@ fn arrays_hold_the_state() {
     );
     assert_eq!(arrays.text("scene_name"), ["test"]);
     assert_eq!(arrays.text("version"), [env!("CARGO_PKG_VERSION")]);
-    let commit = option_env!("MYXO_COMMIT").unwrap_or_default();
+    let commit = myxo::commit().unwrap_or_default();
     assert_eq!(arrays.text("commit"), [commit]);
     let info = gpu.ctx.info();
     assert_eq!(arrays.text("device"), [info.name.as_str()]);
