@@ -86,15 +86,17 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
     ]);
     lab.key_until("space", "it is held", "playing", false);
     lab.click_until("out", "out", true);
+    // The card finds its width first.
+    lab.wait("it rests", |seen| seen["rests"] == true);
     lab.click("out.kind=PNG");
     lab.key_until("F9", "it is recorded", "recording", true);
     lab.wait("frames come", |seen| {
         seen["state"]["recorded"].as_u64() >= Some(3)
     });
-    lab.click("out.export=NPZ");
     let name = "torus_000001.npz";
     let file = lab.folder.file(name);
-    lab.wait("it is made", |seen| {
+    let act = || lab.click("out.export=NPZ");
+    lab.again_until("it is made", act, |seen| {
         seen["state"]["making"] == name || file.exists()
     });
     lab.display(|display, _| display.ask_to_close());
@@ -163,6 +165,9 @@ fn a_window_on_a_full_disk_says_so_and_goes_on() {
     // Files end at 256 KiB.
     let lab = Lab::start_on_display(program_with_little_room(512), &SMALL);
     lab.click_until("out", "out", true);
+    lab.wait("the card is there", |seen| {
+        seen["places"]["out.record"].is_array()
+    });
     lab.click("out.kind=GIF");
     lab.key_until("F9", "it is recorded", "recording", true);
     hear(&lab, "what came before is whole: recording_000001.gif");
