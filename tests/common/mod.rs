@@ -12,8 +12,8 @@ use myxo::mesh::Mesh;
 use myxo::mesh::atlas::Control;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Settings};
-use myxo::sim::{Setup, Simulation, Snapshot};
 use myxo::sim::types::{Motion, Particle};
+use myxo::sim::{Setup, Simulation, Snapshot};
 
 /// A device with the validation layers on, which a test has for itself. Call [`Gpu::finish`] at the end of the test.
 ///
@@ -125,9 +125,14 @@ fn layouts() -> &'static Path {
         let program = std::env::current_exe().expect("it has a name");
         let built = fs::metadata(&program).and_then(|file| file.modified());
         let built = built.expect("it can be read").duration_since(UNIX_EPOCH);
-        let name = program.file_stem().expect("it has a name").to_string_lossy();
+        let name = program
+            .file_stem()
+            .expect("it has a name")
+            .to_string_lossy();
         // Cargo adds to the name what differs between profiles.
-        let of_all = Path::new(env!("CARGO_TARGET_TMPDIR")).join("layouts").join(&*name);
+        let of_all = Path::new(env!("CARGO_TARGET_TMPDIR"))
+            .join("layouts")
+            .join(&*name);
         let own = of_all.join(built.expect("it is no older").as_nanos().to_string());
         for other in fs::read_dir(&of_all).into_iter().flatten().flatten() {
             if other.path() != own {

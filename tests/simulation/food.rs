@@ -201,7 +201,11 @@ fn smells_are_distances_along_the_surface() {
             let scene = scene(&format!("builtin:{mesh}"), |s| {
                 s.particles.count = 10;
                 // A grid needs more room for as many triangles.
-                s.atlas.size = if method == AtlasMethod::Grid { 640 } else { 320 };
+                s.atlas.size = if method == AtlasMethod::Grid {
+                    640
+                } else {
+                    320
+                };
                 s.atlas.method = method;
                 s.feeding.scattered = 2;
                 s.feeding.radius = 0.5;

@@ -6,8 +6,8 @@ use myxo::gpu::{Commands, Frames};
 use myxo::mesh::atlas::Control;
 use myxo::scene::settings::{FoodSettings, Settings};
 use myxo::scene::{Overrides, Scene};
-use myxo::sim::{Setup, Simulation};
 use myxo::sim::paint::{Brush, Dab};
+use myxo::sim::{Setup, Simulation};
 
 /// What each of some steps records, after as many submits.
 fn steps(gpu: &Gpu, scene: &Scene, setup: Setup, count: u64) -> (usize, Vec<Commands>) {
@@ -91,10 +91,7 @@ fn a_step_of_many_objects_is_one_submit_too() {
     bounds(commands[0], 3);
     bounds(most(&commands[1..]), 0);
     // The strategy that advances all objects together needs no turns.
-    let scene = load(
-        "crowd",
-        &[&set[..], &["transfer.strategy=direct"]].concat(),
-    );
+    let scene = load("crowd", &[&set[..], &["transfer.strategy=direct"]].concat());
     let (_, direct) = steps(&gpu, &scene, setup, 6);
     gpu.finish();
     let direct = direct.iter().map(|step| step.kernels).max();

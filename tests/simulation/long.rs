@@ -162,7 +162,11 @@ fn rows(ctx: &Arc<Context>, name: &str, length: Length) -> Vec<Row> {
         .map(|&strategy| {
             let row = row(ctx, &scene(name, length, strategy, &[]), &setup, length);
             let (first, [second, resumed]) = (row.hash, row.again);
-            assert_eq!(second.unwrap_or(first), first, "{name}, {strategy:?}: two runs");
+            assert_eq!(
+                second.unwrap_or(first),
+                first,
+                "{name}, {strategy:?}: two runs"
+            );
             assert_eq!(resumed, Some(first), "{name}, {strategy:?}: resumed");
             assert_eq!(row.flow.refused, 0, "{name}, {strategy:?}");
             eprintln!("{name}, {}: {first:016x}", strategy.word());
@@ -310,6 +314,7 @@ const LONGEST_POPULATIONS: [(Strategy, &[&str]); 3] = [
     POPULATIONS[1],
 ];
 
+/// Takes long: the meshes of three scenes are laid out, which other tests find done.
 #[test]
 fn strategies_agree_on_the_built_in_scenes() {
     let Some(gpu) = gpu() else { return };

@@ -219,8 +219,8 @@ fn both_ways_of_sensing_grow_networks_that_are_alike() {
     let other = [garden.other()];
     let mut tells = false;
     for ((name, of), most) in MEASURES.iter().zip(MOST_APART) {
-        let [a, b, c] = [&auto[..], &walk, &other]
-            .map(|all| mean(&all.iter().map(of).collect::<Vec<f64>>()));
+        let [a, b, c] =
+            [&auto[..], &walk, &other].map(|all| mean(&all.iter().map(of).collect::<Vec<f64>>()));
         let told = format!("{name}: {a:.4} straight ahead, {b:.4} walking, {c:.4} from nearby");
         println!("{told}");
         assert!((a - b).abs() <= most * b, "{told}");

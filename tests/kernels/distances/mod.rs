@@ -438,7 +438,7 @@ fn the_middle_of_a_fine_ball_is_inside() {
     let (first, _) = setup.surface.objects[1].triangles;
     for sign in [SignRule::Pseudonormal, SignRule::Winding] {
         scene.settings.distance.sign = sign;
-        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
         gpu.run(|rec| simulation.record_step(rec));
         let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
         let nearest = gpu.ctx.download(&simulation.state().nearest).unwrap();

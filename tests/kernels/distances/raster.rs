@@ -10,7 +10,12 @@ use myxo::sim::{Setup, Simulation};
 
 /// The distances after one step by a method.
 fn fields(gpu: &Gpu, scene: &Scene) -> (Vec<f32>, Vec<u32>) {
-    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    fields_from(gpu, scene, &Setup::new(scene).unwrap())
+}
+
+/// As [`fields`], of what is set up: methods and mappings differ in nothing there.
+fn fields_from(gpu: &Gpu, scene: &Scene, setup: &Setup) -> (Vec<f32>, Vec<u32>) {
+    let mut simulation = Simulation::from_setup(&gpu.ctx, scene, setup.clone()).unwrap();
     gpu.run(|rec| simulation.record_step(rec));
     (
         gpu.ctx.download(&simulation.state().distances).unwrap(),
@@ -94,35 +99,38 @@ fn are_neighbours(setup: &Setup, a: u32, b: u32) -> bool {
     a.iter().any(|corner| b.contains(corner))
 }
 
-/// Over all pairs, or over some that are wholly within a larger reach.
-fn differences(gpu: &Gpu, mapping: DepthMapping, reach: Option<f32>) -> Differences {
-    let mut sum = Differences::default();
+/// Of each mapping, over all pairs, or over some that are wholly within a larger reach.
+fn differences(gpu: &Gpu, reach: Option<f32>) -> Vec<(DepthMapping, Differences)> {
+    let of = |&mapping| (mapping, Differences::default());
+    let mut sums: Vec<_> = DepthMapping::ALL.iter().map(of).collect();
     let mut pairs = pairs();
     if reach.is_some() {
         pairs.truncate(3);
     }
     for (_, mut scene) in pairs {
         scene.settings.distance.reach = reach.unwrap_or(scene.settings.distance.reach);
-        let bvh = fields(gpu, &scene);
-        scene.settings.distance.method = DistanceMethod::Raster;
-        scene.settings.distance.depth = mapping;
-        let raster = fields(gpu, &scene);
         let setup = Setup::new(&scene).unwrap();
-        sum.add(&setup, scene.radius, &bvh, &raster);
+        let bvh = fields_from(gpu, &scene, &setup);
+        scene.settings.distance.method = DistanceMethod::Raster;
+        for (mapping, sum) in &mut sums {
+            scene.settings.distance.depth = *mapping;
+            let raster = fields_from(gpu, &scene, &setup);
+            sum.add(&setup, scene.radius, &bvh, &raster);
+        }
     }
-    sum
+    sums
 }
 
 /// The bounds stand in the table in `src/sim/raster.rs`, which is taken from what this prints.
 #[test]
 fn what_each_mapping_confuses_is_bounded() {
     let Some(gpu) = gpu() else { return };
-    for (reach, &mapping) in [None, Some(20.0)].into_iter().flat_map(|reach| {
-        DepthMapping::ALL
-            .iter()
-            .map(move |mapping| (reach, mapping))
-    }) {
-        let found = differences(&gpu, mapping, reach);
+    let of_reach = |reach| {
+        differences(&gpu, reach)
+            .into_iter()
+            .map(move |of| (reach, of))
+    };
+    for (reach, (mapping, found)) in [None, Some(20.0)].into_iter().flat_map(of_reach) {
         println!("{mapping:?}, {reach:?}: {found:?}");
         assert!(found.within > 20_000, "{found:?}");
         assert_eq!(found.other_sign, 0, "{mapping:?}: {found:?}");

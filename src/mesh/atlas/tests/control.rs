@@ -23,7 +23,15 @@ fn told(
         cancelled: Some(&cancelled),
         cache: None,
     };
-    let atlas = Atlas::build_with(&surface(&["torus?major=24&minor=16", "cube", "capsule"]), options, &control);
+    let atlas = Atlas::build_with(
+        &surface(&[
+            "torus?major=24&minor=16",
+            "cube",
+            "capsule?segments=9&rings=3",
+        ]),
+        options,
+        &control,
+    );
     (atlas, told.into_inner().unwrap())
 }
 
