@@ -236,21 +236,21 @@ fn layouts_of_this_version_are_known() {
                 "torus?major=24&minor=16",
                 AtlasMethod::Grid,
                 384,
-                Vec2::new(0.0, 0.0),
+                Vec2::new(124.594, 109.781),
             ),
             (
                 "torus?major=24&minor=16",
                 AtlasMethod::Charts,
                 14,
-                Vec2::new(0.0, 0.0),
+                Vec2::new(129.426, 123.964),
             ),
             (
                 "icosphere?subdivisions=3",
                 AtlasMethod::Charts,
-                14,
-                Vec2::new(0.0, 0.0),
+                13,
+                Vec2::new(128.401, 123.133),
             ),
-            ("gear", AtlasMethod::Charts, 14, Vec2::new(0.0, 0.0)),
+            ("gear", AtlasMethod::Charts, 57, Vec2::new(119.318, 111.180)),
         ],
     );
     let found = KNOWN.1.map(|(mesh, method, _, _)| {
