@@ -106,16 +106,17 @@ impl ApplicationHandler<Close> for App {
             return;
         };
         let wants_repaint = lab.take_in(&event);
+        if matches!(event, WindowEvent::RedrawRequested) {
+            if !self.draw() {
+                events.exit();
+            }
+            return;
+        }
         match event {
             WindowEvent::CloseRequested if lab.ask_to_close() => events.exit(),
             WindowEvent::CloseRequested => lab.host.request_redraw(),
             WindowEvent::Resized(size) => lab.resize(size.into()),
             WindowEvent::DroppedFile(path) => lab.drop_file(path),
-            WindowEvent::RedrawRequested => {
-                if !self.draw() {
-                    events.exit();
-                }
-            }
             _ if wants_repaint => lab.host.request_redraw(),
             _ => {}
         }

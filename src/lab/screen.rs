@@ -42,7 +42,8 @@ impl Screen {
         let size = host.size();
         let front = match handles {
             Some((display, window)) => {
-                Front::Window(Swapchain::new(&ctx, display, window, size, true)?)
+                let swapchain = Swapchain::new(&ctx, display, window, size, true)?;
+                Front::Window(Box::new(swapchain))
             }
             None => Front::Unseen(Unseen::new(&ctx, size)),
         };
@@ -78,7 +79,7 @@ fn picture_format(window: Format) -> Format {
 /// The images that frames end in.
 pub enum Front {
     /// A window's.
-    Window(Swapchain),
+    Window(Box<Swapchain>),
     /// One of as many pixels that is never shown.
     Unseen(Unseen),
 }
