@@ -187,7 +187,7 @@ fn tests_belong_to_one_of_the_few_programs() {
 
 /// Lines that sleep for a fixed time: in no loop, which could look at what is waited for.
 fn fixed_sleeps(text: &str) -> Vec<usize> {
-    let call = format!("{}(", "sleep");
+    let call = ["sl", "eep("].concat();
     let lines: Vec<&str> = text.lines().collect();
     let indent = |line: &str| line.len() - line.trim_start().len();
     let is_in_a_loop = |number: usize| {
@@ -252,8 +252,9 @@ fn tests_wait_for_conditions_and_not_for_times() {
         "these sleep for a fixed time; `wait_until` of tests/program/mod.rs waits for a condition instead:\n{}",
         wrong.join("\n")
     );
-    let text = "fn a() {\n    while b() {\n        if c() {\n            sleep(D);\n        }\n    }\n    sleep(D);\n}\n";
-    assert_eq!(fixed_sleeps(text), [7]);
+    let text = "fn a() {\n    while b() {\n        if c() {\n            CALL(D);\n        }\n    }\n    CALL(D);\n}\n";
+    let text = text.replace("CALL", &["sl", "eep"].concat());
+    assert_eq!(fixed_sleeps(&text), [7]);
 }
 
 #[test]
