@@ -31,7 +31,7 @@ test: ## set up what is missing, and run every test with Vulkan's validation lay
 
 long: ## run the long proofs: built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics (an hour)
 	@.ci/setup test
-	MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
+	MYXO_CHECK=1 MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
 		cargo test --release --test simulation -- --ignored --nocapture
 
 mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)

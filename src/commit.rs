@@ -1,4 +1,4 @@
-//! The commit of the source that the program was built from, for reports and exports.
+//! The commit of the checkout that the program was built in, for reports and exports.
 //!
 //! It is read when it is asked for, so that a new commit builds nothing: in a checkout from Git's own files, as the checkout
 //! is now; in an unpacked archive from `commit.txt`, where `git archive` has put it.
@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 /// Digits of a commit that are shown.
 const DIGITS: usize = 12;
 
-/// The first 12 digits of the commit, if the source is a checkout that is still there or came from `git archive`. Changes
-/// on top of the commit do not show.
+/// The first 12 digits of the commit, if the source is a checkout that is still there or came from `git archive`.
+///
+/// Of a checkout it is the commit that is checked out now: build again after a pull, before results are cited. Changes on top
+/// of the commit do not show.
 #[must_use]
 pub fn commit() -> Option<String> {
     of_archive(include_str!("commit.txt"))
@@ -102,6 +104,20 @@ mod tests {
             let folder = folder(files);
             let commit = of_checkout(&folder.path().join("checkout"));
             assert_eq!(commit.as_deref(), Some(&ONE[..12]), "{files:?}");
+        }
+    }
+
+    #[test]
+    fn git_says_the_same() {
+        let root = env!("CARGO_MANIFEST_DIR");
+        let git = std::process::Command::new("git")
+            .args(["-C", root, "rev-parse", "--short=12", "HEAD"])
+            .output();
+        if let (true, Ok(output)) = (Path::new(root).join(".git").exists(), git)
+            && output.status.success()
+        {
+            let said = String::from_utf8(output.stdout).unwrap();
+            assert_eq!(of_checkout(Path::new(root)).as_deref(), Some(said.trim()));
         }
     }
 

@@ -86,7 +86,7 @@ pub enum GpuError {
     },
     /// A file of the folder `MYXO_SPIRV` that should hold a shader's module.
     #[error(
-        "{path} cannot be run as a shader: {problem}; write a module there, or leave MYXO_SPIRV unset"
+        "{path} cannot be run as a shader: {problem}; replace it with a SPIR-V module, or unset MYXO_SPIRV"
     )]
     Module {
         /// The file.

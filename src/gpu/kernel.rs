@@ -276,7 +276,7 @@ impl PipelineCore {
         Ok(core.keep(key))
     }
 
-    /// Leaves it to the context, and gives what is to be used: where another thread was faster, the one that it made.
+    /// Adds the pipeline to the context's cache; returns the cached one if another thread was first.
     pub(crate) fn keep(mut self, key: PipelineKey) -> Self {
         let made = self.handles();
         let kept = self.ctx.pipelines.keep(key, made);
@@ -422,7 +422,7 @@ impl<'a> ShaderModule<'a> {
     pub(crate) fn new(ctx: &'a Context, module: &Module, name: &str) -> GpuResult<Self> {
         let (words, is_replaced) = module.words()?;
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: the build compiled the module for Vulkan 1.2; a replaced one is its maker's own risk.
+        // SAFETY: the build compiled the module for Vulkan 1.2; modules from MYXO_SPIRV are trusted to be valid.
         let raw = unsafe { ctx.device.raw.create_shader_module(&info, None) }
             .check("vkCreateShaderModule", name)?;
         Ok(Self {

@@ -55,7 +55,7 @@ impl PipelineHandles {
     }
 }
 
-/// Those made so far.
+/// Cache of pipelines by key.
 #[derive(Default)]
 pub(crate) struct Pipelines(Mutex<HashMap<PipelineKey, PipelineHandles>>);
 

@@ -1,5 +1,5 @@
-//! The lab without a window, for tests: `myxo lab --windowless`. Each line of the standard input is what a hand does, and is
-//! answered on the standard output by a line that tells what would be seen then. Between two lines nothing happens.
+//! The lab without a window, for tests: `myxo lab --windowless`. Each line of standard input is a list of input events; the reply
+//! is one line with the state of the interface. Between two lines nothing happens.
 //!
 //! A line is a list of moments in JSON, each a list of [`Event`]s that come in together; at least one frame shows them before those
 //! of the next moment come. After the last one there are frames until nothing moves by itself, such as a card that opens or a camera

@@ -1,4 +1,4 @@
-//! Modules of the build before: a shader is compiled again only if the text of it, of a file that it includes, or the
+//! Cache of compiled shaders: a shader is compiled again only if the text of it, of a file that it includes, or the
 //! compiler itself has changed.
 //!
 //! Each shader has a file in the output folder's `compiled/`: a hash of everything that its modules depend on, and the
@@ -22,7 +22,7 @@ pub struct Modules {
 /// The folder of what was compiled.
 pub struct Kept {
     folder: PathBuf,
-    /// Stands for the compiler: a hash of the running program, which holds it.
+    /// A hash of the running program and of shaderc, where that is a library of its own.
     compiler: u64,
 }
 
@@ -36,6 +36,10 @@ impl Kept {
         let program = program.map_err(|e| format!("the build script cannot read itself: {e}"))?;
         let mut hash = DefaultHasher::new();
         hash.write(&program);
+        if let Some(folder) = std::env::var_os("SHADERC_LIB_DIR") {
+            let library = Path::new(&folder).join("libshaderc.so");
+            hash.write(&fs::read(library).unwrap_or_default());
+        }
         Ok(Self {
             folder,
             compiler: hash.finish(),

@@ -17,8 +17,8 @@ use myxo::sim::{Setup, Simulation, Snapshot};
 
 /// A device with the validation layers on, which a test has for itself. Call [`Gpu::finish`] at the end of the test.
 ///
-/// Opening one takes longer than many a test, so it goes on to the next test that wants such a one, with all pipelines that it has
-/// made. One that a test has failed with, lost, or made complain goes to none.
+/// Opening one takes longer than many a test, so the next test takes it over, with its pipelines. A context is reused unless a test
+/// failed with it, lost it, or got a validation message.
 pub struct Gpu {
     pub ctx: Arc<Context>,
     limits: Option<Limits>,

@@ -158,6 +158,11 @@ const PROGRAMS: &[(&str, &str)] = &[
 #[test]
 fn tests_belong_to_one_of_the_few_programs() {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let cargo = fs::read_to_string(tests.with_file_name("Cargo.toml")).unwrap();
+    assert!(
+        !cargo.contains("[[test]]"),
+        "Cargo.toml names a test program of its own: make it a module of one in tests/"
+    );
     let mut wrong = Vec::new();
     for entry in fs::read_dir(&tests).unwrap() {
         let path = entry.unwrap().path();
@@ -221,7 +226,7 @@ fn fixed_sleeps(text: &str) -> Vec<usize> {
 /// A fixed time is too short on one machine and too long on all others.
 #[test]
 fn tests_wait_for_conditions_and_not_for_times() {
-    // What waits in a loop of somebody else's, and what measures how long a window takes at any time of a step.
+    // What waits in a loop in the caller, and what measures how long a window takes at any time of a step.
     const MAY: [&str; 2] = [
         "tests/window/real/display.rs",
         "tests/window/real/window_times.rs",

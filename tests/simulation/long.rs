@@ -434,6 +434,7 @@ const PARTS: [&str; 5] = ["trio", "gears", "crowd", "population", "full"];
 #[ignore = "takes an hour: make long"]
 fn long_runs() {
     let ctx = Context::new(&ContextOptions {
+        hazard_check: Some(true),
         cache_folder: default_cache_folder(),
         ..ContextOptions::default()
     })

@@ -156,6 +156,9 @@ impl Lab {
         let mut begun = Begun::new(program, arguments);
         let places = begun.folder.file("places.json");
         begun.command.args(["--places", path(&places)]);
+        // The hand is one of X.
+        begun.command.env_remove("WAYLAND_DISPLAY");
+        begun.command.env_remove("WAYLAND_SOCKET");
         let display = Display::new(places);
         begun.with(|_| Hand::Display(Box::new(display)))
     }

@@ -78,7 +78,7 @@ fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, 
                 lab.type_until(&box_of_axis, 0.6, &format!("{value}"), &name, &all);
                 after = so_far;
             }
-            debug_assert_eq!(get(&after), vector);
+            assert_eq!(get(&after), vector);
         }
     }
     after

@@ -10,9 +10,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, PoisonError};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -61,7 +61,12 @@ fn shared_folder() -> Option<PathBuf> {
 /// A lab has closed: keeps what this process has seen and done so far, where other processes are to know it.
 pub fn keep() {
     if let Some(folder) = shared_folder() {
-        let file = folder.join(format!("{}.json", std::process::id()));
+        // Numbers of processes come again.
+        static BEGUN: LazyLock<u128> = LazyLock::new(|| {
+            let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+            since.expect("it is later than that").as_nanos()
+        });
+        let file = folder.join(format!("{}-{}.json", std::process::id(), *BEGUN));
         let text = told(|told| serde_json::to_string(told).expect("it is plain"));
         std::fs::write(file, text).expect("MYXO_WORKED is a folder that can be written");
     }
