@@ -195,6 +195,7 @@ fn particles_are_those_of_the_axis() {
     assert_eq!(file.expect("it is written"), table);
 }
 
+/// Takes long: every suite runs, with as little as it can.
 #[test]
 fn every_suite_of_scenes_ends_with_points_and_plots() {
     if no_device() {
@@ -472,7 +473,7 @@ fn wrong_places_and_settings_are_told_before_the_work() {
     assert!(message.contains("abacus"), "{message}");
 }
 
-/// Ctrl-C: the exit code says so, and what was measured is there.
+/// Ctrl-C: the exit code says so, and what was measured is there. Takes long: it is interrupted where some of it is measured.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_suite_keeps_what_it_has() {

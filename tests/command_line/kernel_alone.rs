@@ -111,6 +111,7 @@ fn kernels_of(scene: &[&str]) -> Vec<String> {
     list.split(", ").map(str::to_owned).collect()
 }
 
+/// Takes long: the program runs once for each of some 20 kernels, each time on a scene that has grown.
 #[test]
 fn every_kernel_of_a_step_runs_alone() {
     if no_device() {

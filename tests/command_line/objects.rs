@@ -82,6 +82,7 @@ fn more_objects_than_fit_are_refused_with_how_many_would() {
     );
 }
 
+/// Takes long: many scenes, each laid out anew and run by the program with the validation layers on.
 #[test]
 fn odd_scenes_run_and_lose_nobody() {
     if no_device() {

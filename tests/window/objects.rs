@@ -106,6 +106,7 @@ fn hands_duplicate_objects() {
     lab.quit();
 }
 
+/// Takes long: every mesh that can be added is laid out and joins.
 #[test]
 fn hands_scale_add_and_remove_objects() {
     if !can_open() {

@@ -60,6 +60,7 @@ pub fn assert_same(found: &str, wanted: &str, key: &str) {
     );
 }
 
+/// Takes long: every kind of file is made, films among them.
 #[test]
 fn everything_that_is_taken_out_is_whole() {
     if !can_open() {

@@ -142,6 +142,7 @@ fn is_word<T>(parameter: &Parameter<T>) -> bool {
     matches!(parameter.kind, Kind::Choice { .. })
 }
 
+/// Takes long: a hand turns each of some 80 parameters, and a saved scene shows each of them.
 #[test]
 fn every_parameter_can_be_turned_by_hand() {
     if !can_open() {

@@ -190,7 +190,7 @@ fn faces_of_one_size_get_texels_alike() {
     }
 }
 
-/// Charts of every kind of mesh: closed, open, in several parts, with slivers, from files.
+/// Charts of every kind of mesh: closed, open, in several parts, with slivers, from files. Takes long: there are many.
 #[test]
 fn charts_lie_apart_keep_sizes_and_are_glued() {
     let folder = tempfile::tempdir().unwrap();
