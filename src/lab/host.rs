@@ -174,10 +174,10 @@ impl Host {
     }
 
     /// Is the interface of this frame drawn?
-    pub fn is_looked_at(&self) -> bool {
+    pub fn draws_interface(&self) -> bool {
         match self {
             Self::Window(_) => true,
-            Self::Windowless(shown) => shown.is_looked_at(),
+            Self::Windowless(shown) => shown.draws_interface(),
         }
     }
 

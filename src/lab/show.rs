@@ -70,7 +70,7 @@ impl Lab {
             .map(|viewport| viewport.repaint_delay);
         self.host.take_output(output.platform_output, repaint);
         self.gui.update_textures(output.textures_delta)?;
-        let primitives = match self.host.is_looked_at() {
+        let primitives = match self.host.draws_interface() {
             true => context.tessellate(output.shapes, output.pixels_per_point),
             false => Vec::new(),
         };

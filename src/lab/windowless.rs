@@ -86,7 +86,7 @@ pub struct Windowless {
     fills_screen: bool,
     is_minimized: bool,
     /// Another frame is wanted at once.
-    is_stirred: bool,
+    needs_frame: bool,
 }
 
 impl Windowless {
@@ -105,7 +105,7 @@ impl Windowless {
             clipboard: String::new(),
             fills_screen: false,
             is_minimized: false,
-            is_stirred: true,
+            needs_frame: true,
         }
     }
 
@@ -132,12 +132,12 @@ impl Windowless {
     /// Lets it fill the screen, which is as large as the window.
     pub fn fill_screen(&mut self, fills: bool) {
         self.fills_screen = fills;
-        self.is_stirred = true;
+        self.needs_frame = true;
     }
 
     /// A frame is wanted at once.
     pub fn request_redraw(&mut self) {
-        self.is_stirred = true;
+        self.needs_frame = true;
     }
 
     /// What the next frame takes in.
@@ -154,7 +154,7 @@ impl Windowless {
     pub fn take_input(&mut self) -> egui::RawInput {
         self.clock += FRAME;
         self.frames = self.frames.wrapping_add(1);
-        self.is_stirred = false;
+        self.needs_frame = false;
         let [width, height] = self.size.map(|side| side as f32 / self.pixels_per_point());
         let input = &mut self.input;
         input.time = Some(self.clock.as_secs_f64());
@@ -171,7 +171,7 @@ impl Windowless {
     }
 
     /// Is the interface of this frame drawn?
-    pub fn is_looked_at(&self) -> bool {
+    pub fn draws_interface(&self) -> bool {
         self.frames.is_multiple_of(DRAWN)
     }
 
@@ -182,7 +182,7 @@ impl Windowless {
                 self.clipboard = text;
             }
         }
-        self.is_stirred |= repaint == Some(Duration::ZERO);
+        self.needs_frame |= repaint == Some(Duration::ZERO);
     }
 
     fn pixels_per_point(&self) -> f32 {
@@ -317,7 +317,7 @@ fn unknown(what: &str) -> Error {
 }
 
 /// What comes from outside.
-enum Heard {
+enum Message {
     Line(String),
     Close,
 }
@@ -328,43 +328,43 @@ pub fn run(
     options: LabOptions,
     listen: impl FnOnce(Box<dyn Fn() + Send>) -> Result<()>,
 ) -> Result<()> {
-    let (tell, heard) = channel();
-    let closes = tell.clone();
-    // Where nothing is heard any more there is nothing left to close.
+    let (sender, messages) = channel();
+    let closes = sender.clone();
+    // Where nobody receives any more there is nothing left to close.
     listen(Box::new(move || {
-        let _ = closes.send(Heard::Close);
+        let _ = closes.send(Message::Close);
     }))?;
-    spawn(move || listen_to_lines(&tell));
+    spawn(move || read_lines(&sender));
     let size = options.size;
     let mut app = App::new(opened, options);
     if app.open(|_, last| {
         let windowless = Windowless::new(size.unwrap_or(last));
         Ok(Host::Windowless(Box::new(windowless)))
     }) {
-        let ended = app.obey_lines(&heard);
+        let ended = app.run_lines(&messages);
         app.error = app.error.take().or(ended.err());
         app.close();
     }
     app.error.map_or(Ok(()), Err)
 }
 
-fn listen_to_lines(tell: &Sender<Heard>) {
+fn read_lines(sender: &Sender<Message>) {
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-        if tell.send(Heard::Line(line)).is_err() {
+        if sender.send(Message::Line(line)).is_err() {
             return;
         }
     }
-    let _ = tell.send(Heard::Close);
+    let _ = sender.send(Message::Close);
 }
 
 impl App {
-    fn obey_lines(&mut self, heard: &Receiver<Heard>) -> Result<()> {
-        while let Ok(Heard::Line(line)) = heard.recv() {
+    fn run_lines(&mut self, messages: &Receiver<Message>) -> Result<()> {
+        while let Ok(Message::Line(line)) = messages.recv() {
             let moments: Vec<Vec<Event>> =
                 serde_json::from_str(&line).map_err(|error| unknown(&error.to_string()))?;
             let goes_on = match moments.is_empty() {
                 true => self.wait_a_frame(),
-                false => self.live_through(moments)?,
+                false => self.take_moments(moments)?,
             };
             if !goes_on {
                 return Ok(());
@@ -395,31 +395,31 @@ impl App {
         let due = self.wake.zip(now);
         let due = due.map_or(PAUSE, |(wake, now)| wake.saturating_duration_since(now));
         sleep(due.min(PAUSE));
-        self.draw_until(|_, told| told >= 1)
+        self.draw_until(|_, frames| frames >= 1)
     }
 
     /// Takes in what happens. False where the lab is to close.
-    fn live_through(&mut self, moments: Vec<Vec<Event>>) -> Result<bool> {
+    fn take_moments(&mut self, moments: Vec<Vec<Event>>) -> Result<bool> {
         for moment in moments {
             for event in moment {
                 if !self.take_event(event)? {
                     return Ok(false);
                 }
             }
-            if !self.draw_until(|_, told| told >= 1) {
+            if !self.draw_until(|_, frames| frames >= 1) {
                 return Ok(false);
             }
         }
         Ok(self.draw_until(Self::rests))
     }
 
-    /// Draws frames until it is enough, of which so many have told what they show. False where the lab is to close.
+    /// Draws frames until `is_enough` holds for their number; frames that show nothing do not count. False where the lab is to close.
     fn draw_until(&mut self, is_enough: impl Fn(&Self, u64) -> bool) -> bool {
-        let told = |app: &Self| {
+        let frames = |app: &Self| {
             let places = app.lab.as_ref().and_then(|lab| lab.places.as_ref());
             places.map_or(0, |places| places.last().1)
         };
-        let before = told(self);
+        let before = frames(self);
         loop {
             if !self.draw() {
                 return false;
@@ -429,26 +429,26 @@ impl App {
                 .lab
                 .as_ref()
                 .is_none_or(|lab| lab.host.size().contains(&0));
-            if is_hidden || is_enough(self, told(self) - before) {
+            if is_hidden || is_enough(self, frames(self) - before) {
                 return true;
             }
         }
     }
 
     /// Does nothing move by itself but what grows and what is being written?
-    fn rests(&self, told: u64) -> bool {
+    fn rests(&self, frames: u64) -> bool {
         let Some(lab) = &self.lab else { return true };
         let Host::Windowless(host) = &lab.host else {
             return true;
         };
         let goes_on = lab.runs() || lab.out.is_busy() || lab.under_way.is_some();
         let is_due = self.wake.is_some_and(|wake| wake <= lab.host.now());
-        let moves = host.is_stirred || host.has_input() || is_due && !goes_on;
+        let moves = host.needs_frame || host.has_input() || is_due && !goes_on;
         let most = match host.held.is_empty() {
             true => MOST_FRAMES,
             false => FRAMES_WHILE_HELD,
         };
-        told >= 1 && (!moves || told >= most)
+        frames >= 1 && (!moves || frames >= most)
     }
 
     fn take_event(&mut self, event: Event) -> Result<bool> {

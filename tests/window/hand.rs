@@ -1,10 +1,13 @@
 //! What a hand does to a lab: as lines to one without a window, or by `xdotool` on a display.
 
 use std::io::{BufRead as _, BufReader, Write as _};
-use std::process::{Child, ChildStdin, ChildStdout};
+use std::process::{Child, ChildStdin};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread::spawn;
 
 use serde_json::{Value, json};
 
+use crate::lab::PATIENCE;
 use crate::real::display::Display;
 
 /// One of the two.
@@ -109,7 +112,7 @@ fn key_of(name: &str) -> String {
 /// A lab without a window, which is told of everything by lines and answers each.
 pub struct Lines {
     tell: ChildStdin,
-    answers: BufReader<ChildStdout>,
+    answers: Receiver<String>,
     /// What it has answered last.
     answer: Option<Value>,
     /// Nothing moved by itself at the end of that.
@@ -121,9 +124,16 @@ pub struct Lines {
 impl Lines {
     /// Takes the pipes of a child that has just begun.
     pub fn new(child: &mut Child) -> Self {
+        let out = BufReader::new(child.stdout.take().expect("it is piped"));
+        let (sender, answers) = channel();
+        // Ends with the child, or when nobody waits for answers any more.
+        spawn(move || {
+            let lines = out.lines().map_while(Result::ok);
+            lines.map(|line| sender.send(line)).all(|sent| sent.is_ok())
+        });
         Self {
             tell: child.stdin.take().expect("it is piped"),
-            answers: BufReader::new(child.stdout.take().expect("it is piped")),
+            answers,
             answer: None,
             rests: false,
             has_ended: false,
@@ -147,15 +157,18 @@ impl Lines {
         if self.has_ended {
             return;
         }
-        let mut answer = String::new();
         let told = writeln!(self.tell, "{moments}").and_then(|()| self.tell.flush());
-        let read = told.and_then(|()| self.answers.read_line(&mut answer));
-        match read {
-            Ok(length) if length > 0 => {
+        if told.is_err() {
+            self.has_ended = true;
+            return;
+        }
+        match self.answers.recv_timeout(PATIENCE) {
+            Ok(answer) => {
                 let answer = serde_json::from_str(&answer);
                 self.answer = Some(answer.expect("answers are JSON"));
             }
-            _ => self.has_ended = true,
+            Err(RecvTimeoutError::Disconnected) => self.has_ended = true,
+            Err(RecvTimeoutError::Timeout) => panic!("no answer to {moments}"),
         }
     }
 

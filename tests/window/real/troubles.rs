@@ -1,16 +1,15 @@
 //! What can become of a window on a display: it is resized, hidden, covered, asked to close or killed, its device is lost, its disk
 //! is full.
 
-use std::fs::File;
 use std::process::{Command, Stdio};
 
 use myxo::scene::{Overrides, Scene};
 use serde_json::Value;
 
 use super::can_open_a_window;
-use crate::out::{arrived, frames_in};
+use crate::out::arrived;
 use crate::program::{program, shown_of};
-use crate::troubles::{goes_on, hear, program_with_little_room};
+use crate::troubles::{TAKES_LONG, close_in_the_middle, goes_on, hear, program_with_little_room};
 use crate::{Lab, SMALL, said};
 
 fn step(seen: &Value) -> u64 {
@@ -79,44 +78,9 @@ fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
     if !can_open_a_window() {
         return;
     }
-    let lab = Lab::open_on_display(&[
-        "torus",
-        "--set=particles.count=200000",
-        "--set=atlas.size=1024",
-    ]);
-    lab.key_until("space", "it is held", "playing", false);
-    lab.click_until("out", "out", true);
-    // The card finds its width first.
-    lab.wait("it rests", |seen| seen["rests"] == true);
-    lab.click("out.kind=PNG");
-    lab.key_until("F9", "it is recorded", "recording", true);
-    lab.wait("frames come", |seen| {
-        seen["state"]["recorded"].as_u64() >= Some(3)
+    close_in_the_middle(&Lab::open_on_display(&TAKES_LONG), |lab| {
+        lab.display(|display, _| display.ask_to_close());
     });
-    let name = "torus_000001.npz";
-    let file = lab.folder.file(name);
-    let act = || lab.click("out.export=NPZ");
-    lab.again_until("it is made", act, |seen| {
-        seen["state"]["making"] == name || file.exists()
-    });
-    lab.display(|display, _| display.ask_to_close());
-    let status = lab.ended();
-    assert!(status.success(), "{status}");
-    for file in frames_in(lab.folder.path()) {
-        let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        assert!(!name.starts_with('.'), "{name}");
-    }
-    let archive = File::open(&file).expect("it was finished");
-    let archive = zip::ZipArchive::new(archive);
-    assert!(archive.expect("it is whole").len() > 5);
-    let frames = frames_in(&lab.folder.file("recording_000001"));
-    assert!(frames.len() >= 3, "{frames:?}");
-    for frame in &frames {
-        image::open(frame).expect("it is whole");
-    }
-    let said = said(&lab.said);
-    let told = format!("saved {}", frames[0].display());
-    assert!(said.contains(&told), "{told}: {said}");
 }
 
 #[test]
