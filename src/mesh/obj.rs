@@ -48,7 +48,10 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
     soup.seen.lines = lines.line_count;
     soup.seen.points = lines.point_count;
     soup.uvs = uvs;
-    soup.positions = positions;
+    soup.positions = positions
+        .iter()
+        .map(|position| position.as_dvec3())
+        .collect();
     Ok(soup)
 }
 

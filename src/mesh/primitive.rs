@@ -242,7 +242,11 @@ impl Builder {
 
     pub(super) fn finish(self, name: &str) -> Mesh {
         let soup = Soup {
-            positions: self.positions,
+            positions: self
+                .positions
+                .iter()
+                .map(|position| position.as_dvec3())
+                .collect(),
             triangles: self.corners,
             ..Soup::default()
         };

@@ -75,7 +75,10 @@ fn tangles_become_surfaces() {
                     [a, b, c]
                 })
                 .collect(),
-            positions: positions.clone(),
+            positions: positions
+                .iter()
+                .map(|position| position.as_dvec3())
+                .collect(),
             ..Soup::default()
         };
         let given = soup.triangles.clone();

@@ -1,6 +1,6 @@
 //! Triangles as a file gives them, and the way from there to a [`Mesh`].
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::edges::EdgeGroups;
 use super::error::MeshProblem;
@@ -14,8 +14,8 @@ pub(crate) const MOST_TRIANGLES: usize = 1 << 26;
 /// What a loader read: vertices and triangles in file order, nothing merged and nothing mended.
 #[derive(Debug, Default)]
 pub(crate) struct Soup {
-    /// Vertices; those of several primitives one after the other.
-    pub positions: Vec<Vec3>,
+    /// Vertices, as precise as the file has them; those of several primitives one after the other.
+    pub positions: Vec<DVec3>,
     /// Corners of each triangle, in range: loaders check that, for they know what the file calls them.
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates of each triangle's corners, if every one has them.
@@ -30,7 +30,12 @@ impl Mesh {
         let mut report = soup.seen;
         report.file_triangles = soup.triangles.len();
         report.file_vertices += soup.positions.len();
-        let welded = weld(&soup.positions, &soup.triangles, &mut report)?;
+        let positions: Vec<Vec3> = soup
+            .positions
+            .iter()
+            .map(|position| position.as_vec3())
+            .collect();
+        let welded = weld(&positions, &soup.triangles, &mut report)?;
         let mut corners = welded.corners;
         let mut groups = EdgeGroups::new(&corners);
         report.non_manifold_edges = groups.iter().filter(|group| group.len() > 2).count();

@@ -62,7 +62,10 @@ pub fn all() -> Vec<Mesh> {
 #[must_use]
 pub fn mesh(name: &str, positions: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
     let soup = Soup {
-        positions: positions.to_vec(),
+        positions: positions
+            .iter()
+            .map(|position| position.as_dvec3())
+            .collect(),
         triangles: triangles.to_vec(),
         ..Soup::default()
     };

@@ -260,7 +260,7 @@ impl Reader<'_> {
             .positions
             .extend(positions.iter().map(|&position| {
                 let position = Vec3::from_array(position).as_dvec3();
-                world_from_mesh.transform_point3(position).as_vec3()
+                world_from_mesh.transform_point3(position)
             }));
         let moved = |corners: &[u32; 3]| corners.map(|vertex| first + vertex);
         self.soup.triangles.extend(triangles.iter().map(moved));

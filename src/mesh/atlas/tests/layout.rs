@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::super::grid::{Grid, Half};
 use super::*;
@@ -210,7 +210,7 @@ fn texels_know_their_share_of_the_surface() {
     }
     // A triangle alone: its hypotenuse halves the texels there.
     let soup = Soup {
-        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         triangles: vec![[0, 1, 2]],
         ..Soup::default()
     };

@@ -1,6 +1,6 @@
 //! Layouts by the models' own texture coordinates, good ones and bad ones.
 
-use glam::Vec3;
+use glam::DVec3;
 
 use super::*;
 use crate::mesh::soup::Soup;
@@ -19,7 +19,7 @@ fn quads(rectangles: &[[f32; 4]], flipped: bool) -> Mesh {
     for (k, &[left, bottom, right, top]) in rectangles.iter().enumerate() {
         let first = soup.positions.len() as u32;
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
-            soup.positions.push(Vec3::new(x + 2.0 * k as f32, y, 0.0));
+            soup.positions.push(DVec3::new(x + 2.0 * k as f64, y, 0.0));
         }
         for corners in [[0, 1, 2], [0, 2, 3]] {
             soup.triangles.push(corners.map(|corner| first + corner));
