@@ -3,8 +3,8 @@
 //! Nothing here knows Vulkan or particles.
 //!
 //! A model comes in through `load` (files, read by `obj` and `gltf`) or [`builtin`] as a `soup` of triangles. `weld`
-//! makes one vertex of those at one place and drops what has no area, `orient` makes windings agree, and the result is
-//! a [`Mesh`] with a [`MeshReport`] of all that. [`surface`] pools meshes for the kernels, with the rotation across
+//! makes one vertex of those at one place and drops what has no area, `stitch` joins borders that lie on each other but
+//! for rounding, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of all that. [`surface`] pools meshes for the kernels, with the rotation across
 //! every edge; [`walk`] is the reference for walks on it.
 //!
 //! Conventions, stated once:
@@ -30,6 +30,7 @@ pub mod primitive;
 mod random_files;
 mod report;
 mod soup;
+mod stitch;
 pub mod strip;
 #[doc(hidden)]
 pub mod suite;

@@ -39,6 +39,10 @@ pub struct MeshReport {
     pub without_area: usize,
     /// Triangles with the same corners as an earlier one; dropped.
     pub duplicates: usize,
+    /// Vertices that lie on another one but for rounding, at borders; made one with it.
+    pub stitched_vertices: usize,
+    /// Border edges that lie on another one but for rounding and stay open: the surface would fold, or more than two meet.
+    pub open_seams: usize,
     /// Edges of three or more triangles: the first two that can be are joined, the others end there.
     pub non_manifold_edges: usize,
     /// Triangles that were wound against their neighbours; flipped.
@@ -130,6 +134,16 @@ impl MeshReport {
             self.duplicates,
             "triangle that is there already, dropped",
             "triangles that are there already, dropped",
+        );
+        note(
+            self.stitched_vertices,
+            "vertex at a border that lies on another one but for rounding, made one with it",
+            "vertices at borders that lie on others but for rounding, made one with these",
+        );
+        note(
+            self.open_seams,
+            "border edge that lies on another one but for rounding, left open",
+            "border edges that lie on others but for rounding, left open",
         );
         note(
             self.non_manifold_edges,

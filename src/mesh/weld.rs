@@ -6,6 +6,7 @@ use rayon::slice::ParallelSliceMut;
 use super::MeshReport;
 use super::error::MeshProblem;
 use super::soup::MOST_TRIANGLES;
+use super::stitch::stitch;
 
 /// The shortest edge and the lowest height that a triangle may have: float32 can still multiply two such lengths'
 /// ratios, and a scene's scale has room below.
@@ -55,6 +56,9 @@ pub(crate) fn weld(
         }
     }
     drop_duplicates(&mut kept, &mut file_triangle, report);
+    if stitch(positions, &mut kept, report) {
+        drop_duplicates(&mut kept, &mut file_triangle, report);
+    }
     if kept.is_empty() {
         return Err(MeshProblem::AllDegenerate {
             count: triangles.len(),
