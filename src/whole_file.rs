@@ -1,9 +1,24 @@
 //! A file that appears under its name only when it is whole: pictures, reports and checkpoints
 //! that are cut short leave nothing behind that looks like a result.
+//!
+//! The hidden file is locked as long as its process lives. What a killed process has left is therefore known by its
+//! lock being free, and the next file that begins in the folder removes it.
 
+use std::collections::BTreeSet;
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// What hidden names end in.
+const ENDING: &str = ".myxo-part";
+
+/// Names of so many bytes are possible everywhere.
+const SURE_LENGTH: usize = 100;
+
+/// Letters and digits before the ending, by which hidden names differ.
+const RANDOM_LENGTH: usize = 6;
 
 /// A file that is written under a hidden name in its final folder, and renamed by [`finish`](Self::finish).
 ///
@@ -24,7 +39,7 @@ use std::path::Path;
 #[derive(Debug)]
 pub struct WholeFile {
     file: tempfile::NamedTempFile,
-    path: std::path::PathBuf,
+    path: PathBuf,
 }
 
 impl WholeFile {
@@ -46,18 +61,25 @@ impl WholeFile {
         let folder = folder_of(path);
         std::fs::create_dir_all(folder)?;
 
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(".");
+        remove_left(folder);
+        let prefix = hidden_prefix(name);
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&hidden).suffix(".part");
+        builder
+            .prefix(&prefix)
+            .rand_bytes(RANDOM_LENGTH)
+            .suffix(ENDING);
         // Temporary files are private by default; a result is as readable as any other file.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        Ok(Self {
-            file: builder.tempfile_in(folder).map_err(without_path)?,
-            path: path.to_owned(),
-        })
+        loop {
+            let file = builder.tempfile_in(folder).map_err(without_path)?;
+            lock(file.as_file());
+            // Between its making and its locking another process may have taken it for one that was left.
+            if file.path().exists() {
+                let path = path.to_owned();
+                return Ok(Self { file, path });
+            }
+        }
     }
 
     /// The hidden name, for another program that writes the content.
@@ -111,6 +133,60 @@ impl Write for WholeFile {
 impl Seek for WholeFile {
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         self.file.as_file_mut().seek(position)
+    }
+}
+
+/// What a hidden name begins with: a dot and the final name, cut where the hidden one would be longer than file systems
+/// surely take, and longer than the final one.
+fn hidden_prefix(name: &OsStr) -> OsString {
+    let name = name.to_string_lossy();
+    let two_dots = 2;
+    let others = two_dots + RANDOM_LENGTH + ENDING.len();
+    let room = name.len().max(SURE_LENGTH) - others;
+    OsString::from(format!(".{}.", &name[..name.floor_char_boundary(room)]))
+}
+
+/// Is this a name that [`hidden_prefix`] begins?
+fn is_hidden(name: &OsStr) -> bool {
+    let Some(begins) = name.to_str().and_then(|name| name.strip_suffix(ENDING)) else {
+        return false;
+    };
+    let random = begins.rsplit_once('.').map_or("", |(_, random)| random);
+    begins.starts_with('.')
+        && random.len() == RANDOM_LENGTH
+        && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
+}
+
+/// Where a file system has no locks, nothing is ever taken for left.
+fn lock(file: &File) {
+    if let Err(error) = file.lock() {
+        log::debug!("hidden files are not locked here: {error}");
+    }
+}
+
+/// Removes the hidden files of processes that were killed, once for each folder. That is tidying up: where it fails, the
+/// files stay.
+fn remove_left(folder: &Path) {
+    static TIDY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let is_first = |folders: &mut BTreeSet<_>| folders.insert(folder.to_owned());
+    if !TIDY.lock().is_ok_and(|mut folders| is_first(&mut folders)) {
+        return;
+    }
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !is_file || !is_hidden(&entry.file_name()) {
+            continue;
+        }
+        let path = entry.path();
+        let is_left = |file: &File| file.try_lock().is_ok();
+        if let Ok(file) = File::options().write(true).open(&path)
+            && is_left(&file)
+        {
+            let _ = std::fs::remove_file(&path);
+        }
     }
 }
 
@@ -191,7 +267,7 @@ mod tests {
         #[cfg(target_os = "linux")]
         {
             let error = WholeFile::create(Path::new("/proc/x.png")).unwrap_err();
-            assert!(!error.to_string().contains(".part"), "{error}");
+            assert!(!error.to_string().contains(ENDING), "{error}");
         }
     }
 
@@ -207,5 +283,40 @@ mod tests {
 
         let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&whole), mode(&plain));
+    }
+
+    /// A name as long as the file system takes is no reason to fail.
+    #[test]
+    fn hidden_names_of_long_ones_are_no_longer() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [
+            "x".repeat(251) + ".png",
+            "粘菌".repeat(41) + ".json",
+            "a.png".to_owned(),
+        ] {
+            let file = WholeFile::create(&folder.path().join(&name)).unwrap();
+            let hidden = names_in(folder.path()).remove(0);
+            assert!(is_hidden(OsStr::new(&hidden)), "{hidden}");
+            assert!(hidden.len() <= name.len().max(SURE_LENGTH), "{hidden}");
+            file.finish().unwrap();
+            assert_eq!(names_in(folder.path()), [name.as_str()]);
+            std::fs::remove_file(folder.path().join(&name)).unwrap();
+        }
+    }
+
+    /// A killed process cannot tidy up; without this, folders of a cluster's runs fill with pieces.
+    #[test]
+    fn what_a_killed_process_left_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [left, held] = ["aB3xYz", "000000"]
+            .map(|random| folder.path().join(format!(".frame.png.{random}{ENDING}")));
+        let foreign = folder.path().join(".notes.part");
+        for path in [&left, &held, &foreign] {
+            std::fs::write(path, "half").unwrap();
+        }
+        let holder = File::open(&held).unwrap();
+        holder.lock().unwrap();
+        WholeFile::create(&folder.path().join("report.json")).unwrap();
+        assert!(!left.exists() && held.exists() && foreign.exists());
     }
 }
