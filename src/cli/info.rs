@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myxo::gpu::{Context, ContextOptions, DeviceInfo, GpuError, default_cache_folder, devices};
+use myxo::render::output::Output;
 use myxo::scene::parameters::grouped;
 use myxo::sim::memory::{human, largest_atlas, most_particles};
 use myxo::{Error, Result};
@@ -36,7 +37,7 @@ struct Tool {
     /// What it is like where it is there.
     found: Option<String>,
     /// What it is for, and how to get it.
-    otherwise: &'static str,
+    otherwise: String,
 }
 
 impl Info {
@@ -97,6 +98,9 @@ fn tools(validation: Validation) -> [Tool; 4] {
         let value = std::env::var(name).ok().filter(|value| !value.is_empty())?;
         Some(format!("{name}={value}"))
     });
+    let ffmpeg = in_path("ffmpeg").map(|path| path.display().to_string());
+    let videos = Output::try_videos();
+    let what = ".mp4 files need it, with libx264 (Debian: apt install ffmpeg)";
     [
         Tool {
             name: "validation layer",
@@ -106,22 +110,28 @@ fn tools(validation: Validation) -> [Tool; 4] {
                 _ => {
                     "missing; --validate and the tests need it (Debian: apt install vulkan-validationlayers)"
                 }
-            },
+            }
+            .to_owned(),
         },
         Tool {
             name: "ffmpeg",
-            found: in_path("ffmpeg").map(|path| path.display().to_string()),
-            otherwise: "missing; .mp4 files need it (Debian: apt install ffmpeg)",
+            found: ffmpeg.clone().filter(|_| videos.is_ok()),
+            otherwise: match (ffmpeg, videos) {
+                (Some(path), Err(error)) => format!("{path} cannot encode H.264 ({error}); {what}"),
+                _ => format!("missing; {what}"),
+            },
         },
         Tool {
             name: "display",
             found: display,
-            otherwise: "none; `myxo lab` needs one, `myxo render` does not",
+            otherwise: "none; `myxo lab` needs one, `myxo render` does not".to_owned(),
         },
         Tool {
             name: "cache",
             found: default_cache_folder().map(|folder| folder.display().to_string()),
-            otherwise: "none, as there is no home folder: kernels and atlases are made anew at each start",
+            otherwise:
+                "none, as there is no home folder: kernels and atlases are made anew at each start"
+                    .to_owned(),
         },
     ]
 }
@@ -157,7 +167,7 @@ fn as_text(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Str
             text,
             "  {:<18} {}",
             tool.name,
-            tool.found.as_deref().unwrap_or(tool.otherwise)
+            tool.found.as_deref().unwrap_or(&tool.otherwise)
         );
     }
     text

@@ -31,6 +31,7 @@ mod times;
 mod work;
 
 use std::ffi::OsStr;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -111,7 +112,10 @@ pub fn main() -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,winit=error"))
         .format_timestamp(None)
         .init();
-    let cli = Cli::try_parse().unwrap_or_else(|error| with_hint(error).exit());
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return told_by_clap(&with_hint(error)),
+    };
     let result = match &cli.command {
         None => lab::Lab::default().run(),
         Some(Command::Lab(lab)) => lab.run(),
@@ -141,6 +145,23 @@ pub fn main() -> ExitCode {
                 1
             })
         }
+    }
+}
+
+/// Help and versions are data like any other: where they cannot be written, that is an error.
+fn told_by_clap(error: &clap::Error) -> ExitCode {
+    let printed = error.print().and_then(|()| std::io::stdout().flush());
+    match printed {
+        Err(source) if !error.use_stderr() && source.kind() != std::io::ErrorKind::BrokenPipe => {
+            let error = Error::Io {
+                action: "write to",
+                path: console::STDOUT.into(),
+                source,
+            };
+            console::message(&format!("myxo: {error}"));
+            Outcome::Failed.exit_code()
+        }
+        _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1)),
     }
 }
 

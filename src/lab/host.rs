@@ -199,8 +199,12 @@ pub fn no_window(source: &dyn std::fmt::Display) -> Error {
     let reason = reason
         .map_or(text.as_str(), |(_, reason)| reason)
         .trim_end_matches('.');
+    #[cfg(target_os = "linux")]
+    let hint = super::wayland::hint();
+    #[cfg(not(target_os = "linux"))]
+    let hint = String::new();
     Error::Invalid(format!(
-        "no window can be opened ({reason}): where there is no display, `myxo render` draws without one"
+        "no window can be opened ({reason}{hint}): where there is no display, `myxo render` draws without one"
     ))
 }
 

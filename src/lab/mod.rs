@@ -51,6 +51,8 @@ mod under_way;
 mod undo;
 mod view_rows;
 mod views;
+#[cfg(target_os = "linux")]
+mod wayland;
 mod widgets;
 mod window;
 mod windowless;
@@ -102,7 +104,10 @@ pub fn run(
     if options.windowless {
         return windowless::run(opened, options, listen);
     }
-    let events = EventLoop::<app::Close>::with_user_event()
+    let mut builder = EventLoop::<app::Close>::with_user_event();
+    #[cfg(target_os = "linux")]
+    wayland::choose(&mut builder);
+    let events = builder
         .build()
         .map_err(|source| host::no_window(&source))?;
     let proxy = events.create_proxy();

@@ -18,6 +18,9 @@ mod video;
 
 use name::Kind;
 
+/// The program that makes videos.
+const ENCODER: &str = "ffmpeg";
+
 /// An output that is being written, frame by frame.
 ///
 /// ```
@@ -68,7 +71,23 @@ impl Output {
         size: (u32, u32),
         frames_per_second: f64,
     ) -> Result<Self, OutputError> {
-        Self::create_with_encoder(path, size, frames_per_second, Path::new("ffmpeg"))
+        let encoder = Path::new(ENCODER);
+        if Kind::of(path) == Some(Kind::Video) {
+            video::try_encoder(encoder).map_err(|source| OutputError::NoEncoder {
+                path: path.to_owned(),
+                program: encoder.to_owned(),
+                source,
+            })?;
+        }
+        Self::create_with_encoder(path, size, frames_per_second, encoder)
+    }
+
+    /// Whether videos can be written here: encodes a small picture, and throws it away.
+    ///
+    /// # Errors
+    /// What the encoder lacks: the system's words if it does not start, or its own.
+    pub fn try_videos() -> io::Result<()> {
+        video::try_encoder(Path::new(ENCODER))
     }
 
     /// The same with another program in the place of `ffmpeg`.
@@ -296,10 +315,10 @@ pub enum OutputError {
     /// No video has this speed.
     #[error("{0} frames a second cannot be played; use a number above 0, up to 1000")]
     FrameRate(f64),
-    /// The program that makes videos is not there.
+    /// The program that makes videos is not there, or cannot encode them.
     #[error(
-        "cannot write {path}: videos need the program `{program}`, and it does not start ({source}); \
-         install the package ffmpeg (Debian, Ubuntu: apt-get install ffmpeg), \
+        "cannot write {path}: videos need the program `{program}` with the encoder libx264, and that does not work here \
+         ({source}); install the package ffmpeg (Debian, Ubuntu: apt-get install ffmpeg), \
          or write {sequence} or {gif} instead",
         path = path.display(), program = program.display(),
         sequence = path.with_extension("").display().to_string() + "_%05d.png",
@@ -310,7 +329,7 @@ pub enum OutputError {
         path: PathBuf,
         /// The program that was tried.
         program: PathBuf,
-        /// What the system said.
+        /// What the system said, or the program.
         source: io::Error,
     },
     /// The end is missing.

@@ -23,6 +23,9 @@ const LAST_WORDS: usize = 6;
 /// How long an encoder that takes no more frames has to end by itself.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// How long one has for a small picture, where it may have to be read from a slow disk first.
+const PATIENCE_AT_FIRST: Duration = Duration::from_secs(20);
+
 /// A video that is being written.
 #[derive(Debug)]
 pub(super) struct Video {
@@ -127,6 +130,31 @@ impl Video {
                 None => "it did not answer".to_owned(),
             },
             last_words: self.encoder.last_words(),
+        }
+    }
+}
+
+/// Encodes a small picture as videos are encoded, and throws it away: what an encoder lacks is known before a run then.
+///
+/// # Errors
+/// When it does not start, or what it said last.
+pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
+    let size = (16, 16);
+    let mut command = Command::new(program);
+    command.args(input_arguments(size, 30.0));
+    command.args(output_arguments(size));
+    // Standard output, which is ignored.
+    command.arg("pipe:1");
+    let mut encoder = Encoder::start(command)?;
+    // An encoder that has ended takes nothing; its status says why.
+    let _ = encoder.feed(&[0; 4 * 16 * 16]);
+    match encoder.wait_at_most(PATIENCE_AT_FIRST) {
+        Some(status) if status.success() => Ok(()),
+        status => {
+            let ended = status.map_or("it did not answer".to_owned(), |s| s.to_string());
+            let words = encoder.last_words();
+            let words = words.lines().map(str::trim).find(|line| !line.is_empty());
+            Err(io::Error::other(words.map_or(ended, str::to_owned)))
         }
     }
 }
