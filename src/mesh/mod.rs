@@ -25,6 +25,7 @@ mod gltf;
 mod load;
 mod obj;
 mod orient;
+mod polygon;
 pub mod primitive;
 #[cfg(test)]
 mod random_files;
@@ -35,6 +36,7 @@ pub mod strip;
 pub mod suite;
 pub mod surface;
 pub mod surface_distance;
+mod text;
 pub mod trees;
 pub mod walk;
 mod weld;
@@ -63,10 +65,10 @@ pub struct Mesh {
     /// mended, and because every triangle begins with its shortest edge: in a needle, the tangent frame along a long
     /// edge would lose digits of everything that a walk computes.
     pub file_corners: Vec<[u8; 3]>,
-    /// The triangle's number in the file, polygons fanned; ascending.
+    /// The triangle's number in the file, polygons cut up; ascending.
     pub file_triangle: Vec<u32>,
     /// Texture coordinates of each triangle's corners (in the order of `corners`), if the model has them everywhere;
-    /// as the file has them, so `v` points up in OBJ and down in glTF.
+    /// as the file has them, so `v` points up in OBJ and PLY and down in glTF.
     pub uvs: Option<Vec<[Vec2; 3]>>,
     /// Sizes, topology, and everything odd.
     pub report: MeshReport,
