@@ -48,7 +48,9 @@ pub enum MeshError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshProblem {
     /// The file is none of those that can be read.
-    #[error("this is no OBJ, glTF or GLB file: {found}. Export the model as one of these")]
+    #[error(
+        "this is no OBJ, STL, PLY, glTF or GLB file: {found}. Export the model as one of these"
+    )]
     UnknownKind {
         /// The ending of its name.
         found: String,

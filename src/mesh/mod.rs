@@ -2,7 +2,7 @@
 //!
 //! Nothing here knows Vulkan or particles.
 //!
-//! A model comes in through `load` (files, read by `obj` and `gltf`) or [`builtin`] as a `soup` of triangles. `weld`
+//! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of triangles. `weld`
 //! makes one vertex of those at one place and drops what has no area, `orient` makes windings agree, and the result is
 //! a [`Mesh`] with a [`MeshReport`] of all that. [`surface`] pools meshes for the kernels, with the rotation across
 //! every edge; [`walk`] is the reference for walks on it.
@@ -25,18 +25,22 @@ mod gltf;
 mod load;
 mod obj;
 mod orient;
+mod ply;
 mod polygon;
 pub mod primitive;
 #[cfg(test)]
 mod random_files;
 mod report;
 mod soup;
+mod stl;
 pub mod strip;
 #[doc(hidden)]
 pub mod suite;
 pub mod surface;
 pub mod surface_distance;
 mod text;
+#[cfg(test)]
+mod text_files;
 pub mod trees;
 pub mod walk;
 mod weld;
