@@ -395,7 +395,7 @@ fn bad_ply_files_are_explained() {
             ),
             (
                 file(good, 2.0, [0.0, 1.0, 2.0]),
-                "there are no triangles: the file is a cloud of 3 points, with 1 lines",
+                "there are no triangles: the file is a cloud of 3 points, with 1 line.",
             ),
             (
                 file(good, 127.0, [0.0, 1.0, 2.0]),

@@ -101,7 +101,7 @@ pub enum MeshProblem {
         line: Option<usize>,
         /// `vertex` or `texture coordinate`.
         what: &'static str,
-        /// As the file writes it: from 1 in OBJ, negative ones counting back; from 0 in glTF.
+        /// As the file writes it: from 1 in OBJ, negative ones counting back; from 0 in PLY and glTF.
         index: i64,
         /// The lowest index that would be right, as the file would write it.
         first: u64,

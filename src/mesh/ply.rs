@@ -6,6 +6,7 @@
 use glam::{DVec3, Vec2};
 
 use super::error::MeshProblem;
+use super::report::counted;
 use super::soup::Soup;
 use super::text::{bad_line, beginning};
 
@@ -584,11 +585,14 @@ fn no_list(element: &Element) -> MeshProblem {
 fn no_triangles(soup: &Soup) -> MeshProblem {
     let mut found = match soup.positions.len() {
         0 => "the file holds neither vertices nor faces".to_owned(),
-        1 => "the file holds only 1 point".to_owned(),
-        count => format!("the file is a cloud of {count} points"),
+        count => format!(
+            "the file is a cloud of {}",
+            counted(count, "point", "points")
+        ),
     };
     if soup.seen.lines > 0 {
-        found += &format!(", with {} lines", soup.seen.lines);
+        found += ", with ";
+        found += &counted(soup.seen.lines, "line", "lines");
     }
     MeshProblem::NoTriangles { found }
 }
