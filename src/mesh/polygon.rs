@@ -34,20 +34,14 @@ fn normal(corners: &[DVec3]) -> DVec3 {
     sum.normalize_or_zero()
 }
 
-/// Whether the triangles (0, k, k + 1) neither face backwards nor overlap. One of two equal corners is harmless: nothing
-/// is lost with it.
+/// Whether none of the triangles (0, k, k + 1) faces backwards or is flat: in a polygon that does not cross itself they
+/// then do not overlap either. Two corners at one place are harmless, nothing is lost with such a triangle.
 fn fan_covers(corners: &[DVec3], normal: DVec3) -> bool {
-    let mut turned = 0.0;
-    for pair in corners[1..].windows(2) {
+    corners[1..].windows(2).all(|pair| {
         let [a, b] = [pair[0] - corners[0], pair[1] - corners[0]];
-        let area = a.cross(b).dot(normal);
-        let equal = a == b || a == DVec3::ZERO || b == DVec3::ZERO;
-        if area <= 0.0 && !equal {
-            return false;
-        }
-        turned += area.atan2(a.dot(b));
-    }
-    turned < std::f64::consts::TAU
+        let at_one_place = a == b || a == DVec3::ZERO || b == DVec3::ZERO;
+        a.cross(b).dot(normal) > 0.0 || at_one_place
+    })
 }
 
 /// How wide an ear must be, and how far other corners must keep off it.
