@@ -62,7 +62,7 @@ Examples:
   myxo scenes                                    built-in scenes and presets
   myxo info                                      devices, and what is missing
 
-SCENE is a built-in name, a .toml file, or a model (.obj, .glb, .gltf).
+SCENE is a built-in name, a .toml file, or a model (.obj, .stl, .ply, .glb, .gltf).
 
 Exit codes:
   0    done

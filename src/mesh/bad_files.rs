@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::error::MeshProblem;
 use super::load::{Extent, parse};
+use super::text_files::{self, Encoding};
 use super::{Mesh, suite};
 
 pub(super) fn try_mesh(
@@ -114,6 +115,34 @@ fn bad_obj_files_are_explained() {
             "v 0 0 0\nv 1e-40 0 0\nv 0 1e-40 0\nf 1 2 3\n".to_owned(),
             "scale it up",
         ),
+        (
+            "v 0 0 0\nv 1,5 0 0\nv 0 1 0\nf 1 2 3\n".to_owned(),
+            "line 2 cannot be read, `1,5` needs a decimal point, not a comma: `v 1,5 0 0`",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 -1.0D+05 0\nf 1 2 3\n".to_owned(),
+            "line 3 cannot be read, `-1.0D+05` needs an exponent with E, not D",
+        ),
+        (
+            with("f 1 \\\r\n 2 \\\r\n x\r\n"),
+            "line 4 cannot be read, a face is made of",
+        ),
+        (
+            with("vt 0 0\nf 1/-1 2/-1 3/-2\n"),
+            "(line 5) names texture coordinate -2, and the file has 1 to 1",
+        ),
+        (
+            format!("v 0 0 {}\n", "9x".repeat(1000)),
+            "9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x9x`",
+        ),
+        (
+            "v 0 0 0\rv 1 0\rv 0 1 0\rf 1 2 3\r".to_owned(),
+            "line 2 cannot be read, a vertex needs three numbers: `v 1 0`",
+        ),
+        (
+            "v 0 0 \u{7}\n".to_owned(),
+            "a vertex needs three numbers: `v 0 0 \u{fffd}`",
+        ),
     ] {
         let problem = problem_of("bad.obj", text.as_bytes());
         assert!(
@@ -137,6 +166,285 @@ fn sloppy_obj_files_are_read() {
     }
     let latin = b"# Fl\xe4che\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     assert!(try_mesh("latin.OBJ", latin, Extent::Scene).is_ok());
+}
+
+/// Fails unless the problem with a file is put into these words, in one sentence of a sensible length.
+fn assert_explained(name: &str, bytes: &[u8], words: &str) {
+    let problem = problem_of(name, bytes);
+    assert!(
+        problem.contains(words) && problem.len() < 300,
+        "{}\n  {problem}\n  should have: {words}",
+        String::from_utf8_lossy(&bytes[..bytes.len().min(400)])
+    );
+}
+
+/// Alone tells that STL files which are cut off, miscounted or no STL files are refused with counts, lines and bytes.
+#[test]
+fn bad_stl_files_are_explained() {
+    let cube = Mesh::builtin("cube").unwrap();
+    let good = text_files::stl(&cube, "solid cube");
+    let with_count = |count: u32| {
+        let mut bytes = good.clone();
+        bytes[80..84].copy_from_slice(&count.to_le_bytes());
+        bytes
+    };
+    let with_float = |value: f32| {
+        let mut bytes = good.clone();
+        bytes[84 + 12..84 + 16].copy_from_slice(&value.to_le_bytes());
+        bytes
+    };
+    for (bytes, words) in [
+        (Vec::new(), "this is no STL file: it has 0 bytes"),
+        (good[..83].to_vec(), "it has 83 bytes"),
+        (b"Hello".to_vec(), "this is no STL file: it has 5 bytes"),
+        (
+            good[..84].to_vec(),
+            "the STL header counts 12 triangles, which is 684 bytes, and the file has 84 bytes, room for 0. The file is",
+        ),
+        (
+            good[..400].to_vec(),
+            "counts 12 triangles, which is 684 bytes, and the file has 400 bytes, room for 6",
+        ),
+        (
+            with_count(u32::MAX),
+            "counts 4294967295 triangles, which is 214748364834 bytes, and the file has 684 bytes, room for 12",
+        ),
+        (
+            with_count(11),
+            "counts 11 triangles, which is 634 bytes, and the file has 684",
+        ),
+        (
+            with_count(0)[..84].to_vec(),
+            "there are no triangles: the STL file holds no facets",
+        ),
+        (with_float(f32::NAN), "vertex 0 is not finite: [NaN, "),
+        (with_float(f32::INFINITY), "vertex 0 is not finite: [inf, "),
+        (with_float(1e30), "coordinates reach"),
+    ] {
+        assert_explained("bad.stl", &bytes, words);
+    }
+
+    let text = text_files::stl_text(&cube);
+    let vertex = text.lines().nth(3).unwrap();
+    let edited = |line: &str| text.replacen(vertex, line, 1);
+    let last = text.rfind("endsolid").unwrap();
+    for (text, words) in [
+        (
+            "solid\nendsolid\n".to_owned(),
+            "the STL file holds no facets",
+        ),
+        (
+            edited("vertex 1 2"),
+            "line 4 cannot be read, a vertex needs three numbers: `vertex 1 2`",
+        ),
+        (
+            edited("vertex 1 2 z"),
+            "line 4 cannot be read, a vertex needs three numbers",
+        ),
+        (
+            edited("vertex 1,5 2 3"),
+            "line 4 cannot be read, `1,5` needs a decimal point",
+        ),
+        (
+            edited("vertex nan 2 3"),
+            "vertex 0 (line 4) is not finite: [NaN, 2.0, 3.0], used by face 0",
+        ),
+        (edited("vertex 1 1e39 3"), "vertex 0 (line 4) is not finite"),
+        (
+            edited(""),
+            "line 7 cannot be read, a facet needs three vertices",
+        ),
+        (
+            text.replacen("endloop", "", 1).replacen("endfacet", "", 1),
+            "line 9 cannot be read, the facet before has no `endloop`",
+        ),
+        (
+            text[..last].to_owned(),
+            "the STL text ends after 12 facets without `endsolid`. The file is damaged or cut off",
+        ),
+        (text[..last / 2].to_owned(), "facets without `endsolid`"),
+    ] {
+        assert_explained("bad.stl", text.as_bytes(), words);
+    }
+}
+
+/// Alone tells that no count or type in a PLY header is believed, and that what is wrong is named with its place.
+#[test]
+fn bad_ply_files_are_explained() {
+    for encoding in [Encoding::Ascii, Encoding::Little, Encoding::Big] {
+        let good = text_files::cube_ply(encoding);
+        // The header is text, so it can be edited as such.
+        let edited = |from: &str, to: &str| {
+            let at = good
+                .windows(from.len())
+                .position(|bytes| bytes == from.as_bytes())
+                .unwrap();
+            let mut bytes = good.clone();
+            bytes.splice(at..at + from.len(), to.bytes());
+            bytes
+        };
+        let cut = |from_end: usize| good[..good.len() - from_end].to_vec();
+        for (bytes, words) in [
+            (
+                cut(12),
+                "the header counts 6 elements `face`, and the file ends in number 5, at byte",
+            ),
+            (good[..100].to_vec(), "the PLY header ends in line"),
+            (
+                edited("vertex 8", "vertex 18446744073709551615"),
+                "18446744073709551615 elements `vertex`, and the file ends in number",
+            ),
+            (
+                edited("face 6", "face 7"),
+                "the header counts 7 elements `face`, and the file ends in number 6",
+            ),
+            (
+                edited("element vertex", "element x"),
+                "names vertex 0, and the file has none",
+            ),
+            (
+                edited(
+                    "element face 6",
+                    "element x 1\nproperty list int double y\nelement face 9999999999",
+                ),
+                "the file ends in",
+            ),
+            (
+                edited("vertex_indices", "vertices"),
+                "the elements `face` of the PLY file have no list `vertex_indices`",
+            ),
+            (
+                edited("property float y", "property float why"),
+                "the vertices of the PLY file have no `y`",
+            ),
+            (
+                edited("element face", "element edge"),
+                "there are no triangles: the file is a cloud of 8 points, with 6 lines. Export",
+            ),
+            (
+                edited("float y", "float128 y"),
+                "line 5 cannot be read, a property needs types (char to double) and a name: `property float128 y`",
+            ),
+            (
+                edited("element vertex 8", "element vertex -8"),
+                "line 3 cannot be read, an element needs a name and a count",
+            ),
+            (
+                edited("element face 6", "element vertex 6"),
+                "line 7 cannot be read, this element is there already",
+            ),
+            (
+                edited("element vertex 8", "comment"),
+                "line 4 cannot be read, there is no `element` line above",
+            ),
+            (
+                edited("format", "comment"),
+                "line 9 cannot be read, there is no `format` line above",
+            ),
+            (
+                edited(" 1.0\n", "x 1.0\n"),
+                "line 2 cannot be read, the format is ascii or binary",
+            ),
+            (
+                edited("element vertex 8", "Blah blah"),
+                "line 3 cannot be read, this does not belong into a PLY header: `Blah blah`",
+            ),
+            (
+                edited("ply\n", "plx\n"),
+                "this is no PLY file: its first line should be `ply`, and it begins with `plx",
+            ),
+            (Vec::new(), "this is no PLY file"),
+        ] {
+            assert_explained("bad.ply", &bytes, words);
+        }
+
+        let xyz = "property float x\nproperty float y\nproperty float z\n";
+        let header =
+            format!("element vertex 3\n{xyz}element face 1\nproperty list char int vertex_index\n");
+        let file = |values: [f64; 3], length: f64, corners: [f64; 3]| {
+            let rows = [
+                ("f", vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+                ("f", values.to_vec()),
+                ("b", vec![length]),
+                ("i", corners.to_vec()),
+            ];
+            text_files::ply(encoding, &header, &rows)
+        };
+        let good = [0.0, 1.0, 0.0];
+        let (negative, nan) = (-1.0_f64, f64::NAN);
+        for (bytes, words) in [
+            (
+                file(good, 3.0, [0.0, 1.0, 2.0]),
+                "nothing: 1 triangle, 3 vertices",
+            ),
+            (
+                file(good, 3.0, [0.0, 1.0, 3.0]),
+                "face 0 names vertex 3, and the file has 0 to 2",
+            ),
+            (
+                file(good, 3.0, [0.0, negative, 2.0]),
+                "face 0 names vertex -1, and the file has 0 to 2",
+            ),
+            (
+                file([0.0, nan, 0.0], 3.0, [0.0, 1.0, 2.0]),
+                "vertex 2 is not finite: [0.0, NaN, 0.0], used by face 0",
+            ),
+            (
+                file([f64::INFINITY, 1.0, 0.0], 3.0, [0.0, 1.0, 2.0]),
+                "vertex 2 is not finite: [inf, 1.0, 0.0], used by face 0",
+            ),
+            (
+                file(good, 2.0, [0.0, 1.0, 2.0]),
+                "there are no triangles: the file is a cloud of 3 points, with 1 line.",
+            ),
+            (
+                file(good, 127.0, [0.0, 1.0, 2.0]),
+                "and the file ends in number 0",
+            ),
+            (
+                file([0.0; 3], 3.0, [0.0, 1.0, 2.0]),
+                "of 1 triangles none has an area",
+            ),
+        ] {
+            assert_explained("bad.ply", &bytes, words);
+        }
+    }
+
+    let point_cloud = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+        end_header\n0 0 0\n1 0 0\n";
+    assert_explained(
+        "cloud.ply",
+        point_cloud.as_bytes(),
+        "there are no triangles: the file is a cloud of 2 points. Export the model with its faces",
+    );
+    for (word, words) in [
+        (
+            "1,5",
+            "line 9 cannot be read, `1,5` needs a decimal point, not a comma",
+        ),
+        ("one", "line 9 cannot be read, this is no number: `one`"),
+        (
+            &"9x".repeat(5000),
+            "line 9 cannot be read, this is no number: `9x9x",
+        ),
+    ] {
+        let text = point_cloud.replace("1 0 0", &format!("1 {word} 0"));
+        assert_explained("cloud.ply", text.as_bytes(), words);
+    }
+    let no_number = String::from_utf8(text_files::cube_ply(Encoding::Ascii)).unwrap();
+    assert_explained(
+        "corner.ply",
+        no_number.replace("4 4 5 7 6", "4 4 5.5 7 6").as_bytes(),
+        "face 1 names vertex 5.5, which is no whole number",
+    );
+    // Lists of a negative length, or of one that is no whole number.
+    for (length, value) in [("-1", "-1"), ("0.5", "0.5"), ("nan", "NaN")] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement face 1\nproperty list int int vertex_indices\nend_header\n{length} 0 1 2\n"
+        );
+        let words = format!("a list of element `face` number 0 has the length {value}");
+        assert_explained("list.ply", text.as_bytes(), &words);
+    }
 }
 
 #[test]
@@ -434,8 +742,8 @@ fn what_is_no_model_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     for (name, words) in [
         (
-            "model.stl",
-            "no OBJ, glTF or GLB file: its name ends in `.stl`",
+            "model.step",
+            "no OBJ, STL, PLY, glTF or GLB file: its name ends in `.step`",
         ),
         ("model", "its name has no ending"),
         ("cut.glb", "the GLB header is cut off"),

@@ -48,7 +48,9 @@ pub enum MeshError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshProblem {
     /// The file is none of those that can be read.
-    #[error("this is no OBJ, glTF or GLB file: {found}. Export the model as one of these")]
+    #[error(
+        "this is no OBJ, STL, PLY, glTF or GLB file: {found}. Export the model as one of these"
+    )]
     UnknownKind {
         /// The ending of its name.
         found: String,
@@ -99,7 +101,7 @@ pub enum MeshProblem {
         line: Option<usize>,
         /// `vertex` or `texture coordinate`.
         what: &'static str,
-        /// As the file writes it: from 1 in OBJ, negative ones counting back; from 0 in glTF.
+        /// As the file writes it: from 1 in OBJ, negative ones counting back; from 0 in PLY and glTF.
         index: i64,
         /// The lowest index that would be right, as the file would write it.
         first: u64,

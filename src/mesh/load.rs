@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::error::MeshProblem;
 use super::soup::Soup;
-use super::{Mesh, MeshError, RigidTrack, gltf, obj};
+use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
 
 /// No model, and no file that a model names, is read beyond this size.
 pub(crate) const MOST_BYTES: u64 = 2 << 30;
@@ -23,7 +23,7 @@ pub(crate) enum Extent {
 }
 
 impl Mesh {
-    /// Loads an OBJ, glTF or GLB file: everything in it as one mesh, glTF meshes where the nodes of the default scene
+    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh, glTF meshes where the nodes of the default scene
     /// put them.
     ///
     /// # Errors
@@ -33,7 +33,7 @@ impl Mesh {
     }
 
     /// Loads a model without node transforms: of a glTF file the first primitive of the first mesh, with its positions
-    /// as they are; of an OBJ file everything.
+    /// as they are; of other files everything.
     ///
     /// # Errors
     /// As [`Mesh::load`].
@@ -122,7 +122,10 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, M
     let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_str() {
         _ if gltf::is_glb(bytes) => gltf::read(bytes, folder, extent),
+        _ if ply::is_ply(bytes) => ply::read(bytes),
         "obj" => obj::read(bytes),
+        "ply" => ply::read(bytes),
+        "stl" => stl::read(bytes),
         "glb" | "gltf" => gltf::read(bytes, folder, extent),
         "" => Err(MeshProblem::UnknownKind {
             found: "its name has no ending".to_owned(),

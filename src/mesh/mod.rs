@@ -2,9 +2,10 @@
 //!
 //! Nothing here knows Vulkan or particles.
 //!
-//! A model comes in through `load` (files, read by `obj` and `gltf`) or [`builtin`] as a `soup` of triangles. `weld`
-//! makes one vertex of those at one place and drops what has no area, `stitch` joins borders that lie on each other but
-//! for rounding, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of all that. [`surface`] pools meshes for the kernels, with the rotation across
+//! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
+//! triangles. `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that lie
+//! on each other but for rounding, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of
+//! all that. [`surface`] pools meshes for the kernels, with the rotation across
 //! every edge; [`walk`] is the reference for walks on it.
 //!
 //! Conventions, stated once:
@@ -25,17 +26,23 @@ mod gltf;
 mod load;
 mod obj;
 mod orient;
+mod ply;
+mod polygon;
 pub mod primitive;
 #[cfg(test)]
 mod random_files;
 mod report;
 mod soup;
 mod stitch;
+mod stl;
 pub mod strip;
 #[doc(hidden)]
 pub mod suite;
 pub mod surface;
 pub mod surface_distance;
+mod text;
+#[cfg(test)]
+mod text_files;
 pub mod trees;
 pub mod walk;
 mod weld;
@@ -64,10 +71,10 @@ pub struct Mesh {
     /// mended, and because every triangle begins with its shortest edge: in a needle, the tangent frame along a long
     /// edge would lose digits of everything that a walk computes.
     pub file_corners: Vec<[u8; 3]>,
-    /// The triangle's number in the file, polygons fanned; ascending.
+    /// The triangle's number in the file, polygons cut up; ascending.
     pub file_triangle: Vec<u32>,
     /// Texture coordinates of each triangle's corners (in the order of `corners`), if the model has them everywhere;
-    /// as the file has them, so `v` points up in OBJ and down in glTF.
+    /// as the file has them, so `v` points up in OBJ and PLY and down in glTF.
     pub uvs: Option<Vec<[Vec2; 3]>>,
     /// Sizes, topology, and everything odd.
     pub report: MeshReport,

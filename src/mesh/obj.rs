@@ -1,19 +1,27 @@
 //! OBJ files: text with vertices (`v`), texture coordinates (`vt`) and faces (`f`).
 //!
 //! `tobj` reads the numbers. It is given only the lines that make a surface, because it takes a polyline of three
-//! vertices for a triangle, stops at a comment behind a face, and at letters that are not UTF-8. It says neither which
-//! line nor which face is wrong, so where it fails the lines are read once more, for the message.
+//! vertices for a triangle, stops at a comment behind a face, and knows neither CR alone as a line end nor UTF-16. It
+//! says neither which line nor which face is wrong, so where it fails the lines are read once more, for the message.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2};
 
 use super::error::MeshProblem;
+use super::polygon::triangulate;
 use super::soup::Soup;
+use super::text;
 
-/// Reads everything in the file as one surface; a polygon is the fan (0, k, k + 1) of its corners.
+/// Reads everything in the file as one surface. Triangles are numbered face by face, n - 2 for a face of n corners, as
+/// [`triangulate`] hands them over.
 pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
-    let lines = SurfaceLines::collect(&String::from_utf8_lossy(bytes));
+    let lines = SurfaceLines::collect(&text::decode(bytes));
+    // Faces that tobj overlooks or overflows with.
+    if lines.has_odd_faces
+        && let Some(problem) = lines.find_problem()
+    {
+        return Err(problem);
+    }
     let options = tobj::LoadOptions {
-        triangulate: true,
         ignore_points: true,
         ignore_lines: true,
         ..Default::default()
@@ -29,29 +37,41 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
         .map(|model| model.mesh)
         .filter(|mesh| !mesh.indices.is_empty())
         .ok_or_else(|| lines.no_triangles())?;
-    let positions: Vec<Vec3> = chunks(&mesh.positions).map(Vec3::from_array).collect();
-    if !positions.iter().all(|position| position.is_finite()) {
+    let positions: Vec<DVec3> = chunks(&mesh.positions).map(DVec3::from_array).collect();
+    // Beyond float32 a number is as good as infinite.
+    if !positions.iter().all(|p| p.as_vec3().is_finite()) {
         return Err(lines.explain("a vertex is not finite"));
     }
     let uvs = lines.every_corner_has_uv.then(|| uvs_of(&mesh)).flatten();
 
-    let mut soup = Soup {
-        triangles: chunks(&mesh.indices).collect(),
-        ..Soup::default()
-    };
     // tobj leaves out vertices that no face names.
     let unused = lines.vertices.len() - positions.len();
+    let mut soup = Soup {
+        uvs: uvs.is_some().then(Vec::new),
+        positions,
+        ..Soup::default()
+    };
     soup.seen.file_vertices = unused;
     soup.seen.unreferenced_vertices = unused;
     soup.seen.unreferenced_non_finite = lines.non_finite_vertices().count();
     soup.seen.incomplete_uvs = lines.some_corner_has_uv && uvs.is_none();
     soup.seen.lines = lines.line_count;
     soup.seen.points = lines.point_count;
-    soup.uvs = uvs;
-    soup.positions = positions
-        .iter()
-        .map(|position| position.as_dvec3())
-        .collect();
+
+    // Without sizes all faces are triangles.
+    let sizes = match mesh.face_arities.is_empty() {
+        true => vec![3; mesh.indices.len() / 3],
+        false => mesh.face_arities,
+    };
+    let mut first = 0;
+    for size in sizes {
+        let face = first..first + size as usize;
+        soup.add_polygon(
+            &mesh.indices[face.clone()],
+            uvs.as_ref().map(|uvs| &uvs[face.clone()]),
+        );
+        first = face.end;
+    }
     Ok(soup)
 }
 
@@ -59,13 +79,15 @@ fn chunks<T: Copy, const N: usize>(flat: &[T]) -> impl Iterator<Item = [T; N]> {
     flat.as_chunks().0.iter().copied()
 }
 
-/// Texture coordinates by triangle, if they are all there and finite.
-fn uvs_of(mesh: &tobj::Mesh) -> Option<Vec<[Vec2; 3]>> {
-    let coordinates: Vec<Vec2> = chunks(&mesh.texcoords).map(Vec2::from_array).collect();
+/// Texture coordinates by corner, if they are all there and finite.
+fn uvs_of(mesh: &tobj::Mesh) -> Option<Vec<Vec2>> {
+    let coordinates: Vec<Vec2> = chunks(&mesh.texcoords)
+        .map(|uv| DVec2::from_array(uv).as_vec2())
+        .collect();
     let complete = mesh.texcoord_indices.len() == mesh.indices.len();
     let finite = coordinates.iter().all(|coordinate| coordinate.is_finite());
-    let uv_of = |corners: [u32; 3]| corners.map(|corner| coordinates[corner as usize]);
-    (complete && finite).then(|| chunks(&mesh.texcoord_indices).map(uv_of).collect())
+    let uv_of = |&corner: &u32| coordinates[corner as usize];
+    (complete && finite).then(|| mesh.texcoord_indices.iter().map(uv_of).collect())
 }
 
 /// The lines that make a surface, one `v`, `vt` or `f` to a line and nothing else on it.
@@ -78,6 +100,8 @@ struct SurfaceLines {
     faces: Vec<usize>,
     line_count: usize,
     point_count: usize,
+    /// A face without corners, or one that counts back beyond the first texture coordinate.
+    has_odd_faces: bool,
     some_corner_has_uv: bool,
     every_corner_has_uv: bool,
 }
@@ -89,20 +113,29 @@ impl SurfaceLines {
             every_corner_has_uv: true,
             ..Self::default()
         };
-        let file = file.strip_prefix('\u{feff}').unwrap_or(file);
+        // A line that goes on, and the number of its first part.
         let mut continued = String::new();
-        for (index, line) in file.lines().enumerate() {
-            let line = line.split('#').next().unwrap_or_default().trim();
+        let mut first = None;
+        for (index, line) in text::lines(file).enumerate() {
+            let number = *first.get_or_insert(index + 1);
+            let line = line.split('#').next().unwrap_or_default();
+            let line = line.trim_matches(|c: char| c.is_whitespace() || c == '\0');
             if let Some(beginning) = line.strip_suffix('\\') {
                 continued += beginning;
                 continued.push(' ');
-            } else if continued.is_empty() {
-                lines.add(index + 1, line);
+                continue;
+            }
+            if continued.is_empty() {
+                lines.add(number, line);
             } else {
                 continued += line;
-                lines.add(index + 1, &continued);
+                lines.add(number, &continued);
                 continued.clear();
             }
+            first = None;
+        }
+        if let Some(number) = first {
+            lines.add(number, &continued);
         }
         lines
     }
@@ -129,12 +162,19 @@ impl SurfaceLines {
             "f" => {
                 self.faces.push(number);
                 for corner in rest.split_ascii_whitespace() {
-                    let has_uv = corner.split('/').nth(1).is_some_and(|uv| !uv.is_empty());
+                    let uv = corner.split('/').nth(1).filter(|uv| !uv.is_empty());
+                    let has_uv = uv.is_some();
+                    let back = |index: i64| index.checked_add_unsigned(self.texcoords.len() as u64);
+                    self.has_odd_faces |= uv
+                        .and_then(|uv| uv.parse().ok())
+                        .and_then(back)
+                        .is_some_and(|from_zero| from_zero < 0);
                     self.some_corner_has_uv |= has_uv;
                     self.every_corner_has_uv &= has_uv;
                 }
                 self.push("f", rest.split_ascii_whitespace());
                 match rest.split_ascii_whitespace().count() {
+                    0 => self.has_odd_faces = true,
                     1 => self.point_count += 1,
                     2 => self.line_count += 1,
                     _ => {}
@@ -178,7 +218,7 @@ impl SurfaceLines {
             if !rest.bytes().any(|byte| byte.is_ascii_alphabetic()) {
                 return None;
             }
-            let position = coordinates(rest)?;
+            let position = coordinates(rest)?.map(|value| value as f32);
             (!position.iter().all(|c| c.is_finite())).then_some((vertex, position))
         })
     }
@@ -272,7 +312,7 @@ impl SurfaceLines {
     }
 }
 
-fn coordinates<const N: usize>(rest: &str) -> Option<[f32; N]> {
+fn coordinates<const N: usize>(rest: &str) -> Option<[f64; N]> {
     let mut words = rest.split_ascii_whitespace();
     let mut values = [0.0; N];
     for value in &mut values {
@@ -296,9 +336,5 @@ fn indices(corner: &str) -> Option<[Option<i64>; 3]> {
 }
 
 fn bad_line(line: usize, why: &str, keyword: &str, rest: &str) -> MeshProblem {
-    MeshProblem::BadLine {
-        line,
-        why: why.to_owned(),
-        text: format!("{keyword} {rest}").chars().take(60).collect(),
-    }
+    text::bad_line(line, why, &format!("{keyword} {rest}"))
 }

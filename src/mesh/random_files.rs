@@ -7,8 +7,16 @@ use super::bad_files::try_mesh;
 use super::load::Extent;
 use super::soup::Soup;
 use super::surface::Surface;
+use super::text_files::{self, Encoding};
 use super::{Mesh, suite};
 use crate::rng::{Purpose, random};
+
+/// Faces before vertices, a strip, and texture coordinates of corners.
+const LISTS: &str = "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int vertex_index\n\
+    property list uchar float texcoord\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+    property float s\nproperty float t\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+    4 0 1 2 3 8 0 0 1 0 1 1 0 1\n3 0 1 4 6 0 0 1 0 1 1\n0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n0 0 1 1 1\n\
+    7 1 2 4 3 -1 0 4\n";
 
 /// Bytes changed, cut, repeated and replaced.
 #[test]
@@ -20,14 +28,21 @@ fn no_mutation_makes_a_reader_panic() {
         .0
         .replace("\"indices\":1", "\"indices\":1,\"mode\":5");
     let obj = suite::obj_text(&mesh, false).replace("f 1 ", "vt 0 1\nf 1/1 ");
-    let originals: [(&str, Vec<u8>); 4] = [
+    let originals: [(&str, Vec<u8>); 11] = [
         ("cube.glb", suite::glb(&json, &binary)),
         ("strip.glb", suite::glb(&strip, &triangle.1)),
         ("cube.obj", obj.clone().into_bytes()),
         ("soup.obj", suite::obj_text(&mesh, true).into_bytes()),
+        ("u.obj", text_files::U_BLOCK.into()),
+        ("lists.ply", LISTS.into()),
+        ("cube.stl", text_files::stl(&mesh, "solid")),
+        ("text.stl", text_files::stl_text(&mesh).into_bytes()),
+        ("text.ply", text_files::cube_ply(Encoding::Ascii)),
+        ("little.ply", text_files::cube_ply(Encoding::Little)),
+        ("big.ply", text_files::cube_ply(Encoding::Big)),
     ];
     let mut refused = 0;
-    for round in 0..3000_u32 {
+    for round in 0..11_000_u32 {
         let (name, original) = &originals[round as usize % originals.len()];
         let mut bytes = original.clone();
         let changes = 1 + random(1, round, 0, Purpose::Start)[0] % 3;
@@ -42,7 +57,10 @@ fn no_mutation_makes_a_reader_panic() {
         }
     }
     // Neither must all mutations be harmless, nor all be caught by the first check.
-    assert!((1000..5500).contains(&refused), "{refused} of 6000 refused");
+    assert!(
+        (4000..20_000).contains(&refused),
+        "{refused} of 22000 refused"
+    );
 }
 
 /// Whatever is let through can be walked on, at any scale that a scene may ask for.

@@ -25,7 +25,7 @@ pub struct MeshReport {
     /// Vertices - edges + triangles, where a pinched vertex counts once for each sheet that meets there.
     pub euler_characteristic: i64,
 
-    /// Triangles in the file, polygons fanned.
+    /// Triangles in the file, polygons cut up.
     pub file_triangles: usize,
     /// Vertices in the file, welded or not, used or not.
     pub file_vertices: usize,
@@ -51,6 +51,8 @@ pub struct MeshReport {
     pub turned_parts: usize,
     /// Edges of two triangles that cannot be made to agree, as on a Moebius band; cut, so borders.
     pub cut_edges: usize,
+    /// Polygons that cross themselves or are far from flat, cut up so that triangles may overlap.
+    pub crossed_polygons: usize,
     /// Lines in the file; left out.
     pub lines: usize,
     /// Points in the file; left out.
@@ -180,6 +182,11 @@ impl MeshReport {
             "of the unused vertices is not finite",
             "of the unused vertices are not finite",
         );
+        note(
+            self.crossed_polygons,
+            "polygon that crosses itself or is far from flat: its triangles may overlap",
+            "polygons that cross themselves or are far from flat: their triangles may overlap",
+        );
         note(self.lines, "line, ignored", "lines, ignored");
         note(self.points, "point, ignored", "points, ignored");
         note(
@@ -204,7 +211,8 @@ impl fmt::Display for MeshReport {
     }
 }
 
-fn counted(count: usize, one: &str, many: &str) -> String {
+/// A count with its noun.
+pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{} {}", grouped(count), if count == 1 { one } else { many })
 }
 

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::edges::EdgeGroups;
 use super::error::MeshProblem;
 use super::orient::orient;
+use super::polygon::triangulate;
 use super::weld::weld;
 use super::{Mesh, MeshReport};
 
@@ -22,6 +23,29 @@ pub(crate) struct Soup {
     pub uvs: Option<Vec<[Vec2; 3]>>,
     /// What the loader itself saw and left out; the rest of the report is filled in later.
     pub seen: MeshReport,
+}
+
+impl Soup {
+    /// Adds a polygon of vertices that exist, cut into triangles; `uvs` are those of its corners.
+    pub fn add_polygon(&mut self, vertices: &[u32], uvs: Option<&[Vec2]>) {
+        let mut add = |corners: [u32; 3]| {
+            let corners = corners.map(|corner| corner as usize);
+            self.triangles.push(corners.map(|corner| vertices[corner]));
+            if let (Some(all), Some(uvs)) = (&mut self.uvs, uvs) {
+                all.push(corners.map(|corner| uvs[corner]));
+            }
+        };
+        if vertices.len() <= 3 {
+            return if vertices.len() == 3 {
+                add([0, 1, 2])
+            };
+        }
+        let position = |&vertex: &u32| self.positions[vertex as usize];
+        let corners: Vec<DVec3> = vertices.iter().map(position).collect();
+        if !triangulate(&corners, add) {
+            self.seen.crossed_polygons += 1;
+        }
+    }
 }
 
 impl Mesh {

@@ -13,7 +13,7 @@ use crate::mesh::MeshError;
 pub enum SceneError {
     /// No built-in scene has this name, and no file either.
     #[error(
-        "there is no scene `{name}`{suggestion}: the built-in ones are {known}; a scene can also be a .toml file or a model (.obj, .glb, .gltf)"
+        "there is no scene `{name}`{suggestion}: the built-in ones are {known}; a scene can also be a .toml file or a model (.obj, .stl, .ply, .glb, .gltf)"
     )]
     UnknownScene {
         /// What was asked for.
@@ -25,7 +25,7 @@ pub enum SceneError {
     },
     /// A file of another kind, by its ending.
     #[error(
-        "{path}: neither a scene nor a model by the ending of its name: models are .obj, .glb, .gltf, scenes .toml",
+        "{path}: neither a scene nor a model by the ending of its name: models are .obj, .stl, .ply, .glb, .gltf, scenes .toml",
         path = path.display()
     )]
     OtherFile {

@@ -66,7 +66,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Loads a scene: the name of a built-in, a TOML file, or a bare model (`.obj`, `.glb`, `.gltf` or
+    /// Loads a scene: the name of a built-in, a TOML file, or a bare model (`.obj`, `.stl`, `.ply`, `.glb`, `.gltf` or
     /// `builtin:MESH`), which makes a scene of one object with the look of the preset `network`.
     ///
     /// # Errors
@@ -333,7 +333,7 @@ impl Source {
             .extension()
             .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
-            Some("obj" | "glb" | "gltf") => match scene.to_str() {
+            Some("obj" | "stl" | "ply" | "glb" | "gltf") => match scene.to_str() {
                 Some(path) => Ok(Self::Model(path.to_owned())),
                 // Mesh paths are texts in scene files.
                 None => Err(SceneError::NotUnicode {

@@ -117,10 +117,10 @@ fn unknown_devices_leave_nothing_behind() {
 #[test]
 fn files_of_other_kinds_are_told_which_kinds_there_are() {
     let folder = Folder::new();
-    for name in ["m9.stl", "notes.txt"] {
+    for name in ["m9.step", "notes.txt"] {
         let file = folder.with(name, "solid m9\nendsolid m9\n");
         let message = failed(&["scenes", path(&file)]);
-        let kinds = "models are .obj, .glb, .gltf, scenes .toml";
+        let kinds = "models are .obj, .stl, .ply, .glb, .gltf, scenes .toml";
         assert!(
             message.contains(name) && message.contains(kinds),
             "{message}"

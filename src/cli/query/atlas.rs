@@ -32,7 +32,7 @@ Examples:
   myxo query atlas --mesh builtin:torus --atlas-size 512 --atlas-method grid | head"
 )]
 pub struct Atlas {
-    /// A model (.obj, .glb, .gltf), or builtin:NAME
+    /// A model (.obj, .stl, .ply, .glb, .gltf), or builtin:NAME
     #[arg(long, value_name = "FILE")]
     mesh: PathBuf,
     /// Side of the texture, in texels

@@ -42,7 +42,7 @@ Examples:
   myxo query diffuse --mesh builtin:cube --steps 100 --atlas-size 256 --turn 3 < spots.csv | head"
 )]
 pub struct Diffuse {
-    /// A model (.obj, .glb, .gltf), or builtin:NAME
+    /// A model (.obj, .stl, .ply, .glb, .gltf), or builtin:NAME
     #[arg(long, value_name = "FILE")]
     mesh: PathBuf,
     /// The deposits; - for the standard input

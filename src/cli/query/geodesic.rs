@@ -37,7 +37,7 @@ Examples:
   myxo query geodesic --mesh builtin:torus < walks.csv | head"
 )]
 pub struct Geodesic {
-    /// A model (.obj, .glb, .gltf), or builtin:NAME
+    /// A model (.obj, .stl, .ply, .glb, .gltf), or builtin:NAME
     #[arg(long, value_name = "FILE")]
     mesh: PathBuf,
     /// The walks; - for the standard input

@@ -523,7 +523,7 @@ fn last_points(scene: &Scene) -> Vec<Vec3> {
 }
 
 /// How the files of meshes end.
-pub const MESHES: &[&str] = &["obj", "glb", "gltf"];
+pub const MESHES: &[&str] = &["obj", "stl", "ply", "glb", "gltf"];
 
 /// A file that was dropped: a mesh joins the scene, everything else is opened.
 pub fn is_mesh(path: &std::path::Path) -> bool {

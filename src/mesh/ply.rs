@@ -1,0 +1,598 @@
+//! PLY files, binary and text: a header that describes elements (vertices, faces) and their properties, then the values.
+//!
+//! Counts in the file are never believed: nothing is allocated for them, and every round of a loop over them takes a
+//! value from the file, so that a count beyond it ends where the file ends.
+
+use glam::{DVec3, Vec2};
+
+use super::error::MeshProblem;
+use super::report::counted;
+use super::soup::Soup;
+use super::text::{bad_line, beginning};
+
+/// Whether a file begins as all PLY files do.
+pub(crate) fn is_ply(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")
+}
+
+/// Reads the vertices with the faces and triangle strips between them; everything else is skipped.
+pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
+    let header = Header::read(bytes)?;
+    let mut values = header.values(bytes);
+    let mut model = Model::default();
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => model.read_vertices(element, &mut values)?,
+            "face" => model.read_faces(element, &mut values)?,
+            "tristrips" => model.read_strips(element, &mut values)?,
+            name => {
+                values.skip_all(element)?;
+                if name == "edge" {
+                    model.edges += element.count as usize;
+                }
+            }
+        }
+    }
+    model.into_soup()
+}
+
+/// A type of number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Kind {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "int64" => Self::I64,
+            "uint64" => Self::U64,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+}
+
+#[derive(Debug, PartialEq)]
+struct Property {
+    name: String,
+    /// The type of the length, if this is a list.
+    length: Option<Kind>,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+struct Element {
+    name: String,
+    count: u64,
+    properties: Vec<Property>,
+}
+
+impl Element {
+    /// The place of a property, by the first of several names that it may have.
+    fn find(&self, names: &[&str], is_list: bool) -> Option<usize> {
+        names.iter().find_map(|name| {
+            self.properties
+                .iter()
+                .position(|property| property.name == *name && property.length.is_some() == is_list)
+        })
+    }
+
+    /// Bytes of one in a binary file, if all are of one size.
+    fn size(&self) -> Option<usize> {
+        let sizes = self.properties.iter().map(|property| {
+            let is_list = property.length.is_some();
+            (!is_list).then(|| property.kind.size())
+        });
+        sizes.sum()
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Encoding {
+    Text,
+    Little,
+    Big,
+}
+
+struct Header {
+    encoding: Encoding,
+    elements: Vec<Element>,
+    /// Lines and bytes that it takes.
+    lines: usize,
+    bytes: usize,
+}
+
+impl Header {
+    fn read(bytes: &[u8]) -> Result<Self, MeshProblem> {
+        if !is_ply(bytes) {
+            let found = beginning(&String::from_utf8_lossy(&bytes[..bytes.len().min(20)]));
+            return Err(MeshProblem::Damaged(format!(
+                "this is no PLY file: its first line should be `ply`, and it begins with `{found}`"
+            )));
+        }
+        // CR alone, or LF with or without a CR before it. Binary values may begin with either.
+        let line_end = match bytes[3] == b'\r' && bytes.get(4) != Some(&b'\n') {
+            true => b'\r',
+            false => b'\n',
+        };
+        let mut encoding = None;
+        let mut elements: Vec<Element> = Vec::new();
+        let mut at = 0;
+        let mut number = 0;
+        loop {
+            number += 1;
+            let rest = &bytes[at..];
+            let Some(length) = rest.iter().position(|&byte| byte == line_end) else {
+                return Err(MeshProblem::Damaged(format!(
+                    "the PLY header ends in line {number} without `end_header`"
+                )));
+            };
+            at += length + 1;
+            let line = String::from_utf8_lossy(&rest[..length]);
+            let words: Vec<&str> = line.split_ascii_whitespace().collect();
+            let bad = |why: &str| bad_line(number, why, line.trim());
+            match words[..] {
+                [] | ["ply" | "comment" | "obj_info", ..] => {}
+                ["end_header", ..] => {
+                    return Ok(Self {
+                        encoding: encoding.ok_or_else(|| bad("there is no `format` line above"))?,
+                        elements,
+                        lines: number,
+                        bytes: at,
+                    });
+                }
+                ["format", name, ..] => {
+                    encoding = Some(match name {
+                        "ascii" => Encoding::Text,
+                        "binary_little_endian" => Encoding::Little,
+                        "binary_big_endian" => Encoding::Big,
+                        _ => return Err(bad("the format is ascii or binary_..._endian")),
+                    });
+                }
+                ["element", name, _] if elements.iter().any(|element| element.name == name) => {
+                    return Err(bad("this element is there already"));
+                }
+                ["element", name, count] => {
+                    elements.push(Element {
+                        name: name.to_owned(),
+                        count: count
+                            .parse()
+                            .map_err(|_| bad("an element needs a name and a count"))?,
+                        properties: Vec::new(),
+                    });
+                }
+                ["property", ref of @ ..] => {
+                    let property = property(of)
+                        .ok_or_else(|| bad("a property needs types (char to double) and a name"))?;
+                    let element = elements
+                        .last_mut()
+                        .ok_or_else(|| bad("there is no `element` line above"))?;
+                    element.properties.push(property);
+                }
+                _ => return Err(bad("this does not belong into a PLY header")),
+            }
+        }
+    }
+
+    fn values<'a>(&self, bytes: &'a [u8]) -> Values<'a> {
+        Values {
+            encoding: self.encoding,
+            bytes,
+            at: self.bytes,
+            line: self.lines + 1,
+        }
+    }
+}
+
+/// What stands behind the word `property`.
+fn property(words: &[&str]) -> Option<Property> {
+    let (length, kind, name) = match *words {
+        ["list", length, kind, name] => (Some(Kind::named(length)?), kind, name),
+        [kind, name] => (None, kind, name),
+        _ => return None,
+    };
+    Some(Property {
+        name: name.to_owned(),
+        length,
+        kind: Kind::named(kind)?,
+    })
+}
+
+/// The values behind the header, one after the other. In text, lines have no meaning.
+struct Values<'a> {
+    encoding: Encoding,
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+impl Values<'_> {
+    /// The next number, `None` at the end of the file. In double precision all but the largest 64-bit integers are exact.
+    fn next(&mut self, kind: Kind) -> Result<Option<f64>, MeshProblem> {
+        match self.encoding {
+            Encoding::Text => self.next_word(),
+            Encoding::Little => Ok(self.next_bytes(kind, false)),
+            Encoding::Big => Ok(self.next_bytes(kind, true)),
+        }
+    }
+
+    fn next_bytes(&mut self, kind: Kind, is_big: bool) -> Option<f64> {
+        let size = kind.size();
+        let mut bytes = [0; 8];
+        bytes[..size].copy_from_slice(self.bytes.get(self.at..)?.get(..size)?);
+        self.at += size;
+        if is_big {
+            bytes[..size].reverse();
+        }
+        let [a, b, c, d, ..] = bytes;
+        Some(match kind {
+            Kind::I8 => i8::from_le_bytes([a]).into(),
+            Kind::U8 => a.into(),
+            Kind::I16 => i16::from_le_bytes([a, b]).into(),
+            Kind::U16 => u16::from_le_bytes([a, b]).into(),
+            Kind::I32 => i32::from_le_bytes([a, b, c, d]).into(),
+            Kind::U32 => u32::from_le_bytes([a, b, c, d]).into(),
+            Kind::I64 => i64::from_le_bytes(bytes) as f64,
+            Kind::U64 => u64::from_le_bytes(bytes) as f64,
+            Kind::F32 => f32::from_le_bytes([a, b, c, d]).into(),
+            Kind::F64 => f64::from_le_bytes(bytes),
+        })
+    }
+
+    fn next_word(&mut self) -> Result<Option<f64>, MeshProblem> {
+        while let Some(byte) = self.bytes.get(self.at)
+            && byte.is_ascii_whitespace()
+        {
+            // CR alone ends a line, too.
+            let ends_line = match byte {
+                b'\n' => true,
+                b'\r' => self.bytes.get(self.at + 1) != Some(&b'\n'),
+                _ => false,
+            };
+            self.line += usize::from(ends_line);
+            self.at += 1;
+        }
+        let rest = &self.bytes[self.at..];
+        let length = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        if length == 0 {
+            return Ok(None);
+        }
+        let word = &rest[..length];
+        let number = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+        let number = number.ok_or_else(|| {
+            let word = String::from_utf8_lossy(&word[..length.min(100)]);
+            bad_line(self.line, "this is no number", &word)
+        })?;
+        self.at += length;
+        Ok(Some(number))
+    }
+
+    /// One number of an element.
+    fn number(&mut self, kind: Kind, element: &Element, index: u64) -> Result<f64, MeshProblem> {
+        self.next(kind)?.ok_or_else(|| {
+            MeshProblem::Damaged(format!(
+                "the header counts {} elements `{}`, and the file ends in number {index}, at byte {}",
+                element.count,
+                beginning(&element.name),
+                self.bytes.len()
+            ))
+        })
+    }
+
+    /// How many numbers a list holds.
+    fn length(&mut self, kind: Kind, element: &Element, index: u64) -> Result<u64, MeshProblem> {
+        let length = self.number(kind, element, index)?;
+        if !(length >= 0.0 && length.fract() == 0.0) {
+            return Err(MeshProblem::Damaged(format!(
+                "a list of element `{}` number {index} has the length {length}",
+                beginning(&element.name)
+            )));
+        }
+        Ok(length as u64)
+    }
+
+    /// Reads one element: single numbers into `numbers`, by property, and the lists with the given places.
+    fn read(
+        &mut self,
+        element: &Element,
+        index: u64,
+        numbers: &mut Vec<f64>,
+        lists: &mut [(Option<usize>, &mut Vec<f64>)],
+    ) -> Result<(), MeshProblem> {
+        numbers.clear();
+        for (place, property) in element.properties.iter().enumerate() {
+            let Some(length) = property.length else {
+                numbers.push(self.number(property.kind, element, index)?);
+                continue;
+            };
+            numbers.push(0.0);
+            let length = self.length(length, element, index)?;
+            let mut list = lists
+                .iter_mut()
+                .find(|(wanted, _)| *wanted == Some(place))
+                .map(|(_, list)| &mut **list);
+            if let Some(list) = &mut list {
+                list.clear();
+            }
+            for _ in 0..length {
+                let number = self.number(property.kind, element, index)?;
+                if let Some(list) = &mut list {
+                    list.push(number);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Skips an element and all others of its kind.
+    fn skip_all(&mut self, element: &Element) -> Result<(), MeshProblem> {
+        // Without properties there is nothing to skip, however many there are.
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        let left = self.bytes.len() - self.at;
+        if let Some(size) = element.size()
+            && self.encoding != Encoding::Text
+            && let Ok(count) = usize::try_from(element.count)
+            && let Some(bytes) = count.checked_mul(size).filter(|&bytes| bytes <= left)
+        {
+            self.at += bytes;
+            return Ok(());
+        }
+        let mut numbers = Vec::new();
+        for index in 0..element.count {
+            self.read(element, index, &mut numbers, &mut [])?;
+        }
+        Ok(())
+    }
+}
+
+/// Names of the list of vertices in a face.
+const CORNERS: &[&str] = &["vertex_indices", "vertex_index"];
+
+/// What is read so far. Faces may come before their vertices.
+#[derive(Default)]
+struct Model {
+    positions: Vec<DVec3>,
+    vertex_uvs: Option<Vec<Vec2>>,
+    /// The corners of all faces, and how many each has.
+    corners: Vec<f64>,
+    sizes: Vec<u32>,
+    /// Texture coordinates of all corners, while every face has them.
+    corner_uvs: Option<Vec<Vec2>>,
+    /// Triangles of strips.
+    strips: Vec<[f64; 3]>,
+    edges: usize,
+    incomplete_uvs: bool,
+}
+
+impl Model {
+    fn read_vertices(
+        &mut self,
+        element: &Element,
+        values: &mut Values<'_>,
+    ) -> Result<(), MeshProblem> {
+        let mut places = [0; 3];
+        for (place, name) in places.iter_mut().zip(["x", "y", "z"]) {
+            *place = element.find(&[name], false).ok_or_else(|| {
+                MeshProblem::Damaged(format!("the vertices of the PLY file have no `{name}`"))
+            })?;
+        }
+        let [x, y, z] = places;
+        let pairs = [
+            ["s", "t"],
+            ["u", "v"],
+            ["texture_u", "texture_v"],
+            ["texture_s", "texture_t"],
+        ];
+        let uv_places = pairs.iter().find_map(|[u, v]| {
+            let u = element.find(&[u], false)?;
+            Some((u, element.find(&[v], false)?))
+        });
+        let mut uvs = uv_places.map(|_| Vec::new());
+        let mut numbers = Vec::new();
+        for index in 0..element.count {
+            values.read(element, index, &mut numbers, &mut [])?;
+            let position = DVec3::new(numbers[x], numbers[y], numbers[z]);
+            self.positions.push(position);
+            if let (Some(uvs), Some((u, v))) = (&mut uvs, uv_places) {
+                uvs.push(Vec2::new(numbers[u] as f32, numbers[v] as f32));
+            }
+        }
+        self.vertex_uvs = uvs;
+        Ok(())
+    }
+
+    fn read_faces(
+        &mut self,
+        element: &Element,
+        values: &mut Values<'_>,
+    ) -> Result<(), MeshProblem> {
+        let Some(corners_at) = element.find(CORNERS, true) else {
+            return match element.count {
+                0 => Ok(()),
+                _ => Err(no_list(element)),
+            };
+        };
+        let uvs_at = element.find(&["texcoord"], true);
+        let mut corner_uvs = uvs_at.map(|_| Vec::new());
+        let (mut numbers, mut corners, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
+        for index in 0..element.count {
+            let lists = &mut [(Some(corners_at), &mut corners), (uvs_at, &mut uvs)];
+            values.read(element, index, &mut numbers, lists)?;
+            self.corners.extend_from_slice(&corners);
+            self.sizes.push(corners.len() as u32);
+            if uvs_at.is_some() && uvs.len() != 2 * corners.len() {
+                self.incomplete_uvs = true;
+                corner_uvs = None;
+            }
+            if let Some(all) = &mut corner_uvs {
+                let uv = |&[u, v]: &[f64; 2]| Vec2::new(u as f32, v as f32);
+                all.extend(uvs.as_chunks().0.iter().map(uv));
+            }
+        }
+        self.corner_uvs = corner_uvs;
+        Ok(())
+    }
+
+    fn read_strips(
+        &mut self,
+        element: &Element,
+        values: &mut Values<'_>,
+    ) -> Result<(), MeshProblem> {
+        let Some(list_at) = element.find(CORNERS, true) else {
+            return match element.count {
+                0 => Ok(()),
+                _ => Err(no_list(element)),
+            };
+        };
+        let (mut numbers, mut list) = (Vec::new(), Vec::new());
+        for index in 0..element.count {
+            let lists = &mut [(Some(list_at), &mut list)];
+            values.read(element, index, &mut numbers, lists)?;
+            // A strip ends at -1, which unsigned numbers write as their highest.
+            for strip in list.split(|&vertex| vertex == -1.0 || vertex == f64::from(u32::MAX)) {
+                for (k, corners) in strip.windows(3).enumerate() {
+                    let [a, b, c] = [corners[0], corners[1], corners[2]];
+                    // Every second triangle is wound the other way round.
+                    let corners = if k % 2 == 0 { [a, b, c] } else { [b, a, c] };
+                    self.strips.push(corners);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn into_soup(self) -> Result<Soup, MeshProblem> {
+        let vertex_uvs = self.vertex_uvs.as_ref();
+        // A face's own coordinates come first: they know of seams. Strips have none.
+        let corner_uvs = self.corner_uvs.as_ref().filter(|_| self.strips.is_empty());
+        let is_finite = |uvs: &Vec<Vec2>| uvs.iter().all(|uv| uv.is_finite());
+        let has_uvs = corner_uvs.or(vertex_uvs).is_some_and(is_finite);
+        let mut soup = Soup {
+            uvs: has_uvs.then(Vec::new),
+            positions: self.positions,
+            ..Soup::default()
+        };
+        soup.seen.lines = self.edges;
+        soup.seen.incomplete_uvs =
+            !has_uvs && (self.incomplete_uvs || vertex_uvs.is_some() || self.corner_uvs.is_some());
+
+        let mut first = 0;
+        let strips = self.strips.iter().map(|strip| &strip[..]);
+        let faces = self.sizes.iter().map(|&size| {
+            let face = first..first + size as usize;
+            first = face.end;
+            &self.corners[face]
+        });
+        let mut corner = 0;
+        let mut vertices = Vec::new();
+        let mut uvs = Vec::new();
+        for (face, corners) in faces.chain(strips).enumerate() {
+            vertices.clear();
+            uvs.clear();
+            for (k, &index) in corners.iter().enumerate() {
+                let vertex = vertex(&soup.positions, face, index)?;
+                vertices.push(vertex);
+                if has_uvs {
+                    uvs.extend(match (corner_uvs, vertex_uvs) {
+                        (Some(all), _) => all.get(corner + k),
+                        (_, all) => all.and_then(|all| all.get(vertex as usize)),
+                    });
+                }
+            }
+            corner += corners.len();
+            match vertices.len() {
+                0 | 1 => soup.seen.points += 1,
+                2 => soup.seen.lines += 1,
+                _ => soup.add_polygon(&vertices, has_uvs.then_some(&uvs[..])),
+            }
+        }
+        if soup.triangles.is_empty() {
+            return Err(no_triangles(&soup));
+        }
+        Ok(soup)
+    }
+}
+
+/// The vertex that a face names, if it exists and is finite.
+fn vertex(positions: &[DVec3], face: usize, index: f64) -> Result<u32, MeshProblem> {
+    let face = face as u64;
+    let count = positions.len();
+    if index.is_nan() || index.fract() != 0.0 {
+        return Err(MeshProblem::Damaged(format!(
+            "face {face} names vertex {index}, which is no whole number"
+        )));
+    }
+    if !(0.0..count as f64).contains(&index) {
+        return Err(MeshProblem::IndexOutOfRange {
+            face,
+            line: None,
+            what: "vertex",
+            index: index as i64,
+            first: 0,
+            count: count as u64,
+        });
+    }
+    let position = positions[index as usize].as_vec3();
+    if !position.is_finite() {
+        return Err(MeshProblem::NonFiniteVertex {
+            vertex: index as u64,
+            line: None,
+            position: position.to_array(),
+            face,
+        });
+    }
+    Ok(index as u32)
+}
+
+fn no_list(element: &Element) -> MeshProblem {
+    MeshProblem::Damaged(format!(
+        "the elements `{}` of the PLY file have no list `vertex_indices`",
+        beginning(&element.name)
+    ))
+}
+
+fn no_triangles(soup: &Soup) -> MeshProblem {
+    let mut found = match soup.positions.len() {
+        0 => "the file holds neither vertices nor faces".to_owned(),
+        count => format!(
+            "the file is a cloud of {}",
+            counted(count, "point", "points")
+        ),
+    };
+    if soup.seen.lines > 0 {
+        found += ", with ";
+        found += &counted(soup.seen.lines, "line", "lines");
+    }
+    MeshProblem::NoTriangles { found }
+}
