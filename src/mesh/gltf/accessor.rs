@@ -10,7 +10,7 @@ use super::resource::Buffers;
 use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 
-/// An accessor without data is zeros, which a file gets for nothing; this many at most.
+/// A sparse accessor without a base has zeros, which a file gets for nothing; this many numbers at most.
 const MOST_ZEROS: u64 = 1 << 24;
 
 /// The whole numbers of an accessor that a part of the file names.
@@ -137,7 +137,9 @@ impl<'a> Accessor<'a> {
                 size,
             };
             decode_all(span.of(buffers, &view)?)
-        } else if self.count > MOST_ZEROS {
+        } else if self.part.get("sparse").is_none() {
+            return Err(damaged(format!("{} has no data", self.place)));
+        } else if self.count.saturating_mul(N as u64) > MOST_ZEROS {
             return Err(damaged(format!(
                 "{} claims {} elements without data",
                 self.place, self.count

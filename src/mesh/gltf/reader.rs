@@ -1,6 +1,7 @@
 //! The triangles of meshes and their primitives.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use glam::{DMat4, DVec3, Vec2};
 use gltf::json::mesh::{
@@ -9,7 +10,7 @@ use gltf::json::mesh::{
 
 use super::json::Part;
 use super::resource::Buffers;
-use super::scene::{Scene, Shown, copies};
+use super::scene::{INSTANCING, Scene, Shown, copies};
 use super::skin::Skin;
 use super::{accessor, damaged, is_compression, note_unapplied};
 use crate::mesh::error::MeshProblem;
@@ -100,10 +101,18 @@ impl<'a> Reader<'a> {
         let skin = match node.get("skin") {
             Some(reference) => {
                 let (index, skin) = self.buffers.root.named("skins", &reference)?;
-                if !skins.contains_key(&index) {
-                    skins.insert(index, Skin::new(&skin, scene, &mut self.buffers)?);
+                // No copy of a skinned mesh is anywhere but where its joints are.
+                if node.at(&["extensions", INSTANCING]).is_some() {
+                    let seen = &mut self.soup.seen;
+                    seen.unapplied_extensions.insert(INSTANCING.to_owned());
                 }
-                skins.get(&index)
+                let skin = match skins.entry(index) {
+                    Entry::Occupied(entry) => entry.into_mut(),
+                    Entry::Vacant(entry) => {
+                        entry.insert(Skin::new(&skin, scene, &mut self.buffers)?)
+                    }
+                };
+                Some(&*skin)
             }
             None => None,
         };
@@ -219,6 +228,10 @@ impl<'a> Reader<'a> {
             let Some(reference) = target.get("POSITION").filter(|_| weight != 0.0) else {
                 continue;
             };
+            // Offsets without data are zeros.
+            if !accessor::has_data(&self.buffers.root, &reference)? {
+                continue;
+            }
             let offsets = accessor::vectors::<3>(&mut self.buffers, &reference)?;
             if offsets.len() != positions.len() {
                 return Err(damaged(format!(
@@ -312,6 +325,7 @@ impl<'a> Reader<'a> {
         let names: Vec<&str> = seen
             .unapplied_extensions
             .iter()
+            .take(3)
             .map(String::as_str)
             .collect();
         if !names.is_empty() {

@@ -8,6 +8,9 @@ use super::{accessor, damaged, note_unapplied};
 use crate::mesh::MeshReport;
 use crate::mesh::error::MeshProblem;
 
+/// The extension with which a node shows copies of its mesh.
+pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+
 /// The default scene, each of its nodes once.
 pub(super) struct Scene<'a> {
     root: Part<'a>,
@@ -224,12 +227,12 @@ pub(super) fn unit(rotation: [f64; 4]) -> DQuat {
     }
 }
 
-/// The copies of its mesh that a node shows, from the node (`EXT_mesh_gpu_instancing`).
+/// Where a node shows copies of its mesh, from the node.
 pub(super) fn copies(
     buffers: &mut Buffers<'_>,
     node: &Part<'_>,
 ) -> Result<Vec<DMat4>, MeshProblem> {
-    let Some(attributes) = node.at(&["extensions", "EXT_mesh_gpu_instancing", "attributes"]) else {
+    let Some(attributes) = node.at(&["extensions", INSTANCING, "attributes"]) else {
         return Ok(vec![DMat4::IDENTITY]);
     };
     let mut counts = Vec::new();
