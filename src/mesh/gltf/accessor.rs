@@ -196,12 +196,14 @@ impl<'a> Accessor<'a> {
     }
 }
 
-/// An unsigned number of up to four bytes.
+/// An unsigned number of one, two or four bytes.
 fn little_endian(bytes: &[u8]) -> u32 {
-    bytes
-        .iter()
-        .rev()
-        .fold(0, |value, &byte| value << 8 | u32::from(byte))
+    match *bytes {
+        [a] => u32::from(a),
+        [a, b] => u32::from(u16::from_le_bytes([a, b])),
+        [a, b, c, d] => u32::from_le_bytes([a, b, c, d]),
+        _ => 0,
+    }
 }
 
 fn component(part: &Part<'_>) -> Result<ComponentType, MeshProblem> {

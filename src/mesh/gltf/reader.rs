@@ -101,7 +101,7 @@ impl<'a> Reader<'a> {
         let skin = match node.get("skin") {
             Some(reference) => {
                 let (index, skin) = self.buffers.root.named("skins", &reference)?;
-                // No copy of a skinned mesh is anywhere but where its joints are.
+                // Copies of a skinned mesh would all be where its joints are, so there is one.
                 if node.at(&["extensions", INSTANCING]).is_some() {
                     let seen = &mut self.soup.seen;
                     seen.unapplied_extensions.insert(INSTANCING.to_owned());

@@ -748,6 +748,18 @@ fn what_is_not_applied_is_in_the_report() {
             &long,
         ]
     );
+
+    // Copies of a skinned mesh: it is where its joints are, once.
+    let mut model = Model::skinned(1.0);
+    model.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
+    let soup = soup(&model.glb());
+    assert_measures("copies of a skin", &soup, &column(5.0));
+    let said = soup.seen.oddities();
+    assert_eq!(
+        said,
+        ["the extension EXT_mesh_gpu_instancing is not applied"]
+    );
 }
 
 /// Compressed data is refused by the name of its extension, unless it is there unpacked too.
