@@ -3,6 +3,7 @@
 //! They call the readers without the second wall of [`super::load`], which would hide a panic.
 
 use std::path::Path;
+use std::process::Command;
 
 use super::error::MeshProblem;
 use super::load::{Extent, parse};
@@ -464,18 +465,20 @@ fn bad_glb_files_are_explained() {
         (good[..10].to_vec(), "the GLB header is cut off"),
         (
             good[..100].to_vec(),
-            "and the file has 100. The file is damaged or cut off",
+            "the JSON chunk of the GLB should have 420 bytes, and 80 follow. The file is damaged or cut off",
         ),
         (edited(4, 1), "this is GLB version 1, and version 2 is read"),
-        (edited(8, u32::MAX), "the GLB header says 4294967295 bytes"),
-        (edited(8, 12), "has no JSON chunk"),
-        (edited(8, 16), "the GLB chunk at byte 12 is cut off"),
+        (good[..16].to_vec(), "has no JSON chunk"),
+        (
+            good[..good.len() - 4].to_vec(),
+            "buffers[0] should have 48 bytes, and has 44",
+        ),
         (
             edited(12, u32::MAX),
-            "the GLB chunk at byte 12 says 4294967295 bytes",
+            "the JSON chunk of the GLB should have 4294967295 bytes",
         ),
         (edited(16, 7), "has no JSON chunk"),
-        (edited(binary_chunk + 4, 7), "buffer 0 has no data"),
+        (edited(binary_chunk + 4, 7), "buffers[0] has no data"),
         (
             edited(good.len() - 4, 3),
             "face 0 names vertex 3, and the file has 0 to 2",
@@ -503,12 +506,12 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "\"scene\":0",
             "\"scene\":9",
-            "scene 9 is named, and the file has 1",
+            "scene names scene 9, and the file has 1",
         ),
         (
             "\"nodes\":[0]",
             "\"nodes\":[5]",
-            "node 5 is named, and the file has 1",
+            "scenes[0].nodes[0] names node 5, and the file has 1",
         ),
         (
             "\"nodes\":[0]",
@@ -518,12 +521,12 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "{\"mesh\":0}",
             "{\"mesh\":1}",
-            "mesh 1 is named, and the file has 1",
+            "nodes[0].mesh names mesh 1, and the file has 1",
         ),
         (
             "\"meshes\"",
             "\"mushes\"",
-            "mesh 0 is named, and the file has 0",
+            "nodes[0].mesh names mesh 0, and the file has 0",
         ),
         ("{\"mesh\":0}", "{}", "shows none"),
         (
@@ -539,22 +542,22 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "\"POSITION\":0",
             "\"POSITION\":2",
-            "accessor 2 is named, and the file has 2",
+            "meshes[0].primitives[0].attributes.POSITION names accessor 2, and the file has 2",
         ),
         (
             "\"POSITION\":0",
             "\"POSITION\":1",
-            "accessor 1 holds no vertex attributes: they have 3 components",
+            "meshes[0].primitives[0].attributes.POSITION (accessors[1]) should hold floats",
         ),
         (
             "\"indices\":1",
             "\"indices\":0",
-            "accessor 0 holds no vertex numbers",
+            "meshes[0].primitives[0].indices (accessors[0]) should hold whole numbers",
         ),
         (
             "\"indices\":1",
             "\"indices\":1,\"mode\":9",
-            "primitive 0 of mesh 0 has an unknown mode",
+            "meshes[0].primitives[0].mode is 9, not 0 to 6",
         ),
         (
             "\"indices\":1",
@@ -569,18 +572,18 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "5125",
             "5126",
-            "accessor 1 holds no vertex numbers, by its component type",
+            "(accessors[1]) should hold whole numbers without a sign, and its component type is 5126",
         ),
         (
             "5126",
             "5125",
-            "accessor 0 holds no vertex attributes, by its component type",
+            "(accessors[0]) should hold floats, or whole numbers of one or two bytes, and its component type is 5125",
         ),
-        ("5126", "77", "accessor 0 holds no vertex attributes"),
+        ("5126", "77", "accessors[0].componentType is 77, not one of"),
         (
             "\"VEC3\"",
             "\"VEC9\"",
-            "accessor 0 holds no vertex attributes",
+            "(accessors[0]) should be of the type VEC3, and is `VEC9`",
         ),
         (
             "\"count\":3,\"type\":\"SCALAR\"",
@@ -590,32 +593,32 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "\"count\":3,\"type\":\"VEC3\"",
             "\"count\":1000000000000,\"type\":\"VEC3\"",
-            "accessor 0 has 1000000000000 elements of 12 bytes, more than buffer view 0 holds",
+            "(accessors[0]) has 1000000000000 elements of 12 bytes, more than bufferViews[0] holds",
         ),
         (
             "\"count\":3,\"type\":\"VEC3\"",
             "\"count\":18446744073709551615,\"type\":\"VEC3\"",
-            "more than buffer view 0 holds",
+            "more than bufferViews[0] holds",
         ),
         (
             "\"count\":3,\"type\":\"VEC3\"",
             "\"count\":-1,\"type\":\"VEC3\"",
-            "invalid value",
+            "accessors[0].count is -1, not a whole number from 0",
         ),
         (
             "\"bufferView\":0,\"componentType\"",
             "\"componentType\"",
-            "accessor 0 has no data (is the model compressed?)",
+            "meshes[0].primitives[0].attributes.POSITION names an accessor without data",
         ),
         (
             "\"bufferView\":0,\"componentType\"",
             "\"bufferView\":8,\"componentType\"",
-            "buffer view 8 is named, and the file has 2",
+            "accessors[0].bufferView names buffer view 8, and the file has 2",
         ),
         (
             "\"bufferView\":0,\"componentType\"",
             "\"bufferView\":0,\"byteOffset\":18446744073709551615,\"componentType\"",
-            "more than buffer view 0 holds",
+            "more than bufferViews[0] holds",
         ),
         (
             "\"byteLength\":36}",
@@ -625,32 +628,32 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "\"byteLength\":36}",
             "\"byteLength\":36,\"byteStride\":18446744073709551615}",
-            "more than buffer view 0 holds",
+            "more than bufferViews[0] holds",
         ),
         (
             "\"byteLength\":36}",
             "\"byteLength\":9000,\"byteOffset\":18446744073709551600}",
-            "more than buffer view 0 holds",
+            "more than bufferViews[0] holds",
         ),
         (
             "{\"buffer\":0,\"byteLength\":36}",
             "{\"buffer\":3,\"byteLength\":36}",
-            "buffer 3 is named, and the file has 1",
+            "bufferViews[0].buffer names buffer 3, and the file has 1",
         ),
         (
             "\"buffers\":[{",
             "\"buffers\":[{\"uri\":\"data:;base64,AAAA\",",
-            "buffer 0 should have 48 bytes, and has 3",
+            "buffers[0] should have 48 bytes, and has 3",
         ),
         (
             "\"buffers\":[{",
             "\"buffers\":[{\"uri\":\"data:;base64,A!\",",
-            "damaged base64",
+            "a damaged data URI",
         ),
         (
             "\"buffers\":[{",
             "\"buffers\":[{\"uri\":\"data:text/plain,AAAA\",",
-            "not base64",
+            "buffers[0] should have 48 bytes, and has 4",
         ),
         (
             "{\"asset\"",
@@ -659,13 +662,13 @@ fn bad_gltf_descriptions_are_explained() {
         ),
         (
             "{\"asset\"",
-            "{\"extensionsRequired\":[\"EXT_mesh_gpu_instancing\"],\"asset\"",
-            "EXT_mesh_gpu_instancing",
+            "{\"extensionsRequired\":[\"EXT_bends\"],\"asset\"",
+            "requires the extension EXT_bends, which is not supported: export the model without it",
         ),
         (
             "\"type\":\"VEC3\"",
             "\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"byteOffset\":8,\"componentType\":5125},\"values\":{\"bufferView\":0,\"byteOffset\":28}}",
-            "more than buffer view 0 holds",
+            "more than bufferViews[0] holds",
         ),
         (
             "\"bufferView\":0,\"componentType\":5126,\"count\":3",
@@ -695,9 +698,16 @@ fn models_name_only_files_beside_them() {
     let (json, binary) = suite::glb_parts(&suite::triangle());
     std::fs::write(folder.path().join("secret.bin"), &binary).unwrap();
     std::fs::write(inside.join("data/A..B c.bin"), &binary).unwrap();
+    std::fs::write(inside.join("part 10%.bin"), &binary).unwrap();
+    std::fs::write(inside.join("a%20b.bin"), &binary).unwrap();
+    std::fs::write(inside.join("both%20.bin"), &binary[..20]).unwrap();
+    std::fs::write(inside.join("both .bin"), &binary).unwrap();
     std::fs::write(inside.join("short.bin"), &binary[..20]).unwrap();
     std::os::unix::fs::symlink(folder.path().join("secret.bin"), inside.join("link.bin")).unwrap();
     std::os::unix::fs::symlink("/dev/zero", inside.join("zero.bin")).unwrap();
+
+    let pipe = Command::new("mkfifo").arg(inside.join("pipe")).status();
+    assert!(pipe.unwrap().success());
 
     let absolute = folder.path().join("secret.bin");
     let absolute = absolute.to_str().unwrap();
@@ -706,6 +716,10 @@ fn models_name_only_files_beside_them() {
         ("data/A..B%20c.bin", ""),
         ("data/../data/./A..B c.bin", ""),
         ("../models/data/A..B c.bin", ""),
+        // Names that were not escaped; the escaped reading comes first.
+        ("part 10%.bin", ""),
+        ("a%20b.bin", ""),
+        ("both%20.bin", ""),
         ("../secret.bin", outside),
         ("..%2fsecret.bin", outside),
         ("data/../../secret.bin", outside),
@@ -717,10 +731,11 @@ fn models_name_only_files_beside_them() {
         ("http://localhost/secret.bin", "which is no file beside it"),
         ("data", "no regular file"),
         ("", "no regular file"),
-        ("short.bin", "buffer 0 should have 48 bytes, and has 20"),
+        ("short.bin", "buffers[0] should have 48 bytes, and has 20"),
         ("nothing.bin", "put the file beside the model"),
-        ("%ff.bin", "no valid name of a file"),
-        ("a%00b", "no valid name of a file"),
+        ("%ff.bin", "put the file beside the model"),
+        ("a%00b", "put the file beside the model"),
+        ("pipe", "no regular file"),
     ] {
         let uri = format!("\"buffers\":[{{\"uri\":\"{uri}\",");
         let json = json.replace("\"buffers\":[{", &uri);

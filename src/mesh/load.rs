@@ -23,8 +23,8 @@ pub(crate) enum Extent {
 }
 
 impl Mesh {
-    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh, glTF meshes where the nodes of the default scene
-    /// put them.
+    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh. Of a glTF file that is what its default
+    /// scene shows at rest, with morph targets, skins and instances applied.
     ///
     /// # Errors
     /// When the file cannot be read, is damaged, or has nothing to walk on; the message says where and what to do.
@@ -32,8 +32,8 @@ impl Mesh {
         load(path.as_ref(), Extent::Scene)
     }
 
-    /// Loads a model without node transforms: of a glTF file the first primitive of the first mesh, with its positions
-    /// as they are; of other files everything.
+    /// Loads a model without any transform: of a glTF file the first primitive of the first mesh, with its positions as
+    /// they are stored; of other files everything.
     ///
     /// # Errors
     /// As [`Mesh::load`].
@@ -54,7 +54,8 @@ impl Mesh {
 }
 
 impl RigidTrack {
-    /// The first animation of a glTF or GLB file, relative to a folder, as the motion of the whole model.
+    /// The first animation of a glTF or GLB file that moves a node, as the motion of the whole model. The path is
+    /// relative to a folder.
     ///
     /// # Errors
     /// When the model has none, or it does not move the model as a whole and rigidly.

@@ -119,7 +119,8 @@ fn tangles_become_surfaces() {
     }
 }
 
-fn mutate(bytes: &mut Vec<u8>, [kind, place, length, value]: [u32; 4]) {
+/// Changes a byte or a few, in one of several ways.
+pub(super) fn mutate(bytes: &mut Vec<u8>, [kind, place, length, value]: [u32; 4]) {
     const DIGITS: &[u8] = b"0123456789-.e,:[]{}\" /nv";
     if bytes.is_empty() {
         return;

@@ -1,9 +1,13 @@
 //! What a mesh is like, everything odd about it, and what was done about that.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use super::edges::{next, previous};
 use super::surface::NONE;
+
+/// So many names of a kind are listed in a report.
+const MOST_NAMES: usize = 8;
 
 /// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -59,6 +63,12 @@ pub struct MeshReport {
     pub points: usize,
     /// Nodes of a scene graph that are reached twice; taken once.
     pub repeated_nodes: usize,
+    /// Meshes that nodes of a scene graph would show, but hide; left out.
+    pub hidden_meshes: usize,
+    /// Parts of meshes that have no positions; left out.
+    pub without_positions: usize,
+    /// Extensions of the file format that may change the shape or its place, and that are not read.
+    pub unapplied_extensions: BTreeSet<String>,
     /// Texture coordinates are missing at some corners, or not finite; all left out.
     pub incomplete_uvs: bool,
 }
@@ -194,6 +204,23 @@ impl MeshReport {
             "node of the scene graph that is reached again, taken once",
             "nodes of the scene graph that are reached again, taken once",
         );
+        note(
+            self.hidden_meshes,
+            "mesh that the file hides, left out",
+            "meshes that the file hides, left out",
+        );
+        note(
+            self.without_positions,
+            "part of a mesh without positions, ignored",
+            "parts of meshes without positions, ignored",
+        );
+        for name in self.unapplied_extensions.iter().take(MOST_NAMES) {
+            list.push(format!("the extension {name} is not applied"));
+        }
+        let unnamed = self.unapplied_extensions.len().saturating_sub(MOST_NAMES);
+        if unnamed > 0 {
+            list.push(format!("{unnamed} more extensions are not applied"));
+        }
         if self.incomplete_uvs {
             list.push("texture coordinates that are incomplete or not finite, ignored".to_owned());
         }

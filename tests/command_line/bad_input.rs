@@ -159,7 +159,7 @@ fn models_that_are_no_models_are_named_with_what_is_wrong() {
         (
             "cut.glb",
             &suzanne[..3000],
-            "the GLB header says 179796 bytes, and the file has 3000",
+            "buffers[0] should have 179088 bytes, and has 2292",
         ),
         ("noise.glb", &suzanne[7000..9000], "cannot be read"),
         (

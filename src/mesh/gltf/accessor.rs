@@ -1,189 +1,261 @@
 //! Numbers out of glTF accessors. Nothing that a file says about sizes is believed: every range is checked before it is
 //! read, and before memory is taken for it.
 
-use gltf::json::accessor::{Accessor, ComponentType};
-use gltf::json::validation::Checked;
+use gltf::json::accessor::{
+    BYTE, ComponentType, FLOAT, SHORT, UNSIGNED_BYTE, UNSIGNED_INT, UNSIGNED_SHORT,
+};
 
+use super::json::Part;
 use super::resource::Buffers;
-use super::{damaged, get};
+use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 
-/// A sparse accessor without a base is zeros, which a file gets for nothing; this many at most.
+/// A sparse accessor without a base has zeros, which a file gets for nothing; this many numbers at most.
 const MOST_ZEROS: u64 = 1 << 24;
 
-/// The vertex numbers of an index accessor.
-pub(super) fn indices(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<u32>, MeshProblem> {
-    let decode = |component: ComponentType, _: bool, bytes: &[u8]| match component {
-        ComponentType::U8 => Some(u32::from(bytes[0])),
-        ComponentType::U16 => Some(u32::from(u16::from_le_bytes(*bytes.first_chunk()?))),
-        ComponentType::U32 => Some(u32::from_le_bytes(*bytes.first_chunk()?)),
-        _ => None,
-    };
-    let elements = read::<u32, 1>(buffers, index, "vertex numbers", decode)?;
-    Ok(elements.into_iter().map(|[index]| index).collect())
+/// The whole numbers of an accessor that a part of the file names.
+pub(super) fn whole_numbers<const N: usize>(
+    buffers: &mut Buffers<'_>,
+    reference: &Part<'_>,
+) -> Result<Vec<[u32; N]>, MeshProblem> {
+    let accessor = Accessor::new(buffers, reference)?;
+    if matches!(
+        accessor.component,
+        ComponentType::F32 | ComponentType::I8 | ComponentType::I16
+    ) {
+        return Err(accessor.should_hold("whole numbers without a sign"));
+    }
+    accessor.read(buffers, little_endian)
 }
 
 /// Vectors of floats. Small integers are taken too (`KHR_mesh_quantization`), as fractions where they are normalized.
 pub(super) fn vectors<const N: usize>(
     buffers: &mut Buffers<'_>,
-    index: usize,
-) -> Result<Vec<[f32; N]>, MeshProblem> {
-    let decode = |component: ComponentType, normalized: bool, bytes: &[u8]| {
-        let (value, most) = match component {
-            ComponentType::F32 => return Some(f32::from_le_bytes(*bytes.first_chunk()?)),
-            ComponentType::I8 => (f32::from(bytes[0].cast_signed()), 127.0),
-            ComponentType::U8 => (f32::from(bytes[0]), 255.0),
-            ComponentType::I16 => (
-                f32::from(i16::from_le_bytes(*bytes.first_chunk()?)),
-                32_767.0,
-            ),
-            ComponentType::U16 => (
-                f32::from(u16::from_le_bytes(*bytes.first_chunk()?)),
-                65_535.0,
-            ),
-            ComponentType::U32 => return None,
+    reference: &Part<'_>,
+) -> Result<Vec<[f64; N]>, MeshProblem> {
+    let accessor = Accessor::new(buffers, reference)?;
+    let (component, normalized) = (accessor.component, accessor.normalized);
+    let most = match component {
+        ComponentType::F32 => 1.0,
+        ComponentType::I8 => 127.0,
+        ComponentType::U8 => 255.0,
+        ComponentType::I16 => 32_767.0,
+        ComponentType::U16 => 65_535.0,
+        ComponentType::U32 => {
+            return Err(accessor.should_hold("floats, or whole numbers of one or two bytes"));
+        }
+    };
+    accessor.read(buffers, |bytes| {
+        let word = little_endian(bytes);
+        let value = match component {
+            ComponentType::F32 => return f64::from(f32::from_bits(word)),
+            ComponentType::I8 => f64::from((word as u8).cast_signed()),
+            ComponentType::I16 => f64::from((word as u16).cast_signed()),
+            _ => f64::from(word),
         };
-        Some(if normalized {
+        if normalized {
             (value / most).max(-1.0)
         } else {
             value
-        })
-    };
-    read(buffers, index, "vertex attributes", decode)
+        }
+    })
 }
 
-/// Reads one component: its type, whether it is normalized, its bytes. `None` for types that do not fit.
-trait Decode<T>: Fn(ComponentType, bool, &[u8]) -> Option<T> {}
-impl<T, F: Fn(ComponentType, bool, &[u8]) -> Option<T>> Decode<T> for F {}
+/// How many elements an accessor says it has.
+pub(super) fn count(root: &Part<'_>, reference: &Part<'_>) -> Result<u64, MeshProblem> {
+    let (_, accessor) = root.named("accessors", reference)?;
+    accessor.needed("count")?.as_whole()
+}
 
-fn read<T: Copy + Default, const N: usize>(
-    buffers: &mut Buffers<'_>,
-    index: usize,
-    what: &str,
-    decode: impl Decode<T>,
-) -> Result<Vec<[T; N]>, MeshProblem> {
-    let accessor = get(&buffers.root.accessors, index, "accessor")?;
-    let component = component_of::<N>(accessor, index, what)?;
-    let place = format!("accessor {index}");
-    let decode_all = |bytes: Strided<'_>| -> Result<Vec<[T; N]>, MeshProblem> {
-        let elements: Option<Vec<[T; N]>> = bytes
-            .iter()
-            .map(|element| {
+/// Whether an accessor has data, and does not stand for zeros or for what an extension has.
+pub(super) fn has_data(root: &Part<'_>, reference: &Part<'_>) -> Result<bool, MeshProblem> {
+    let (_, accessor) = root.named("accessors", reference)?;
+    Ok(accessor.get("bufferView").is_some() || accessor.get("sparse").is_some())
+}
+
+struct Accessor<'a> {
+    part: Part<'a>,
+    /// Who names it, and its own place.
+    place: String,
+    component: ComponentType,
+    normalized: bool,
+    count: u64,
+}
+
+impl<'a> Accessor<'a> {
+    fn new(buffers: &Buffers<'a>, reference: &Part<'_>) -> Result<Self, MeshProblem> {
+        let (_, part) = buffers.root.named("accessors", reference)?;
+        Ok(Self {
+            place: format!("{} ({})", reference.place, part.place),
+            component: component(&part.needed("componentType")?)?,
+            normalized: part.get("normalized").is_some_and(|part| part.is_true()),
+            count: part.needed("count")?.as_whole()?,
+            part,
+        })
+    }
+
+    fn should_hold(&self, what: &str) -> MeshProblem {
+        let component = self.component.as_gl_enum();
+        damaged(format!(
+            "{} should hold {what}, and its component type is {component}",
+            self.place
+        ))
+    }
+
+    /// All elements, their components read from bytes.
+    fn read<T: Copy + Default, const N: usize>(
+        &self,
+        buffers: &mut Buffers<'_>,
+        decode: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<[T; N]>, MeshProblem> {
+        let kind = self.part.needed("type")?.as_text()?;
+        let expected = kind_of::<N>();
+        if kind != expected {
+            let kind = shortened(kind, 20);
+            return Err(damaged(format!(
+                "{} should be of the type {expected}, and is `{kind}`",
+                self.place
+            )));
+        }
+        let component = self.component.size();
+        let size = N * component;
+        let decode_all = |bytes: Strided<'_>| -> Vec<[T; N]> {
+            let element = |bytes: &[u8]| {
                 let mut values = [T::default(); N];
-                for (value, bytes) in values.iter_mut().zip(element.chunks(component.size())) {
-                    *value = decode(component, accessor.normalized, bytes)?;
+                for (value, bytes) in values.iter_mut().zip(bytes.chunks(component)) {
+                    *value = decode(bytes);
                 }
-                Some(values)
-            })
-            .collect();
-        elements.ok_or_else(|| damaged(format!("{place} holds no {what}, by its component type")))
-    };
-    let size = N * component.size();
-    let mut elements = match accessor.buffer_view {
-        Some(view) => {
-            let offset = accessor.byte_offset.unwrap_or_default().0;
+                values
+            };
+            bytes.iter().map(element).collect()
+        };
+        let mut elements = if let Some(view) = self.part.get("bufferView") {
             let span = Span {
-                view: view.value(),
-                offset,
-                count: accessor.count.0,
+                place: &self.place,
+                offset: self.part.whole("byteOffset")?.unwrap_or(0),
+                count: self.count,
                 size,
             };
-            decode_all(span.of(buffers, &place)?)?
-        }
-        None if accessor.sparse.is_none() => {
+            decode_all(span.of(buffers, &view)?)
+        } else if self.part.get("sparse").is_none() {
+            return Err(damaged(format!("{} has no data", self.place)));
+        } else if self.count.saturating_mul(N as u64) > MOST_ZEROS {
             return Err(damaged(format!(
-                "{place} has no data (is the model compressed?)"
+                "{} claims {} elements without data",
+                self.place, self.count
             )));
+        } else {
+            vec![[T::default(); N]; self.count as usize]
+        };
+        if let Some(sparse) = self.part.get("sparse") {
+            self.replace(buffers, &sparse, size, &mut elements, decode_all)?;
         }
-        None if accessor.count.0 > MOST_ZEROS => {
-            let count = accessor.count.0;
-            return Err(damaged(format!(
-                "{place} claims {count} elements without data"
-            )));
-        }
-        None => vec![[T::default(); N]; accessor.count.0 as usize],
-    };
-    if let Some(sparse) = &accessor.sparse {
-        let Checked::Valid(index_component) = sparse.indices.component_type else {
-            return Err(damaged(format!("{place} has unknown sparse indices")));
+        Ok(elements)
+    }
+
+    /// Puts the values of a sparse accessor in their places.
+    fn replace<T: Copy, const N: usize>(
+        &self,
+        buffers: &mut Buffers<'_>,
+        sparse: &Part<'_>,
+        size: usize,
+        elements: &mut [[T; N]],
+        decode_all: impl Fn(Strided<'_>) -> Vec<[T; N]>,
+    ) -> Result<(), MeshProblem> {
+        let (indices, values) = (sparse.needed("indices")?, sparse.needed("values")?);
+        let kind = indices.needed("componentType")?;
+        let index_size = match component(&kind)? {
+            ComponentType::U8 => 1,
+            ComponentType::U16 => 2,
+            ComponentType::U32 => 4,
+            _ => return Err(kind.should_be("5121, 5123 or 5125")),
         };
-        let places = Span {
-            view: sparse.indices.buffer_view.value(),
-            offset: sparse.indices.byte_offset.0,
-            count: sparse.count.0,
-            size: index_component.0.size(),
+        let count = sparse.needed("count")?.as_whole()?;
+        let span = |part: &Part<'_>, size: usize| -> Result<Span<'_>, MeshProblem> {
+            Ok(Span {
+                place: &self.place,
+                offset: part.whole("byteOffset")?.unwrap_or(0),
+                count,
+                size,
+            })
         };
-        let places: Vec<u32> = places
-            .of(buffers, &place)?
-            .iter()
-            .map(little_endian)
-            .collect();
-        let values = Span {
-            view: sparse.values.buffer_view.value(),
-            offset: sparse.values.byte_offset.0,
-            count: sparse.count.0,
-            size,
-        };
-        let values = decode_all(values.of(buffers, &place)?)?;
-        for (at, value) in places.into_iter().zip(values) {
+        let places = span(&indices, index_size)?.of(buffers, &indices.needed("bufferView")?)?;
+        let places: Vec<u32> = places.iter().map(little_endian).collect();
+        let new = decode_all(span(&values, size)?.of(buffers, &values.needed("bufferView")?)?);
+        let length = elements.len();
+        for (at, value) in places.into_iter().zip(new) {
             let Some(element) = elements.get_mut(at as usize) else {
                 return Err(damaged(format!(
-                    "{place} has a sparse value for element {at}, of {}",
-                    elements.len()
+                    "{} has a sparse value for element {at}, of {length}",
+                    self.place
                 )));
             };
             *element = value;
         }
+        Ok(())
     }
-    Ok(elements)
 }
 
-/// An unsigned number of up to four bytes.
+/// An unsigned number of one, two or four bytes.
 fn little_endian(bytes: &[u8]) -> u32 {
-    bytes
-        .iter()
-        .rev()
-        .fold(0, |value, &byte| value << 8 | u32::from(byte))
-}
-
-fn component_of<const N: usize>(
-    accessor: &Accessor,
-    index: usize,
-    what: &str,
-) -> Result<ComponentType, MeshProblem> {
-    match (&accessor.type_, &accessor.component_type) {
-        (Checked::Valid(kind), Checked::Valid(component)) if kind.multiplicity() == N => {
-            Ok(component.0)
-        }
-        _ => Err(damaged(format!(
-            "accessor {index} holds no {what}: they have {N} components"
-        ))),
+    match *bytes {
+        [a] => u32::from(a),
+        [a, b] => u32::from(u16::from_le_bytes([a, b])),
+        [a, b, c, d] => u32::from_le_bytes([a, b, c, d]),
+        _ => 0,
     }
 }
 
-/// Where the elements of an accessor lie.
-struct Span {
-    view: usize,
+fn component(part: &Part<'_>) -> Result<ComponentType, MeshProblem> {
+    Ok(match u32::try_from(part.as_whole()?) {
+        Ok(BYTE) => ComponentType::I8,
+        Ok(UNSIGNED_BYTE) => ComponentType::U8,
+        Ok(SHORT) => ComponentType::I16,
+        Ok(UNSIGNED_SHORT) => ComponentType::U16,
+        Ok(UNSIGNED_INT) => ComponentType::U32,
+        Ok(FLOAT) => ComponentType::F32,
+        _ => return Err(part.should_be("one of glTF's component types (5120 to 5126)")),
+    })
+}
+
+/// What a file calls elements of so many components.
+const fn kind_of<const N: usize>() -> &'static str {
+    match N {
+        1 => "SCALAR",
+        2 => "VEC2",
+        3 => "VEC3",
+        4 => "VEC4",
+        _ => "MAT4",
+    }
+}
+
+/// How the elements of an accessor lie in a buffer view.
+struct Span<'p> {
+    place: &'p str,
     offset: u64,
     count: u64,
     size: usize,
 }
 
-impl Span {
+impl Span<'_> {
     /// The bytes of the elements, after a check that the buffer has them all.
     fn of<'b>(
         &self,
         buffers: &'b mut Buffers<'_>,
-        place: &str,
+        view: &Part<'_>,
     ) -> Result<Strided<'b>, MeshProblem> {
-        let view = get(&buffers.root.buffer_views, self.view, "buffer view")?;
-        let stride = view.byte_stride.map_or(self.size, |stride| stride.0);
+        let place = self.place;
+        let (_, view) = buffers.root.named("bufferViews", view)?;
+        let stride = match view.whole("byteStride")? {
+            None | Some(0) => self.size,
+            Some(stride) => stride as usize,
+        };
         if stride < self.size {
             return Err(damaged(format!("{place} has elements that overlap")));
         }
-        let view_offset = view.byte_offset.unwrap_or_default().0;
-        let view_length = view.byte_length.0;
-        let buffer = buffers.bytes(view.buffer.value())?;
+        let view_offset = view.whole("byteOffset")?.unwrap_or(0);
+        let view_length = view.needed("byteLength")?.as_whole()?;
+        let buffer = buffers.of_view(&view)?;
         let in_view = |length: &u64| {
             let end = self.offset.checked_add(*length);
             end.is_some_and(|end| end <= view_length)
@@ -203,18 +275,20 @@ impl Span {
                 let end = begin.checked_add(length)?;
                 Some(usize::try_from(begin).ok()?..usize::try_from(end).ok()?)
             });
-        match range.and_then(|range| buffer.get(range)) {
+        let there = buffer.bytes.len();
+        match range.and_then(|range| buffer.bytes.get(range)) {
             Some(bytes) => Ok(Strided {
                 bytes,
                 stride,
                 size: self.size,
             }),
+            None if (there as u64) < buffer.length => Err(damaged(format!(
+                "{} should have {} bytes, and has {there}",
+                buffer.place, buffer.length
+            ))),
             None => Err(damaged(format!(
-                "{place} has {} elements of {} bytes, more than buffer view {} holds ({view_length} bytes of a buffer of {})",
-                self.count,
-                self.size,
-                self.view,
-                buffer.len()
+                "{place} has {} elements of {} bytes, more than {} holds ({view_length} bytes of a buffer of {there})",
+                self.count, self.size, view.place
             ))),
         }
     }

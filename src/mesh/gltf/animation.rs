@@ -2,11 +2,12 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::json::animation::{Interpolation, Property};
-use gltf::json::validation::Checked;
-use gltf::json::{Node, Root};
 
+use super::json::Part;
 use super::resource::Buffers;
-use super::{accessor, damaged, get, parent_from_node, top_nodes};
+use super::scene::{Placement, Scene, parent_from_node, unit};
+use super::{accessor, damaged};
+use crate::mesh::MeshReport;
 use crate::mesh::error::MeshProblem;
 
 /// How far a transform may be from rigid: rounding of animations in float32 is far below, what can be seen above.
@@ -90,7 +91,7 @@ impl Link {
             match channel.property {
                 Property::Translation => translation = vector,
                 Property::Scale => scale = vector,
-                Property::Rotation => rotation = unit(DQuat::from_array(value)),
+                Property::Rotation => rotation = unit(value),
                 Property::MorphTargetWeights => {}
             }
         }
@@ -122,7 +123,7 @@ impl Channel {
         match (self.interpolation, self.property) {
             (Interpolation::Step, _) => a,
             (Interpolation::Linear, Property::Rotation) => {
-                let (a, b) = (unit(DQuat::from_array(a)), unit(DQuat::from_array(b)));
+                let (a, b) = (unit(a), unit(b));
                 a.slerp(b, share).to_array()
             }
             (Interpolation::Linear, _) => std::array::from_fn(|i| a[i] + share * (b[i] - a[i])),
@@ -141,73 +142,110 @@ impl Channel {
     }
 }
 
-fn unit(rotation: DQuat) -> DQuat {
-    if rotation.length_squared() > 0.0 && rotation.is_finite() {
-        rotation.normalize()
-    } else {
-        DQuat::IDENTITY
-    }
-}
-
 fn refused(problem: String) -> MeshProblem {
     MeshProblem::Animation(problem)
 }
 
-/// The first animation of the file.
-pub(super) fn track(root: &Root, buffers: &mut Buffers<'_>) -> Result<RigidTrack, MeshProblem> {
-    let Some(animation) = root.animations.first() else {
-        return Err(refused("the model has no animation".to_owned()));
-    };
-    let mut channels: Vec<Vec<Channel>> = vec![Vec::new(); root.nodes.len()];
-    for channel in &animation.channels {
-        let node = channel.target.node.value();
-        get(&root.nodes, node, "node")?;
-        let sampler = get(&animation.samplers, channel.sampler.value(), "sampler")?;
-        let (Checked::Valid(property), Checked::Valid(interpolation)) =
-            (channel.target.path, sampler.interpolation)
-        else {
-            return Err(damaged(format!(
-                "a channel of node {node} is of no known kind"
-            )));
+/// A channel that can be followed, and the node that it moves.
+struct Target<'a> {
+    node: usize,
+    property: Property,
+    channel: Part<'a>,
+}
+
+/// The channels of an animation that animate nodes. Channels without a node, or of an unknown kind, animate something
+/// else, by an extension or not at all.
+fn targets<'a>(root: &Part<'a>, animation: &Part<'a>) -> Result<Vec<Target<'a>>, MeshProblem> {
+    let mut targets = Vec::new();
+    for channel in animation.items("channels")? {
+        let (Some(reference), Some(path)) = (
+            channel.at(&["target", "node"]),
+            channel.at(&["target", "path"]),
+        ) else {
+            continue;
         };
-        if property == Property::MorphTargetWeights {
+        let property = match path.as_text() {
+            Ok("translation") => Property::Translation,
+            Ok("rotation") => Property::Rotation,
+            Ok("scale") => Property::Scale,
+            Ok("weights") => Property::MorphTargetWeights,
+            _ => continue,
+        };
+        targets.push(Target {
+            node: root.named("nodes", &reference)?.0,
+            property,
+            channel,
+        });
+    }
+    Ok(targets)
+}
+
+/// The first animation of the file that moves nodes; without one, the first that animates a node at all.
+fn first_animation<'a>(
+    root: &Part<'a>,
+) -> Result<Option<(Part<'a>, Vec<Target<'a>>)>, MeshProblem> {
+    let mut of_shapes = None;
+    for animation in root.items("animations")? {
+        let targets = targets(root, &animation)?;
+        let moves = |target: &Target<'_>| target.property != Property::MorphTargetWeights;
+        if targets.iter().any(moves) {
+            return Ok(Some((animation, targets)));
+        }
+        if !targets.is_empty() && of_shapes.is_none() {
+            of_shapes = Some((animation, targets));
+        }
+    }
+    Ok(of_shapes)
+}
+
+/// The first animation of the file that moves nodes.
+pub(super) fn track(buffers: &mut Buffers<'_>) -> Result<RigidTrack, MeshProblem> {
+    let root = buffers.root.clone();
+    let Some((animation, targets)) = first_animation(&root)? else {
+        return Err(refused(match root.count("animations")? {
+            0 => "the model has no animation".to_owned(),
+            count => format!("the model has no animation that moves a node, of {count}"),
+        }));
+    };
+    let mut channels: Vec<Vec<Channel>> = vec![Vec::new(); root.count("nodes")?];
+    for target in targets {
+        if target.property == Property::MorphTargetWeights {
             return Err(refused(format!(
-                "its animation changes the shape of node {node}, and only rigid motion can be followed"
+                "its animation changes the shape of node {}, and only rigid motion can be followed",
+                target.node
             )));
         }
-        channels[node].push(read(
-            buffers,
-            sampler.input.value(),
-            sampler.output.value(),
-            property,
-            interpolation,
-        )?);
+        let reference = target.channel.needed("sampler")?;
+        let (_, sampler) = animation.named("samplers", &reference)?;
+        channels[target.node].push(read(buffers, &sampler, target.property)?);
     }
-    let tracks = chains(root)?
-        .into_iter()
-        .map(|(chain, is_skinned)| {
-            if is_skinned {
-                return Err(refused(
-                    "its mesh is skinned, so the animation bends it, and only rigid motion can be followed".to_owned(),
-                ));
+    let scene = Scene::new(&root, &mut MeshReport::default())?;
+    let mut tracks = Vec::new();
+    for shown in &scene.shown {
+        if shown.node.get("skin").is_some() {
+            return Err(refused(
+                "its mesh is skinned, so the animation bends it, and only rigid motion can be followed".to_owned(),
+            ));
+        }
+        let mut chain = Vec::new();
+        for index in scene.chain(shown.index) {
+            if let Some(node) = root.item("nodes", index)? {
+                chain.push(link(&node, channels[index].clone())?);
             }
-            let links = chain.iter().map(|&node| link(&root.nodes[node], channels[node].clone()));
-            let chain: Vec<Link> = links.collect();
-            let rest: DMat4 = chain.iter().map(|link| link.rest).product();
-            Ok(RigidTrack {
-                chain,
-                node_from_rest: rest.inverse(),
-                duration: 0.0,
-            })
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+        }
+        tracks.push(RigidTrack {
+            chain,
+            node_from_rest: shown.world_from_node.inverse(),
+            duration: 0.0,
+        });
+    }
     let last = tracks
         .iter()
         .flat_map(RigidTrack::times)
         .fold(0.0, f64::max);
     if last <= 0.0 {
         return Err(refused(
-            "its first animation moves none of the nodes that have a mesh".to_owned(),
+            "its animation moves none of the nodes that have a mesh".to_owned(),
         ));
     }
     check(&tracks)?;
@@ -242,74 +280,50 @@ fn check(tracks: &[RigidTrack]) -> Result<(), MeshProblem> {
     Ok(())
 }
 
-fn link(node: &Node, channels: Vec<Channel>) -> Link {
-    let triple = |vector: Option<[f32; 3]>, none: f32| {
-        DVec3::from_array(vector.unwrap_or([none; 3]).map(f64::from))
-    };
-    Link {
-        rest: parent_from_node(node),
-        scale: triple(node.scale, 1.0),
-        rotation: node.rotation.map_or(DQuat::IDENTITY, |rotation| {
-            unit(DQuat::from_array(rotation.0.map(f64::from)))
-        }),
-        translation: triple(node.translation, 0.0),
+fn link(node: &Part<'_>, channels: Vec<Channel>) -> Result<Link, MeshProblem> {
+    let Placement {
+        scale,
+        rotation,
+        translation,
+    } = Placement::of(node)?;
+    Ok(Link {
+        rest: parent_from_node(node)?,
+        scale,
+        rotation,
+        translation,
         channels,
-    }
-}
-
-/// The way from the root to each node with a mesh, and whether the mesh is skinned.
-fn chains(root: &Root) -> Result<Vec<(Vec<usize>, bool)>, MeshProblem> {
-    let mut parents = vec![None; root.nodes.len()];
-    let mut visited = vec![false; root.nodes.len()];
-    let mut stack: Vec<(usize, Option<usize>)> = top_nodes(root)?
-        .into_iter()
-        .rev()
-        .map(|node| (node, None))
-        .collect();
-    let mut chains = Vec::new();
-    while let Some((index, parent)) = stack.pop() {
-        let node = get(&root.nodes, index, "node")?;
-        if std::mem::replace(&mut visited[index], true) {
-            continue;
-        }
-        parents[index] = parent;
-        if node.mesh.is_some() {
-            let mut chain: Vec<usize> =
-                std::iter::successors(Some(index), |&node| parents[node]).collect();
-            chain.reverse();
-            chains.push((chain, node.skin.is_some()));
-        }
-        let children = node.children.iter().flatten().rev();
-        stack.extend(children.map(|child| (child.value(), Some(index))));
-    }
-    Ok(chains)
+    })
 }
 
 fn read(
     buffers: &mut Buffers<'_>,
-    input: usize,
-    output: usize,
+    sampler: &Part<'_>,
     property: Property,
-    interpolation: Interpolation,
 ) -> Result<Channel, MeshProblem> {
-    let times = accessor::vectors::<1>(buffers, input)?;
-    let times: Vec<f64> = times.into_iter().map(|[time]| f64::from(time)).collect();
+    let (input, output) = (sampler.needed("input")?, sampler.needed("output")?);
+    let interpolation = match sampler.get("interpolation") {
+        None => Interpolation::Linear,
+        Some(part) => match part.as_text()? {
+            "LINEAR" => Interpolation::Linear,
+            "STEP" => Interpolation::Step,
+            "CUBICSPLINE" => Interpolation::CubicSpline,
+            _ => return Err(part.should_be("LINEAR, STEP or CUBICSPLINE")),
+        },
+    };
+    let times = accessor::vectors::<1>(buffers, &input)?;
+    let times: Vec<f64> = times.into_iter().map(|[time]| time).collect();
     let ascend = times.windows(2).all(|w| w[0] < w[1]);
     if times.is_empty() || !ascend || times[0] < 0.0 || !times.iter().all(|time| time.is_finite()) {
         return Err(damaged(format!(
-            "the times in accessor {input} do not ascend from 0"
+            "the times of {} do not ascend from 0",
+            input.place
         )));
     }
     let values: Vec<[f64; 4]> = if property == Property::Rotation {
-        let values = accessor::vectors::<4>(buffers, output)?;
-        values
-            .into_iter()
-            .map(|value| value.map(f64::from))
-            .collect()
+        accessor::vectors::<4>(buffers, &output)?
     } else {
-        let values = accessor::vectors::<3>(buffers, output)?;
-        let widened = |[x, y, z]: [f32; 3]| [x, y, z, 0.0].map(f64::from);
-        values.into_iter().map(widened).collect()
+        let values = accessor::vectors::<3>(buffers, &output)?;
+        values.into_iter().map(|[x, y, z]| [x, y, z, 0.0]).collect()
     };
     let a_key = if interpolation == Interpolation::CubicSpline {
         3
@@ -320,7 +334,8 @@ fn read(
         || !values.iter().flatten().all(|value| value.is_finite())
     {
         return Err(damaged(format!(
-            "accessor {output} does not have {a_key} finite values for each of {} keys",
+            "{} does not have {a_key} finite values for each of {} keys",
+            output.place,
             times.len()
         )));
     }

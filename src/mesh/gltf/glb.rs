@@ -13,11 +13,14 @@ pub(crate) fn is_glb(bytes: &[u8]) -> bool {
 }
 
 /// The JSON of a file and its binary chunk, if it has one. What does not begin as a GLB is all JSON.
+///
+/// The header's total length is not read: the chunks tell where they end, and it is wrong in some files. A binary chunk
+/// that is cut off is handed over as far as it goes; who reads beyond it says so.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshProblem> {
     if !is_glb(bytes) {
         return Ok((bytes, None));
     }
-    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+    let Some(version) = word(bytes, 4).filter(|_| bytes.len() >= 12) else {
         return Err(damaged("the GLB header is cut off".to_owned()));
     };
     if version != 2 {
@@ -25,37 +28,32 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshProblem>
             "this is GLB version {version}, and version 2 is read: export the model anew"
         )));
     }
-    if length as usize > bytes.len() {
-        return Err(damaged(format!(
-            "the GLB header says {length} bytes, and the file has {}",
-            bytes.len()
-        )));
-    }
-    let bytes = &bytes[..length as usize];
     let mut json = None;
     let mut binary = None;
     let mut at = 12;
-    while at < bytes.len() {
-        let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at + 4)) else {
-            return Err(damaged(format!("the GLB chunk at byte {at} is cut off")));
-        };
+    while let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at + 4)) {
         let begin = at + 8;
-        let chunk = begin
-            .checked_add(length as usize)
-            .and_then(|end| bytes.get(begin..end));
-        let Some(chunk) = chunk else {
-            let rest = bytes.len() - begin;
-            return Err(damaged(format!(
-                "the GLB chunk at byte {at} says {length} bytes, and {rest} follow"
-            )));
-        };
+        let end = begin.saturating_add(length as usize);
+        let chunk = &bytes[begin..end.min(bytes.len())];
         match kind {
-            JSON if json.is_none() => json = Some(chunk),
+            JSON if json.is_none() => {
+                if end > bytes.len() {
+                    let rest = chunk.len();
+                    return Err(damaged(format!(
+                        "the JSON chunk of the GLB should have {length} bytes, and {rest} follow"
+                    )));
+                }
+                json = Some(chunk);
+            }
             BIN if binary.is_none() => binary = Some(chunk),
             // Other kinds belong to extensions.
             _ => {}
         }
-        at = begin + chunk.len();
+        // Lengths should be multiples of four; some writers leave the padding out of the length.
+        let padded = end.saturating_add(3) & !3;
+        let pads = word(bytes, end.saturating_add(4)) != Some(BIN)
+            && word(bytes, padded.saturating_add(4)) == Some(BIN);
+        at = if pads { padded } else { end };
     }
     match json {
         Some(json) => Ok((json, binary)),

@@ -4,89 +4,106 @@
 //! of them than it says it needs.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{Error, Read};
 use std::path::{Path, PathBuf};
 
-use gltf::json::Root;
-
-use super::{damaged, get};
+use super::json::{Json, Part};
+use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 use crate::mesh::load::MOST_BYTES;
 
 /// The buffers of one file, each read when it is first needed.
 pub(super) struct Buffers<'a> {
-    pub(super) root: &'a Root,
+    pub(super) root: Part<'a>,
     blob: Option<&'a [u8]>,
     folder: PathBuf,
     read: Vec<Option<Vec<u8>>>,
 }
 
+/// The bytes of a buffer, as many as there are of those that it should have.
+pub(super) struct Bytes<'b> {
+    pub(super) bytes: &'b [u8],
+    /// Its place in the file.
+    pub(super) place: String,
+    /// How many bytes it should have.
+    pub(super) length: u64,
+}
+
 impl<'a> Buffers<'a> {
-    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: &Path) -> Self {
+    pub(super) fn new(json: &'a Json, blob: Option<&'a [u8]>, folder: &Path) -> Self {
         Self {
-            root,
+            root: Part::root(json),
             blob,
             folder: folder.to_owned(),
-            read: root.buffers.iter().map(|_| None).collect(),
+            read: Vec::new(),
         }
     }
 
-    /// All bytes of a buffer: as many as the file says, and they are there.
-    pub(super) fn bytes(&mut self, index: usize) -> Result<&[u8], MeshProblem> {
-        let buffer = get(&self.root.buffers, index, "buffer")?;
-        let length = buffer.byte_length.0;
-        let bytes = match &buffer.uri {
-            None => self
-                .blob
-                .filter(|_| index == 0)
-                .ok_or_else(|| damaged(format!("buffer {index} has no data")))?,
+    /// The buffer that a buffer view lies in.
+    pub(super) fn of_view(&mut self, view: &Part<'_>) -> Result<Bytes<'_>, MeshProblem> {
+        let (index, buffer) = self.root.named("buffers", &view.needed("buffer")?)?;
+        let length = buffer.whole("byteLength")?;
+        let bytes = match buffer.get("uri") {
+            None => match self.blob.filter(|_| index == 0) {
+                Some(blob) => blob,
+                None => return Err(without_data(view, &buffer)),
+            },
             Some(uri) => {
-                let slot = &mut self.read[index];
-                if slot.is_none() {
-                    *slot = Some(resolve(uri, &self.folder, length)?);
+                if index >= self.read.len() {
+                    self.read.resize_with(index + 1, || None);
                 }
-                slot.as_deref().unwrap_or_default()
+                let slot = &mut self.read[index];
+                match slot {
+                    Some(bytes) => bytes,
+                    None => slot.insert(resolve(uri.as_text()?, &self.folder, length)?),
+                }
             }
         };
         // A GLB's chunk may be padded; what lies beyond the buffer's length is not the buffer.
-        usize::try_from(length)
-            .ok()
-            .and_then(|length| bytes.get(..length))
-            .ok_or_else(|| {
-                let there = bytes.len();
-                damaged(format!(
-                    "buffer {index} should have {length} bytes, and has {there}"
-                ))
-            })
+        let length = length.unwrap_or(bytes.len() as u64);
+        let there = bytes
+            .len()
+            .min(usize::try_from(length).unwrap_or(usize::MAX));
+        Ok(Bytes {
+            bytes: &bytes[..there],
+            place: buffer.place,
+            length,
+        })
     }
 }
 
-fn resolve(uri: &str, folder: &Path, length: u64) -> Result<Vec<u8>, MeshProblem> {
+/// A buffer without data stands for what a compressed view unpacks to.
+fn without_data(view: &Part<'_>, buffer: &Part<'_>) -> MeshProblem {
+    let compression = view.get("extensions").and_then(|extensions| {
+        let mut names = extensions.keys();
+        names.find(|name| name.contains("meshopt"))
+    });
+    match compression {
+        Some(name) => MeshProblem::Unsupported(format!(
+            "{} is compressed with {}, which is not supported: export the model without compression",
+            view.place,
+            shortened(name, 60)
+        )),
+        None => damaged(format!("{} has no data", buffer.place)),
+    }
+}
+
+fn resolve(uri: &str, folder: &Path, length: Option<u64>) -> Result<Vec<u8>, MeshProblem> {
     let refuse = |why: &str| MeshProblem::Reference {
-        uri: uri.chars().take(80).collect(),
+        uri: shortened(uri, 80),
         why: why.to_owned(),
     };
     if let Some(data) = uri.strip_prefix("data:") {
-        let Some((_, text)) = data.split_once(";base64,") else {
-            return Err(refuse("which is not base64: export the model as GLB"));
-        };
-        return base64(text)
-            .ok_or_else(|| refuse("which is damaged base64: export the model anew"));
-    }
-    if length > MOST_BYTES {
-        return Err(refuse("which is too large to be read: simplify the model"));
+        return data_uri(data).ok_or_else(|| {
+            refuse("which is a damaged data URI: export the model anew, or as GLB")
+        });
     }
     if has_scheme(uri) {
         return Err(refuse(
             "which is no file beside it: export the model as GLB, or put the file into its folder",
         ));
     }
-    let Some(relative) = percent_decode(uri) else {
-        return Err(refuse(
-            "which is no valid name of a file: export the model as GLB",
-        ));
-    };
-    let missing = |error: std::io::Error| {
+    let missing = |error: Error| {
         refuse(&format!(
             "which cannot be read ({error}): put the file beside the model"
         ))
@@ -97,20 +114,40 @@ fn resolve(uri: &str, folder: &Path, length: u64) -> Result<Vec<u8>, MeshProblem
         folder
     };
     let folder = folder.canonicalize().map_err(missing)?;
-    let path = folder.join(relative).canonicalize().map_err(missing)?;
-    if !path.starts_with(&folder) {
-        return Err(refuse(
-            "which lies outside of its folder: copy the file into the folder and name it there",
-        ));
-    }
-    if !path.is_file() {
-        return Err(refuse("which is no regular file: export the model as GLB"));
-    }
+    let file_named = |name: &str| -> Result<PathBuf, MeshProblem> {
+        let path = folder.join(name).canonicalize().map_err(missing)?;
+        if !path.starts_with(&folder) {
+            return Err(refuse(
+                "which lies outside of its folder: copy the file into the folder and name it there",
+            ));
+        }
+        // A pipe or a device could be read for ever.
+        if !path.is_file() {
+            return Err(refuse("which is no regular file: export the model as GLB"));
+        }
+        Ok(path)
+    };
+    // Some writers do not escape the names of files; those are taken as they are written.
+    let path = match String::from_utf8(percent_decode(uri)) {
+        Ok(decoded) => file_named(&decoded).or_else(|problem| file_named(uri).map_err(|_| problem)),
+        Err(_) => file_named(uri),
+    }?;
+    let most = length.unwrap_or(MOST_BYTES).min(MOST_BYTES);
     let mut bytes = Vec::new();
     File::open(&path)
-        .and_then(|file| file.take(length).read_to_end(&mut bytes))
+        .and_then(|file| file.take(most).read_to_end(&mut bytes))
         .map_err(missing)?;
     Ok(bytes)
+}
+
+/// The bytes of a data URI (RFC 2397), without its `data:`.
+fn data_uri(data: &str) -> Option<Vec<u8>> {
+    let (kind, text) = data.split_once(',')?;
+    let bytes = percent_decode(text);
+    match kind.rsplit_once(';') {
+        Some((_, "base64")) => base64(&bytes),
+        _ => Some(bytes),
+    }
 }
 
 /// Whether a URI begins with `scheme:`.
@@ -123,27 +160,29 @@ fn has_scheme(uri: &str) -> bool {
     })
 }
 
-/// A URI's path as it is written in the file system. `None` if it is not UTF-8, or has a NUL in it.
-fn percent_decode(uri: &str) -> Option<String> {
-    let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.bytes();
-    while let Some(byte) = rest.next() {
-        if byte == b'%' {
-            let high = char::from(rest.next()?).to_digit(16)?;
-            let low = char::from(rest.next()?).to_digit(16)?;
+/// The bytes that a URI's text stands for. A percent sign that begins no escape stands for itself.
+fn percent_decode(text: &str) -> Vec<u8> {
+    let digit = |byte: Option<&u8>| byte.and_then(|&byte| char::from(byte).to_digit(16));
+    let text = text.as_bytes();
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut at = 0;
+    while let Some(&byte) = text.get(at) {
+        let escape = (digit(text.get(at + 1)), digit(text.get(at + 2)));
+        if let (b'%', (Some(high), Some(low))) = (byte, escape) {
             bytes.push((16 * high + low) as u8);
+            at += 3;
         } else {
             bytes.push(byte);
+            at += 1;
         }
     }
-    String::from_utf8(bytes)
-        .ok()
-        .filter(|path| !path.contains('\0'))
+    bytes
 }
 
 /// The bytes of a base64 text (RFC 4648), with or without padding.
-fn base64(text: &str) -> Option<Vec<u8>> {
-    let digits = text.trim_end_matches('=').as_bytes();
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let padding = text.iter().rev().take_while(|&&byte| byte == b'=').count();
+    let digits = &text[..text.len() - padding];
     let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
     for group in digits.chunks(4) {
         let mut word = 0_u32;
@@ -182,21 +221,38 @@ mod tests {
             ("Zm9vYmFy", b"foobar"),
             ("+/8A", &[0xfb, 0xff, 0x00]),
         ] {
-            assert_eq!(base64(text).as_deref(), Some(bytes), "{text}");
+            assert_eq!(base64(text.as_bytes()).as_deref(), Some(bytes), "{text}");
         }
         for text in ["Z", "Zm9vY", "Zm 9", "Zm=9"] {
-            assert_eq!(base64(text), None, "{text}");
+            assert_eq!(base64(text.as_bytes()), None, "{text}");
         }
     }
 
     #[test]
-    fn percent_escapes_are_bytes_of_utf8() {
-        assert_eq!(
-            percent_decode("a%20b%C3%A9.bin").as_deref(),
-            Some("a bé.bin")
-        );
-        for uri in ["%", "%2", "%zz", "%ff", "a%00b"] {
-            assert_eq!(percent_decode(uri), None, "{uri}");
+    fn percent_escapes_are_bytes() {
+        for (text, bytes) in [
+            ("a%20b%C3%A9.bin", "a bé.bin".as_bytes()),
+            ("part 10%.bin", b"part 10%.bin"),
+            ("%zz%2%", b"%zz%2%"),
+            ("%00%ff", &[0, 255]),
+        ] {
+            assert_eq!(percent_decode(text), bytes, "{text}");
+        }
+    }
+
+    #[test]
+    fn data_uris_are_base64_or_escaped_bytes() {
+        for (uri, bytes) in [
+            (";base64,Zm8%3D", Some(&b"fo"[..])),
+            (
+                "application/octet-stream;charset=utf-8;base64,Zg",
+                Some(b"f"),
+            ),
+            ("application/octet-stream,%00a%ff", Some(&[0, b'a', 255])),
+            (";base64", None),
+            (";base64,A!", None),
+        ] {
+            assert_eq!(data_uri(uri).as_deref(), bytes, "{uri}");
         }
     }
 }
