@@ -11,6 +11,12 @@ use crate::mesh::RigidTrack;
 use crate::scene::motion::{pose_at, single};
 use crate::scene::settings::{ObjectSettings, Settings};
 
+/// Numbers of steps are exact in double precision up to here.
+pub(super) const MOST_STEPS: u64 = 1 << 53;
+
+/// Seconds that a checkpoint may name: at a thousand steps a second they are beyond the last step.
+const MOST_SECONDS: f64 = 1e14;
+
 /// How far the rows of a pose from outside may be from orthonormal.
 const RIGID_WITHIN: f64 = 1e-3;
 
@@ -155,8 +161,10 @@ impl SavedMovement {
             outside: outside.collect(),
         };
         let poses = movement.outside.iter().flatten();
-        let is_sound = movement.time.is_finite()
-            && movement.dt.is_finite()
+        // From there on, whoever works out a time counts in steps; settings keep both numbers much smaller.
+        let is_sound = movement.step <= MOST_STEPS
+            && movement.time.abs() <= MOST_SECONDS
+            && (0.0..=MOST_SECONDS).contains(&movement.dt)
             && poses.into_iter().all(|pose| check_rigid(pose).is_ok());
         is_sound.then_some(movement)
     }

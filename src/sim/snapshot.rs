@@ -4,7 +4,7 @@ use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::distance::KeptPair;
-use super::movement::{Movement, SavedMovement, is_rigid};
+use super::movement::{MOST_STEPS, Movement, SavedMovement, is_rigid};
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Pose, Transfer};
@@ -257,6 +257,7 @@ impl Snapshot {
                 self.particles.len()
             ));
         }
+        self.validate_counts(setup)?;
         let census = self.census();
         if census != Census::default() {
             return Err(format!(
@@ -294,7 +295,7 @@ impl Snapshot {
             .map(|seam| u64::from(self.deposits[seam.texel as usize]))
             .sum();
         for (texel, (&value, &deposits)) in self.trail.iter().zip(&self.deposits).enumerate() {
-            if !(value >= 0.0 && value.is_finite()) {
+            if !(0.0..=MOST_TRAIL).contains(&value) {
                 return Err(format!("the trail is {value} at texel {texel}"));
             }
             if setup.atlas.density[texel] > 0.0 {
@@ -304,13 +305,6 @@ impl Snapshot {
         if let Some(texel) = self.bias.iter().position(|value| !value.is_finite()) {
             return Err(format!("the bias is {} at texel {texel}", self.bias[texel]));
         }
-        if ![0, self.trail.len()].contains(&self.bias.len()) {
-            return Err(format!(
-                "there are {} texels of bias, not {}",
-                self.bias.len(),
-                self.trail.len()
-            ));
-        }
         let expected = if self.step == 0 {
             0
         } else {
@@ -319,6 +313,35 @@ impl Snapshot {
         if deposited != expected {
             return Err(format!(
                 "{deposited} deposits on owned and gutter texels in the last step, not {expected}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Every list is as long as the scene's texels, objects and foods make it.
+    fn validate_counts(&self, setup: &Setup) -> Result<(), String> {
+        let texels = setup.atlas.density.len();
+        let pairs = setup.poses.len() * setup.poses.len();
+        for (what, there, expected) in [
+            ("texels of trail", self.trail.len(), texels),
+            ("texels of deposits", self.deposits.len(), texels),
+        ] {
+            if there != expected {
+                return Err(format!("there are {there} {what}, not {expected}"));
+            }
+        }
+        for (what, there, expected) in [
+            ("texels of bias", self.bias.len(), texels),
+            ("counts of flux", self.transfers.flux.len(), pairs),
+        ] {
+            if ![0, expected].contains(&there) {
+                return Err(format!("there are {there} {what}, not {expected}"));
+            }
+        }
+        if self.step > MOST_STEPS {
+            return Err(format!(
+                "it is at step {}, and {MOST_STEPS} is the last",
+                self.step
             ));
         }
         Ok(())
@@ -351,6 +374,9 @@ impl Snapshot {
         }
     }
 }
+
+/// No trail grows so dense; sums over texels stay finite below it.
+const MOST_TRAIL: f32 = 1e30;
 
 /// Tells a texel's bias from its trail.
 const BIAS: u32 = 0xb1a5;

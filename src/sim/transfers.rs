@@ -53,7 +53,7 @@ impl TransferState {
             ));
         }
         let objects = setup.poses.len() as u32;
-        self.validate_counts()?;
+        self.validate_counts(particles.len())?;
         let mut flying = vec![false; particles.len()];
         for transfer in &self.in_flight {
             let Transfer {
@@ -109,14 +109,40 @@ impl TransferState {
     }
 
     /// Whoever was selected was refused, has arrived or is under way, as long as so many are counted.
-    fn validate_counts(&self) -> Result<(), String> {
+    fn validate_counts(&self, particles: usize) -> Result<(), String> {
         let Flow {
+            wanted,
+            passing,
+            leaving,
+            carried,
+            stayers,
+            asking,
+            asked_before,
             selected,
             refused,
             arrived,
             ..
         } = self.flow;
         let in_flight = self.in_flight.len() as u64;
+        let particles = particles as u64;
+        for (what, count) in [
+            ("to be exchanged", stayers),
+            ("leaving", leaving),
+            ("carried on", carried),
+            ("selected in the last step", asking),
+            ("selected in the step before", asked_before),
+        ] {
+            if u64::from(count) > particles {
+                return Err(format!(
+                    "{count} particles {what}, and there are {particles}"
+                ));
+            }
+        }
+        if wanted > 0 || passing > 0 {
+            return Err(format!(
+                "{wanted} particles want to leave and {passing} pass by, and between steps nobody does"
+            ));
+        }
         let all = u64::from(refused) + u64::from(arrived) + in_flight;
         if selected < u32::MAX && u64::from(selected) != all {
             return Err(format!(
