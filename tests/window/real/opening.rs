@@ -63,6 +63,7 @@ fn a_compositor_that_is_gone_is_named_and_x11_takes_its_place() {
     if !can_open_a_window() {
         return;
     }
+    let _hand = hand();
     let begin = || {
         let mut lab = Command::new(env!("CARGO_BIN_EXE_myxo"));
         lab.args(["lab", "cube", "--no-preferences", "--frames=2"]);
