@@ -7,12 +7,11 @@
 use glam::{DVec2, DVec3, Vec2};
 
 use super::error::MeshProblem;
-use super::polygon::triangulate;
 use super::soup::Soup;
 use super::text;
 
 /// Reads everything in the file as one surface. Triangles are numbered face by face, n - 2 for a face of n corners, as
-/// [`triangulate`] hands them over.
+/// [`triangulate`](super::polygon::triangulate) hands them over.
 pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
     let lines = SurfaceLines::collect(&text::decode(bytes));
     // Faces that tobj overlooks or overflows with.

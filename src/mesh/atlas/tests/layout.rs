@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 
 use super::super::grid::{Grid, Half};
 use super::*;
