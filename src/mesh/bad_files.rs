@@ -179,7 +179,7 @@ fn assert_explained(name: &str, bytes: &[u8], words: &str) {
     );
 }
 
-/// Alone tells that STL files which are cut off, miscounted or no STL files are refused with counts, lines and bytes.
+/// STL files that are cut off, miscounted or no STL files are refused with counts, lines and bytes.
 #[test]
 fn bad_stl_files_are_explained() {
     let cube = Mesh::builtin("cube").unwrap();
@@ -269,7 +269,7 @@ fn bad_stl_files_are_explained() {
     }
 }
 
-/// Alone tells that no count or type in a PLY header is believed, and that what is wrong is named with its place.
+/// No count or type in a PLY header is believed, and what is wrong is named with its place.
 #[test]
 fn bad_ply_files_are_explained() {
     for encoding in [Encoding::Ascii, Encoding::Little, Encoding::Big] {

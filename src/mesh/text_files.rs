@@ -40,7 +40,7 @@ fn utf16(text: &str, bytes_of: fn(u16) -> [u8; 2]) -> Vec<u8> {
     units.flat_map(bytes_of).collect()
 }
 
-/// Alone tells that every way to write the text of an OBJ file is read: line ends, encodings, padding, order.
+/// The text of an OBJ file is read with any line ends, encoding, padding and order.
 #[test]
 fn obj_text_may_be_written_in_many_ways() {
     let cube = suite::obj_text(&Mesh::builtin("cube").unwrap(), false);
@@ -135,7 +135,7 @@ pub(super) const U_BLOCK: &str = "v 0 0 0\nv 3 0 0\nv 3 0 -3\nv 2 0 -3\nv 2 0 -1
     f 9 10 11 12 \\\n  13 14 15 16\nf 8 7 6 5 4 3 2 1\nf 1 2 10 9\nf 2 3 11 10\nf 3 4 12 11\nf 4 5 13 12\n\
     f 5 6 14 13\nf 6 7 15 14\nf 7 8 16 15\nf 8 1 9 16\n";
 
-/// Alone tells that polygons which are not convex are filled as drawn, with all corners kept, so that solids stay closed.
+/// Polygons that are not convex are filled as drawn, with all corners kept, so that solids stay closed.
 #[test]
 fn polygons_of_any_shape_fill_their_outline() {
     // 2 caps of 6 triangles and 8 sides of 2; area 2 * 7 + 16.
@@ -172,7 +172,7 @@ fn triangles_of(corners: &[DVec3]) -> (Vec<[u32; 3]>, bool) {
     (triangles, covers)
 }
 
-/// Alone tells that files with points on triangles still mean the triangles that they meant.
+/// Convex polygons are cut as fans: files with points on triangles keep their meaning.
 #[test]
 fn convex_polygons_are_fans() {
     for count in 3..40_u32 {
@@ -186,7 +186,7 @@ fn convex_polygons_are_fans() {
     }
 }
 
-/// Alone tells that no polygon, however broken, gets more or fewer triangles than its size says, or hangs the program.
+/// A polygon of n corners gets n - 2 triangles, however broken it is. Those that cover their outline are not reported.
 #[test]
 fn broken_polygons_get_their_triangles() {
     let flat = |points: &[[f64; 2]]| -> Vec<DVec3> {
@@ -281,7 +281,7 @@ fn assert_filled(corners: &[DVec3], what: &str) {
     );
 }
 
-/// Alone tells that outlines at random are filled, with many corners on one line among them.
+/// Random outlines are filled, also with many corners on one line.
 #[test]
 fn random_outlines_are_filled() {
     let mut state = 1_u32;
@@ -318,7 +318,7 @@ fn random_outlines_are_filled() {
     }
 }
 
-/// Alone tells that the time for a large polygon does not grow with its square.
+/// Large polygons are filled within the clipper's budget, which grows with the count of corners and not with its square.
 #[test]
 fn polygons_of_a_hundred_thousand_corners_take_seconds() {
     let teeth = 25_000_u32;
@@ -376,7 +376,7 @@ pub(super) fn stl_text(mesh: &Mesh) -> String {
     text + "endsolid a vertex of facets\n"
 }
 
-/// Alone tells that both kinds of STL files are read, however they begin and whatever else they say.
+/// Both kinds of STL files are read, however they begin and whatever else they say.
 #[test]
 fn stl_files_are_read() {
     let cube = Mesh::builtin("cube").unwrap();
@@ -502,7 +502,7 @@ pub(super) fn cube_ply(encoding: Encoding) -> Vec<u8> {
     ply(encoding, &format!("{XYZ}{QUADS}"), &rows)
 }
 
-/// Alone tells that every encoding, order and type of a PLY file is read, and what is unknown skipped.
+/// PLY files of every encoding, order and type are read, and unknown elements are skipped.
 #[test]
 fn ply_files_are_read() {
     let (corners, faces) = cube_parts();
@@ -616,7 +616,7 @@ fn ply_text_may_be_written_in_many_ways() {
     assert_eq!(mesh("cr.ply", &cr).positions[0], Vec3::new(10.0, 0.0, 0.0));
 }
 
-/// Alone tells which texture coordinates of a PLY file are taken.
+/// A face's own texture coordinates come before those of vertices, and incomplete ones are left out.
 #[test]
 fn ply_texture_coordinates_are_read() {
     let uv = |x: f32, y: f32| Vec2::new(x, y);
