@@ -41,7 +41,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
     if !positions.iter().all(|p| p.as_vec3().is_finite()) {
         return Err(lines.explain("a vertex is not finite"));
     }
-    let uvs = lines.every_corner_has_uv.then(|| uvs_of(&mesh)).flatten();
+    let may_have_uvs = lines.every_corner_has_uv && !lines.has_bad_texcoords;
+    let uvs = may_have_uvs.then(|| uvs_of(&mesh)).flatten();
 
     // tobj leaves out vertices that no face names.
     let unused = lines.vertices.len() - positions.len();
@@ -53,9 +54,11 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
     soup.seen.file_vertices = unused;
     soup.seen.unreferenced_vertices = unused;
     soup.seen.unreferenced_non_finite = lines.non_finite_vertices().count();
-    soup.seen.incomplete_uvs = lines.some_corner_has_uv && uvs.is_none();
+    soup.seen.incomplete_uvs =
+        uvs.is_none() && (lines.some_corner_has_uv || lines.has_bad_texcoords);
     soup.seen.lines = lines.line_count;
     soup.seen.points = lines.point_count;
+    soup.seen.free_form_lines = lines.free_form_count;
 
     // Without sizes all faces are triangles.
     let sizes = match mesh.face_arities.is_empty() {
@@ -99,8 +102,11 @@ struct SurfaceLines {
     faces: Vec<usize>,
     line_count: usize,
     point_count: usize,
+    free_form_count: usize,
     /// A face without corners, or one that counts back beyond the first texture coordinate.
     has_odd_faces: bool,
+    /// A texture coordinate without a number; zeros stand for it in the text.
+    has_bad_texcoords: bool,
     some_corner_has_uv: bool,
     every_corner_has_uv: bool,
 }
@@ -155,19 +161,25 @@ impl SurfaceLines {
             }
             "vt" => {
                 self.texcoords.push(number);
-                let zeros = std::iter::repeat("0");
-                self.push("vt", rest.split_ascii_whitespace().chain(zeros).take(2));
+                let mut words = rest.split_ascii_whitespace();
+                let mut pair = [
+                    words.next().unwrap_or_default(),
+                    words.next().unwrap_or("0"),
+                ];
+                if pair.iter().any(|word| word.parse::<f64>().is_err()) {
+                    self.has_bad_texcoords = true;
+                    pair = ["0"; 2];
+                }
+                self.push("vt", pair.into_iter());
             }
             "f" => {
                 self.faces.push(number);
                 for corner in rest.split_ascii_whitespace() {
-                    let uv = corner.split('/').nth(1).filter(|uv| !uv.is_empty());
-                    let has_uv = uv.is_some();
+                    // An index 0 means that there is none; tobj would repeat the one before.
+                    let uv = corner.split('/').nth(1).and_then(|uv| uv.parse().ok());
+                    let has_uv = uv.is_some_and(|index: i64| index != 0);
                     let back = |index: i64| index.checked_add_unsigned(self.texcoords.len() as u64);
-                    self.has_odd_faces |= uv
-                        .and_then(|uv| uv.parse().ok())
-                        .and_then(back)
-                        .is_some_and(|from_zero| from_zero < 0);
+                    self.has_odd_faces |= uv.and_then(back).is_some_and(|from_zero| from_zero < 0);
                     self.some_corner_has_uv |= has_uv;
                     self.every_corner_has_uv &= has_uv;
                 }
@@ -181,6 +193,7 @@ impl SurfaceLines {
             }
             "l" => self.line_count += 1,
             "p" => self.point_count += 1,
+            "curv" | "curv2" | "surf" | "vp" | "cstype" => self.free_form_count += 1,
             _ => {}
         }
     }
@@ -210,11 +223,12 @@ impl SurfaceLines {
             .zip(self.text.lines().filter_map(rest))
     }
 
-    /// Vertices (number and coordinates) that are not finite. Only words with letters can mean such numbers.
+    /// Vertices (number and coordinates) that are not finite.
     fn non_finite_vertices(&self) -> impl Iterator<Item = (usize, [f32; 3])> {
         let vertices = self.of("v", &self.vertices).enumerate();
         vertices.filter_map(|(vertex, (_, rest))| {
-            if !rest.bytes().any(|byte| byte.is_ascii_alphabetic()) {
+            // Such numbers have letters (`nan`, `inf`, an exponent) or more digits than the largest float32.
+            if rest.len() < 39 && !rest.bytes().any(|byte| byte.is_ascii_alphabetic()) {
                 return None;
             }
             let position = coordinates(rest)?.map(|value| value as f32);
@@ -228,6 +242,11 @@ impl SurfaceLines {
             (self.vertices.len(), "vertex", "vertices"),
             (self.line_count, "line", "lines"),
             (self.point_count, "point", "points"),
+            (
+                self.free_form_count,
+                "line of curves or free-form surfaces",
+                "lines of curves or free-form surfaces",
+            ),
         ] {
             if count > 0 {
                 parts.push(format!("{count} {}", if count == 1 { one } else { many }));
@@ -249,14 +268,9 @@ impl SurfaceLines {
 
     fn find_problem(&self) -> Option<MeshProblem> {
         for (line, rest) in self.of("v", &self.vertices) {
-            if coordinates::<3>(rest).is_none() {
-                return Some(bad_line(line, "a vertex needs three numbers", "v", rest));
-            }
-        }
-        for (line, rest) in self.of("vt", &self.texcoords) {
-            if coordinates::<2>(rest).is_none() {
-                let why = "texture coordinates need numbers";
-                return Some(bad_line(line, why, "vt", rest));
+            if coordinates(rest).is_none() {
+                let why = "a vertex needs three numbers";
+                return Some(text::bad_number(line, why, &format!("v {rest}")));
             }
         }
         let non_finite: std::collections::HashMap<_, _> = self.non_finite_vertices().collect();
@@ -268,7 +282,7 @@ impl SurfaceLines {
                 corners += 1;
                 let Some(indices) = indices(corner) else {
                     let why = "a face is made of VERTEX/TEXTURE/NORMAL numbers";
-                    return Some(bad_line(line, why, "f", rest));
+                    return Some(bad_face(line, why, rest));
                 };
                 for (what, index, numbers) in [
                     ("vertex", indices[0], &self.vertices),
@@ -279,8 +293,8 @@ impl SurfaceLines {
                         0.. => index - 1,
                         _ => above(numbers) as i64 + index,
                     };
-                    // Texture coordinates that the file lacks altogether are ignored.
-                    let ignored = what != "vertex" && numbers.is_empty();
+                    // Texture coordinates that the file lacks altogether are ignored, and 0 means that there is none.
+                    let ignored = what != "vertex" && (numbers.is_empty() || index == 0);
                     if !ignored && !(0..numbers.len() as i64).contains(&from_zero) {
                         return Some(MeshProblem::IndexOutOfRange {
                             face: face as u64,
@@ -304,16 +318,16 @@ impl SurfaceLines {
                 }
             }
             if corners == 0 {
-                return Some(bad_line(line, "a face needs three corners", "f", rest));
+                return Some(bad_face(line, "a face needs three corners", rest));
             }
         }
         None
     }
 }
 
-fn coordinates<const N: usize>(rest: &str) -> Option<[f64; N]> {
+fn coordinates(rest: &str) -> Option<[f64; 3]> {
     let mut words = rest.split_ascii_whitespace();
-    let mut values = [0.0; N];
+    let mut values = [0.0; 3];
     for value in &mut values {
         *value = words.next()?.parse().ok()?;
     }
@@ -334,6 +348,6 @@ fn indices(corner: &str) -> Option<[Option<i64>; 3]> {
     (fields.next().is_none() && values[0].is_some()).then_some(values)
 }
 
-fn bad_line(line: usize, why: &str, keyword: &str, rest: &str) -> MeshProblem {
-    text::bad_line(line, why, &format!("{keyword} {rest}"))
+fn bad_face(line: usize, why: &str, rest: &str) -> MeshProblem {
+    text::bad_line(line, why, &format!("f {rest}"))
 }

@@ -3,23 +3,44 @@
 //! Counts in the file are never believed: nothing is allocated for them, and every round of a loop over them takes a
 //! value from the file, so that a count beyond it ends where the file ends.
 
+use std::collections::HashSet;
+
 use glam::{DVec3, Vec2};
 
 use super::error::MeshProblem;
 use super::report::counted;
-use super::soup::Soup;
-use super::text::{bad_line, beginning};
+use super::soup::{MOST_TRIANGLES, Soup};
+use super::text::{self, bad_line, bad_number, beginning};
 
 /// Whether a file begins as all PLY files do.
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")
+    // Four characters of UTF-16 and a byte order mark.
+    let beginning = text::decode(&bytes[..bytes.len().min(10)]);
+    beginning.starts_with("ply\n") || beginning.starts_with("ply\r")
 }
 
 /// Reads the vertices with the faces and triangle strips between them; everything else is skipped.
 pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
+    let is_utf16 = text::is_utf16(bytes);
+    let decoded;
+    let bytes = if is_utf16 {
+        decoded = text::decode(bytes);
+        decoded.as_bytes()
+    } else {
+        text::without_mark(bytes)
+    };
     let header = Header::read(bytes)?;
+    if is_utf16 && header.encoding != Encoding::Text {
+        return Err(MeshProblem::Damaged(
+            "the PLY header is UTF-16 text and announces binary values".to_owned(),
+        ));
+    }
     let mut values = header.values(bytes);
-    let mut model = Model::default();
+    let mut model = Model {
+        vertex_count: header.count("vertex"),
+        face_count: header.count("face"),
+        ..Model::default()
+    };
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => model.read_vertices(element, &mut values)?,
@@ -27,8 +48,9 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
             "tristrips" => model.read_strips(element, &mut values)?,
             name => {
                 values.skip_all(element)?;
-                if name == "edge" {
-                    model.edges += element.count as usize;
+                // Without properties no values stand behind the count.
+                if name == "edge" && !element.properties.is_empty() {
+                    model.edges = usize::try_from(element.count).unwrap_or(usize::MAX);
                 }
             }
         }
@@ -66,6 +88,17 @@ impl Kind {
             "double" | "float64" => Self::F64,
             _ => return None,
         })
+    }
+
+    /// The highest value of an unsigned type.
+    fn highest(self) -> Option<f64> {
+        match self {
+            Self::U8 => Some(u8::MAX.into()),
+            Self::U16 => Some(u16::MAX.into()),
+            Self::U32 => Some(u32::MAX.into()),
+            Self::U64 => Some(u64::MAX as f64),
+            _ => None,
+        }
     }
 
     fn size(self) -> usize {
@@ -130,7 +163,7 @@ struct Header {
 
 impl Header {
     fn read(bytes: &[u8]) -> Result<Self, MeshProblem> {
-        if !is_ply(bytes) {
+        if !(bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")) {
             let found = beginning(&String::from_utf8_lossy(&bytes[..bytes.len().min(20)]));
             return Err(MeshProblem::Damaged(format!(
                 "this is no PLY file: its first line should be `ply`, and it begins with `{found}`"
@@ -143,6 +176,7 @@ impl Header {
         };
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
+        let mut names = HashSet::new();
         let mut at = 0;
         let mut number = 0;
         loop {
@@ -175,10 +209,10 @@ impl Header {
                         _ => return Err(bad("the format is ascii or binary_..._endian")),
                     });
                 }
-                ["element", name, _] if elements.iter().any(|element| element.name == name) => {
-                    return Err(bad("this element is there already"));
-                }
                 ["element", name, count] => {
+                    if !names.insert(name.to_owned()) {
+                        return Err(bad("this element is there already"));
+                    }
                     elements.push(Element {
                         name: name.to_owned(),
                         count: count
@@ -195,9 +229,15 @@ impl Header {
                         .ok_or_else(|| bad("there is no `element` line above"))?;
                     element.properties.push(property);
                 }
-                _ => return Err(bad("this does not belong into a PLY header")),
+                _ => return Err(bad("it is not a line of a PLY header")),
             }
         }
+    }
+
+    /// How many elements of a name it counts.
+    fn count(&self, name: &str) -> u64 {
+        let element = self.elements.iter().find(|element| element.name == name);
+        element.map_or(0, |element| element.count)
     }
 
     fn values<'a>(&self, bytes: &'a [u8]) -> Values<'a> {
@@ -290,7 +330,7 @@ impl Values<'_> {
         let number = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
         let number = number.ok_or_else(|| {
             let word = String::from_utf8_lossy(&word[..length.min(100)]);
-            bad_line(self.line, "this is no number", &word)
+            bad_number(self.line, "not a number", &word)
         })?;
         self.at += length;
         Ok(Some(number))
@@ -379,18 +419,20 @@ impl Values<'_> {
 /// Names of the list of vertices in a face.
 const CORNERS: &[&str] = &["vertex_indices", "vertex_index"];
 
-/// What is read so far. Faces may come before their vertices.
+/// What is read so far. Faces may come before their vertices, so the counts are those of the header.
 #[derive(Default)]
 struct Model {
+    vertex_count: u64,
+    face_count: u64,
     positions: Vec<DVec3>,
     vertex_uvs: Option<Vec<Vec2>>,
     /// The corners of all faces, and how many each has.
-    corners: Vec<f64>,
+    corners: Vec<u32>,
     sizes: Vec<u32>,
     /// Texture coordinates of all corners, while every face has them.
     corner_uvs: Option<Vec<Vec2>>,
     /// Triangles of strips.
-    strips: Vec<[f64; 3]>,
+    strips: Vec<[u32; 3]>,
     edges: usize,
     incomplete_uvs: bool,
 }
@@ -449,7 +491,9 @@ impl Model {
         for index in 0..element.count {
             let lists = &mut [(Some(corners_at), &mut corners), (uvs_at, &mut uvs)];
             values.read(element, index, &mut numbers, lists)?;
-            self.corners.extend_from_slice(&corners);
+            for &corner in &corners {
+                self.corners.push(vertex(corner, index, self.vertex_count)?);
+            }
             self.sizes.push(corners.len() as u32);
             if uvs_at.is_some() && uvs.len() != 2 * corners.len() {
                 self.incomplete_uvs = true;
@@ -475,18 +519,22 @@ impl Model {
                 _ => Err(no_list(element)),
             };
         };
-        let (mut numbers, mut list) = (Vec::new(), Vec::new());
+        // A strip ends at -1, which unsigned types write as their highest value if it is no vertex.
+        let highest = element.properties[list_at].kind.highest();
+        let highest = highest.filter(|&highest| highest >= self.vertex_count as f64);
+        let is_end = |&index: &f64| index == -1.0 || Some(index) == highest;
+        let (mut numbers, mut list, mut strip) = (Vec::new(), Vec::new(), Vec::new());
         for index in 0..element.count {
             let lists = &mut [(Some(list_at), &mut list)];
             values.read(element, index, &mut numbers, lists)?;
-            // A strip ends at -1, which unsigned numbers write as their highest.
-            for strip in list.split(|&vertex| vertex == -1.0 || vertex == f64::from(u32::MAX)) {
-                for (k, corners) in strip.windows(3).enumerate() {
-                    let [a, b, c] = [corners[0], corners[1], corners[2]];
-                    // Every second triangle is wound the other way round.
-                    let corners = if k % 2 == 0 { [a, b, c] } else { [b, a, c] };
-                    self.strips.push(corners);
+            for indices in list.split(is_end) {
+                strip.clear();
+                for (k, &index) in indices.iter().enumerate() {
+                    let face = self.strips.len() + k.saturating_sub(2);
+                    let face = self.face_count.saturating_add(face as u64);
+                    strip.push(vertex(index, face, self.vertex_count)?);
                 }
+                add_strip(&mut self.strips, &strip, MOST_TRIANGLES)?;
             }
         }
         Ok(())
@@ -515,14 +563,11 @@ impl Model {
             &self.corners[face]
         });
         let mut corner = 0;
-        let mut vertices = Vec::new();
         let mut uvs = Vec::new();
-        for (face, corners) in faces.chain(strips).enumerate() {
-            vertices.clear();
+        for (face, vertices) in faces.chain(strips).enumerate() {
             uvs.clear();
-            for (k, &index) in corners.iter().enumerate() {
-                let vertex = vertex(&soup.positions, face, index)?;
-                vertices.push(vertex);
+            for (k, &vertex) in vertices.iter().enumerate() {
+                check_finite(&soup.positions, face, vertex)?;
                 if has_uvs {
                     uvs.extend(match (corner_uvs, vertex_uvs) {
                         (Some(all), _) => all.get(corner + k),
@@ -530,11 +575,11 @@ impl Model {
                     });
                 }
             }
-            corner += corners.len();
+            corner += vertices.len();
             match vertices.len() {
                 0 | 1 => soup.seen.points += 1,
-                2 => soup.seen.lines += 1,
-                _ => soup.add_polygon(&vertices, has_uvs.then_some(&uvs[..])),
+                2 => soup.seen.lines = soup.seen.lines.saturating_add(1),
+                _ => soup.add_polygon(vertices, has_uvs.then_some(&uvs[..])),
             }
         }
         if soup.triangles.is_empty() {
@@ -544,10 +589,29 @@ impl Model {
     }
 }
 
-/// The vertex that a face names, if it exists and is finite.
-fn vertex(positions: &[DVec3], face: usize, index: f64) -> Result<u32, MeshProblem> {
-    let face = face as u64;
-    let count = positions.len();
+/// Adds the triangles of a strip, every second one wound the other way round.
+pub(super) fn add_strip(
+    triangles: &mut Vec<[u32; 3]>,
+    strip: &[u32],
+    most: usize,
+) -> Result<(), MeshProblem> {
+    let count = triangles.len() + strip.len().saturating_sub(2);
+    if count > most {
+        return Err(MeshProblem::TooMany {
+            what: "or more triangles in strips",
+            count: count as u64,
+            most: most as u64,
+        });
+    }
+    triangles.extend(strip.windows(3).enumerate().map(|(k, corners)| {
+        let [a, b, c] = [corners[0], corners[1], corners[2]];
+        if k % 2 == 0 { [a, b, c] } else { [b, a, c] }
+    }));
+    Ok(())
+}
+
+/// The vertex that a face names, if there are so many.
+fn vertex(index: f64, face: u64, count: u64) -> Result<u32, MeshProblem> {
     if index.is_nan() || index.fract() != 0.0 {
         return Err(MeshProblem::Damaged(format!(
             "face {face} names vertex {index}, which is no whole number"
@@ -560,19 +624,24 @@ fn vertex(positions: &[DVec3], face: usize, index: f64) -> Result<u32, MeshProbl
             what: "vertex",
             index: index as i64,
             first: 0,
-            count: count as u64,
+            count,
         });
     }
-    let position = positions[index as usize].as_vec3();
-    if !position.is_finite() {
-        return Err(MeshProblem::NonFiniteVertex {
-            vertex: index as u64,
-            line: None,
-            position: position.to_array(),
-            face,
-        });
-    }
+    // A count beyond u32 is false, which reading the vertices finds.
     Ok(index as u32)
+}
+
+fn check_finite(positions: &[DVec3], face: usize, vertex: u32) -> Result<(), MeshProblem> {
+    let position = positions[vertex as usize].as_vec3();
+    if position.is_finite() {
+        return Ok(());
+    }
+    Err(MeshProblem::NonFiniteVertex {
+        vertex: vertex.into(),
+        line: None,
+        position: position.to_array(),
+        face: face as u64,
+    })
 }
 
 fn no_list(element: &Element) -> MeshProblem {

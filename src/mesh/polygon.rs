@@ -1,6 +1,7 @@
 //! Polygons cut into triangles.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
@@ -8,14 +9,16 @@ use glam::{DVec2, DVec3};
 /// numbers.
 ///
 /// Where the fan (0, k, k + 1) covers the polygon, as with every convex one, it is taken: files of points on triangles
-/// count on these numbers. Elsewhere ears are clipped in the polygon's own plane. Returns false where that finds no
-/// ear, as in polygons that cross themselves: the triangles then overlap.
+/// count on these numbers. Elsewhere ears are clipped in the polygon's own plane. Returns false where the triangles may
+/// overlap: where no ear is left, as in polygons that cross themselves, and where the search for ears takes too long.
 pub(crate) fn triangulate(corners: &[DVec3], mut triangle: impl FnMut([u32; 3])) -> bool {
     let fan = (1..corners.len().saturating_sub(1) as u32).map(|k| [0, k, k + 1]);
     let normal = normal(corners);
-    if corners.len() <= 3 || normal == DVec3::ZERO || fan_covers(corners, normal) {
+    let is_fan = corners.len() <= 3 || normal == DVec3::ZERO || fan_covers(corners, normal);
+    if is_fan {
         fan.for_each(triangle);
-        return true;
+        // In a symmetric bow the triangles cancel out.
+        return corners.len() <= 3 || normal != DVec3::ZERO || fan_is_flat(corners);
     }
     let (right, up) = normal.any_orthonormal_pair();
     let points = corners.iter().map(|&corner| {
@@ -44,6 +47,14 @@ fn fan_covers(corners: &[DVec3], normal: DVec3) -> bool {
     })
 }
 
+/// Whether none of the triangles (0, k, k + 1) has an area, but for rounding.
+fn fan_is_flat(corners: &[DVec3]) -> bool {
+    corners[1..].windows(2).all(|pair| {
+        let [a, b] = [pair[0] - corners[0], pair[1] - corners[0]];
+        a.cross(b).length() <= 1e-12 * a.length() * b.length()
+    })
+}
+
 /// How wide an ear must be, and how far other corners must keep off it.
 #[derive(Clone, Copy)]
 struct Margin {
@@ -59,14 +70,21 @@ struct Clipper {
     previous: Vec<u32>,
     next: Vec<u32>,
     is_cut: Vec<bool>,
-    grid: Grid,
+    tree: Tree,
     margin: Margin,
+    /// How many more boxes and points of the tree may be visited, so that no polygon takes quadratic time.
+    visits: usize,
 }
+
+/// Visits for each corner; combs and coasts take about a hundred, stars of long needles several hundred.
+const VISITS: usize = 1000;
+/// Visits beyond that: polygons of a few hundred corners never run out of them.
+const SPARE_VISITS: usize = 1_000_000;
 
 impl Clipper {
     fn new(points: Vec<DVec2>) -> Self {
         let count = points.len() as u32;
-        let grid = Grid::new(&points);
+        let tree = Tree::new(&points);
         Self {
             previous: (0..count).map(|k| (k + count - 1) % count).collect(),
             next: (0..count).map(|k| (k + 1) % count).collect(),
@@ -75,10 +93,11 @@ impl Clipper {
             // would make needles, so they are left to their neighbours.
             margin: Margin {
                 sine: 1e-6,
-                distance: 1e-7 * grid.size.max_element(),
+                distance: 1e-7 * tree.size().max_element(),
             },
+            visits: SPARE_VISITS + VISITS * points.len(),
             points,
-            grid,
+            tree,
         }
     }
 
@@ -91,6 +110,12 @@ impl Clipper {
         let mut looks = 20 * left;
         let mut some = 0;
         while left > 3 {
+            if self.visits == 0 {
+                let corners = self.all_left(some);
+                let ends = corners[1..].windows(2);
+                ends.for_each(|pair| triangle([some, pair[0], pair[1]]));
+                return false;
+            }
             let ear = match candidates.pop_front() {
                 Some(corner) => {
                     if self.is_cut[corner as usize] || !self.is_ear(corner) {
@@ -119,14 +144,19 @@ impl Clipper {
             let (before, after) = (self.previous[ear as usize], self.next[ear as usize]);
             triangle([before, ear, after]);
             self.is_cut[ear as usize] = true;
+            self.tree.remove(ear);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
             candidates.extend([before, after]);
             some = after;
             left -= 1;
         }
-        triangle([self.previous[some as usize], some, self.next[some as usize]]);
-        all_ears
+        let last = [self.previous[some as usize], some, self.next[some as usize]];
+        triangle(last);
+        // Of a bow one ear is cut, and what is left faces backwards.
+        let [a, b, c] = last.map(|end| self.points[end as usize]);
+        let [ab, bc] = [b - a, c - b];
+        all_ears && ab.perp_dot(bc) >= -1e-6 * ab.length() * bc.length()
     }
 
     /// The corners that are left, from one of them on.
@@ -141,124 +171,202 @@ impl Clipper {
     }
 
     /// Whether a corner is convex, and its triangle holds no other corner but ones at the places of its own.
-    fn is_ear(&self, corner: u32) -> bool {
+    fn is_ear(&mut self, corner: u32) -> bool {
         let ends = [
             self.previous[corner as usize],
             corner,
             self.next[corner as usize],
         ];
         let [a, b, c] = ends.map(|end| self.points[end as usize]);
-        let [ab, bc, ca] = [b - a, c - b, a - c];
+        let [ab, bc] = [b - a, c - b];
         if ab.perp_dot(bc) <= self.margin.sine * ab.length() * bc.length() {
             return false;
         }
+        let reach = Reach::new([a, b, c], self.margin.distance);
         let blocks = |other: u32| {
             let point = self.points[other as usize];
-            let inside = |start: DVec2, along: DVec2| {
-                along.perp_dot(point - start) >= -self.margin.distance * along.length()
-            };
             !self.is_cut[other as usize]
                 && ![a, b, c].contains(&point)
-                && inside(a, ab)
-                && inside(b, bc)
-                && inside(c, ca)
+                && reach.touches(point, point)
         };
-        !self.grid.any_near([a, b, c], self.margin.distance, blocks)
+        let mut visits = 0;
+        let is_blocked = self.tree.any_within(&reach, &mut visits, &blocks);
+        self.visits = self.visits.saturating_sub(visits);
+        !is_blocked
     }
 }
 
-/// Points by square cells, about one to each.
-struct Grid {
+/// A triangle and all places so near to it.
+struct Reach {
+    corners: [DVec2; 3],
+    distance: f64,
     low: DVec2,
-    size: DVec2,
-    /// Cells along a side.
-    side: usize,
-    /// Where the points of each cell begin in `points`, row by row; one more at the end.
-    starts: Vec<u32>,
-    points: Vec<u32>,
+    high: DVec2,
 }
 
-impl Grid {
-    fn new(points: &[DVec2]) -> Self {
-        let low = points.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = points.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let side = (points.len() as f64).sqrt().ceil() as usize;
-        let mut grid = Self {
-            low,
-            size: high - low,
-            side,
-            starts: vec![0; side * side + 1],
-            points: vec![0; points.len()],
-        };
-        let cells: Vec<usize> = points
-            .iter()
-            .map(|&point| {
-                let [column, row] = grid.cell(point);
-                row * side + column
+impl Reach {
+    fn new(corners: [DVec2; 3], distance: f64) -> Self {
+        let [a, b, c] = corners;
+        Self {
+            corners,
+            distance,
+            low: a.min(b).min(c) - distance,
+            high: a.max(b).max(c) + distance,
+        }
+    }
+
+    /// Whether a point within, or a box with one in it; a few more boxes are taken for such. Rounding never makes a box
+    /// miss a point that is taken, because every operation on coordinates is monotonic.
+    fn touches(&self, low: DVec2, high: DVec2) -> bool {
+        let overlaps = low.cmple(self.high).all() && high.cmpge(self.low).all();
+        overlaps
+            && (0..3).all(|k| {
+                let start = self.corners[k];
+                let along = self.corners[(k + 1) % 3] - start;
+                // The corner of the box that lies farthest to the left of this edge.
+                let x = if along.y > 0.0 { low.x } else { high.x };
+                let y = if along.x > 0.0 { high.y } else { low.y };
+                along.perp_dot(DVec2::new(x, y) - start) >= -self.distance * along.length()
             })
-            .collect();
-        for &cell in &cells {
-            grid.starts[cell + 1] += 1;
-        }
-        for cell in 0..side * side {
-            grid.starts[cell + 1] += grid.starts[cell];
-        }
-        let mut free = grid.starts.clone();
-        for (point, cell) in cells.into_iter().enumerate() {
-            grid.points[free[cell] as usize] = point as u32;
-            free[cell] += 1;
-        }
-        grid
-    }
-
-    /// Column and row of a place, the nearest ones outside of the grid.
-    fn cell(&self, place: DVec2) -> [usize; 2] {
-        let in_cells = (place - self.low) / self.size * self.side as f64;
-        // Of a polygon without height this is NaN, which becomes 0.
-        in_cells.to_array().map(|c| (c as usize).min(self.side - 1))
-    }
-
-    /// Whether a test holds for any point in or near a triangle. Asks for the points of all cells that the triangle
-    /// touches, row by row: a needle's bounding box would hold far more.
-    fn any_near(&self, triangle: [DVec2; 3], distance: f64, test: impl Fn(u32) -> bool) -> bool {
-        let [a, b, c] = triangle;
-        // Rounding must not lose a point on the border of a cell.
-        let margin = DVec2::splat(distance) + 1e-9 * self.size;
-        let [_, first] = self.cell(a.min(b).min(c) - margin);
-        let [_, last] = self.cell(a.max(b).max(c) + margin);
-        let height = self.size.y / self.side as f64;
-        (first..=last).any(|row| {
-            let bottom = self.low.y + row as f64 * height;
-            let (low, high) = (bottom - margin.y, bottom + height + margin.y);
-            let Some((left, right)) = span(triangle, low, high) else {
-                return false;
-            };
-            let [left, _] = self.cell(DVec2::new(left - margin.x, bottom));
-            let [right, _] = self.cell(DVec2::new(right + margin.x, bottom));
-            let from = self.starts[row * self.side + left] as usize;
-            let to = self.starts[row * self.side + right + 1] as usize;
-            self.points[from..to].iter().any(|&point| test(point))
-        })
     }
 }
 
-/// The lowest and the highest x of a triangle between two heights.
-fn span(triangle: [DVec2; 3], low: f64, high: f64) -> Option<(f64, f64)> {
-    let mut found: Option<(f64, f64)> = None;
-    for k in 0..3 {
-        let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-        let (bottom, top) = if a.y <= b.y { (a, b) } else { (b, a) };
-        if top.y < low || bottom.y > high {
-            continue;
-        }
-        let at = |y: f64| {
-            let t = (y - bottom.y) / (top.y - bottom.y);
-            bottom.x + t * (top.x - bottom.x)
+/// Boxes round points, halved and halved again across their longer sides.
+struct Tree {
+    /// Box `k` is halved into `2 k + 1` and `2 k + 2`.
+    boxes: Vec<Bounds>,
+    /// The points by box, and where each is in this list.
+    order: Vec<u32>,
+    places: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Bounds {
+    low: DVec2,
+    high: DVec2,
+    /// Points in it that are not removed.
+    left: u32,
+}
+
+/// Boxes of so few points are not halved.
+const LEAF: usize = 8;
+
+impl Tree {
+    fn new(points: &[DVec2]) -> Self {
+        let mut tree = Self {
+            boxes: Vec::new(),
+            order: (0..points.len() as u32).collect(),
+            places: vec![0; points.len()],
         };
-        let start = if bottom.y < low { at(low) } else { bottom.x };
-        let end = if top.y > high { at(high) } else { top.x };
-        let (left, right) = found.unwrap_or((start, start));
-        found = Some((left.min(start).min(end), right.max(start).max(end)));
+        halve(points, &mut tree.order, 0, &mut tree.boxes);
+        for (place, &point) in tree.order.iter().enumerate() {
+            tree.places[point as usize] = place as u32;
+        }
+        tree
     }
-    found
+
+    fn size(&self) -> DVec2 {
+        self.boxes[0].high - self.boxes[0].low
+    }
+
+    fn remove(&mut self, point: u32) {
+        let place = self.places[point as usize] as usize;
+        let (mut bounds, mut from, mut to) = (0, 0, self.order.len());
+        loop {
+            self.boxes[bounds].left -= 1;
+            if to - from <= LEAF {
+                return;
+            }
+            let middle = from + (to - from) / 2;
+            if place < middle {
+                (bounds, to) = (2 * bounds + 1, middle);
+            } else {
+                (bounds, from) = (2 * bounds + 2, middle);
+            }
+        }
+    }
+
+    /// Whether a test holds for any point within reach. Asks for a few others, too, and counts what it visits.
+    fn any_within(&self, reach: &Reach, visits: &mut usize, test: &impl Fn(u32) -> bool) -> bool {
+        self.any_in(0, 0..self.order.len(), reach, visits, test)
+    }
+
+    fn any_in(
+        &self,
+        bounds: usize,
+        places: Range<usize>,
+        reach: &Reach,
+        visits: &mut usize,
+        test: &impl Fn(u32) -> bool,
+    ) -> bool {
+        *visits += 1;
+        let Bounds { low, high, left } = self.boxes[bounds];
+        if left == 0 || !reach.touches(low, high) {
+            return false;
+        }
+        if places.len() <= LEAF {
+            *visits += places.len();
+            return self.order[places].iter().any(|&point| test(point));
+        }
+        let middle = places.start + places.len() / 2;
+        self.any_in(2 * bounds + 1, places.start..middle, reach, visits, test)
+            || self.any_in(2 * bounds + 2, middle..places.end, reach, visits, test)
+    }
+}
+
+/// Sorts points into the two halves of a box, and those into theirs.
+fn halve(points: &[DVec2], order: &mut [u32], place: usize, boxes: &mut Vec<Bounds>) {
+    let all = order.iter().map(|&point| points[point as usize]);
+    let low = all.clone().fold(DVec2::INFINITY, DVec2::min);
+    let high = all.fold(DVec2::NEG_INFINITY, DVec2::max);
+    if boxes.len() <= place {
+        boxes.resize(place + 1, Bounds::default());
+    }
+    boxes[place] = Bounds {
+        low,
+        high,
+        left: order.len() as u32,
+    };
+    if order.len() <= LEAF {
+        return;
+    }
+    let size = high - low;
+    let axis = usize::from(size.y > size.x);
+    let along = |point: u32| points[point as usize][axis];
+    let middle = order.len() / 2;
+    order.select_nth_unstable_by(middle, |&a, &b| along(a).total_cmp(&along(b)));
+    let (first, second) = order.split_at_mut(middle);
+    halve(points, first, 2 * place + 1, boxes);
+    halve(points, second, 2 * place + 2, boxes);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A polygon that takes too long is finished as a fan: n - 2 triangles, and the report says that they may overlap.
+    #[test]
+    fn a_spent_budget_leaves_a_fan() {
+        let count = 1000_u32;
+        let zigzag = (0..count).map(|k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(count);
+            DVec2::from_angle(angle) * f64::from(1 + k % 2)
+        });
+        for visits in [0, 1, 5_000, SPARE_VISITS] {
+            let mut clipper = Clipper::new(zigzag.clone().collect());
+            clipper.visits = visits;
+            let mut triangles = Vec::new();
+            let covers = clipper.clip(&mut |triangle| triangles.push(triangle));
+            assert_eq!(covers, visits == SPARE_VISITS, "{visits} visits");
+            assert_eq!(triangles.len(), count as usize - 2, "{visits} visits");
+            let mut uses = vec![0; count as usize];
+            for [a, b, c] in triangles {
+                assert!(a != b && b != c && c != a);
+                uses[a as usize] += 1;
+                uses[b as usize] += 1;
+                uses[c as usize] += 1;
+            }
+            assert!(uses.iter().all(|&uses| uses > 0), "{visits} visits");
+        }
+    }
 }

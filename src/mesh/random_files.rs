@@ -49,7 +49,12 @@ fn no_mutation_makes_a_reader_panic() {
         for change in 0..changes {
             mutate(&mut bytes, random(11, round, 1 + change, Purpose::Start));
         }
-        for extent in [Extent::Scene, Extent::FirstPrimitive] {
+        // Text formats are read as a whole in either case.
+        let extents = match name.ends_with(".glb") {
+            true => &[Extent::Scene, Extent::FirstPrimitive][..],
+            false => &[Extent::Scene],
+        };
+        for &extent in extents {
             match try_mesh(name, &bytes, extent) {
                 Ok(mesh) => assert_walkable(&mesh, &format!("{name}, round {round}")),
                 Err(_) => refused += 1,
@@ -58,8 +63,8 @@ fn no_mutation_makes_a_reader_panic() {
     }
     // Neither must all mutations be harmless, nor all be caught by the first check.
     assert!(
-        (4000..20_000).contains(&refused),
-        "{refused} of 22000 refused"
+        (2000..11_000).contains(&refused),
+        "{refused} of 13000 refused"
     );
 }
 

@@ -62,6 +62,12 @@ pub struct MeshReport {
     pub lines: usize,
     /// Points in the file; left out.
     pub points: usize,
+    /// Lines of an OBJ file that describe curves and free-form surfaces; left out.
+    pub free_form_lines: usize,
+    /// Bytes behind the triangles that a binary STL file counts; left out.
+    pub trailing_bytes: usize,
+    /// STL text ends without `endsolid`.
+    pub without_endsolid: bool,
     /// Nodes of a scene graph that are reached twice; taken once.
     pub repeated_nodes: usize,
     /// Meshes that nodes of a scene graph would show, but hide; left out.
@@ -201,6 +207,16 @@ impl MeshReport {
         note(self.lines, "line, ignored", "lines, ignored");
         note(self.points, "point, ignored", "points, ignored");
         note(
+            self.free_form_lines,
+            "line of curves or free-form surfaces, ignored",
+            "lines of curves or free-form surfaces, ignored",
+        );
+        note(
+            self.trailing_bytes,
+            "byte behind the last triangle, ignored",
+            "bytes behind the last triangle, ignored",
+        );
+        note(
             self.repeated_nodes,
             "node of the scene graph that is reached again, taken once",
             "nodes of the scene graph that are reached again, taken once",
@@ -221,6 +237,9 @@ impl MeshReport {
         let unnamed = self.unapplied_extensions.len().saturating_sub(MOST_NAMES);
         if unnamed > 0 {
             list.push(format!("{unnamed} more extensions are not applied"));
+        }
+        if self.without_endsolid {
+            list.push("the STL text has no `endsolid`: it may be cut off".to_owned());
         }
         if self.incomplete_uvs {
             list.push("texture coordinates that are incomplete or not finite, ignored".to_owned());

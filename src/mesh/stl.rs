@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::error::MeshProblem;
 use super::soup::Soup;
-use super::text::{self, bad_line};
+use super::text::{self, bad_line, bad_number};
 
 /// Letters without a meaning, and the number of triangles after them.
 const HEADER: usize = 84;
@@ -13,7 +13,7 @@ const TRIANGLE: usize = 50;
 
 /// Reads all solids in the file as one surface. Normals are left out: vertices give them.
 pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
-    // Some programs begin binary files with `solid`, too, so the size comes first.
+    // Some programs begin binary files with `solid`, so the size comes first.
     if binary_size(bytes) != Some(bytes.len() as u64) && is_text(bytes) {
         read_text(&text::decode(bytes))
     } else {
@@ -31,9 +31,12 @@ fn binary_size(bytes: &[u8]) -> Option<u64> {
     Some(HEADER as u64 + TRIANGLE as u64 * u64::from(binary_count(bytes)?))
 }
 
-/// Whether a file that is not as long as a binary one should be is text: it begins with `solid`, and soon there is a
-/// facet or the end.
+/// Whether a file that is not as long as its binary header says is text: it begins with `solid`, soon there is a facet
+/// or the end, and it has no NUL bytes where a binary file has its header and its count.
 fn is_text(bytes: &[u8]) -> bool {
+    if bytes.iter().take(HEADER).any(|&byte| byte == 0) && !text::is_utf16(bytes) {
+        return false;
+    }
     let beginning = text::decode(&bytes[..bytes.len().min(10_000)]).to_ascii_lowercase();
     beginning.trim_start().starts_with("solid")
         && (beginning.contains("facet") || beginning.contains("endsolid"))
@@ -47,15 +50,23 @@ fn read_binary(bytes: &[u8]) -> Result<Soup, MeshProblem> {
             bytes.len()
         )));
     };
-    if size != bytes.len() as u64 {
+    let rest = &bytes[HEADER..];
+    if size > bytes.len() as u64 {
         return Err(MeshProblem::Damaged(format!(
             "the STL header counts {count} triangles, which is {size} bytes, and the file has {} bytes, room for {}",
             bytes.len(),
-            (bytes.len() - HEADER) / TRIANGLE
+            rest.len() / TRIANGLE
         )));
     }
+    // Programs that write while they compute may leave the count at 0.
+    let count = match count {
+        0 if rest.len().is_multiple_of(TRIANGLE) => rest.len() / TRIANGLE,
+        count => count as usize,
+    };
     let mut soup = Soup::default();
-    for (facet, record) in bytes[HEADER..].as_chunks::<TRIANGLE>().0.iter().enumerate() {
+    soup.seen.trailing_bytes = rest.len() - count * TRIANGLE;
+    let records = rest.as_chunks::<TRIANGLE>().0.iter().take(count);
+    for (facet, record) in records.enumerate() {
         // After the normal, and before the attributes.
         let floats = record[12..48].as_chunks::<4>().0;
         for corner in floats.as_chunks::<3>().0 {
@@ -77,6 +88,7 @@ fn read_text(file: &str) -> Result<Soup, MeshProblem> {
     let mut corners: Vec<u32> = Vec::new();
     let mut facet = 0;
     let mut in_solid = false;
+    let mut in_facet = false;
     for (index, line) in text::lines(file).enumerate() {
         let number = index + 1;
         let mut words = line.split_ascii_whitespace();
@@ -95,7 +107,7 @@ fn read_text(file: &str) -> Result<Soup, MeshProblem> {
                     let mut coordinate = || words.next()?.parse().ok();
                     let position = (|| Some([coordinate()?, coordinate()?, coordinate()?]))();
                     let position = position
-                        .ok_or_else(|| bad_line(number, "a vertex needs three numbers", line))?;
+                        .ok_or_else(|| bad_number(number, "a vertex needs three numbers", line))?;
                     let position = DVec3::from_array(position);
                     corners.push(soup.positions.len() as u32);
                     add_vertex(&mut soup, position, facet, Some(number))?;
@@ -104,6 +116,7 @@ fn read_text(file: &str) -> Result<Soup, MeshProblem> {
                     soup.add_polygon(&corners, None);
                     corners.clear();
                     facet += 1;
+                    in_facet = word.eq_ignore_ascii_case("endloop");
                 }
                 "endloop" => {
                     return Err(bad_line(number, "a facet needs three vertices", line));
@@ -111,15 +124,18 @@ fn read_text(file: &str) -> Result<Soup, MeshProblem> {
                 "facet" | "outer" if !corners.is_empty() => {
                     return Err(bad_line(number, "the facet before has no `endloop`", line));
                 }
+                "facet" => in_facet = true,
+                "endfacet" => in_facet = false,
                 _ => {}
             }
         }
     }
-    if !corners.is_empty() || in_solid {
+    if !corners.is_empty() || (in_solid && in_facet) {
         return Err(MeshProblem::Damaged(format!(
-            "the STL text ends after {facet} facets without `endsolid`"
+            "the STL text ends within a facet, after {facet} whole ones"
         )));
     }
+    soup.seen.without_endsolid = in_solid;
     if soup.triangles.is_empty() {
         return Err(no_facets());
     }

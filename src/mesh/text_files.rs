@@ -1,12 +1,11 @@
 //! Tests of what OBJ, STL and PLY files may contain. Every right value follows from the shape: a cube of side 2 has 12
 //! triangles and area 24, and is closed.
 
-use std::time::{Duration, Instant};
-
 use glam::{DVec3, Vec2, Vec3};
 
 use super::bad_files::try_mesh;
 use super::load::{Extent, parse};
+use super::ply::add_strip;
 use super::polygon::triangulate;
 use super::{Mesh, suite};
 
@@ -35,12 +34,12 @@ fn assert_cube(mesh: &Mesh, what: &str) {
     assert_solid(mesh, what, 12, 24.0, Vec3::NEG_ONE, Vec3::ONE);
 }
 
+/// A text in UTF-16 without a byte order mark.
 fn utf16(text: &str, bytes_of: fn(u16) -> [u8; 2]) -> Vec<u8> {
-    let units = std::iter::once(0xfeff).chain(text.encode_utf16());
-    units.flat_map(bytes_of).collect()
+    text.encode_utf16().flat_map(bytes_of).collect()
 }
 
-/// Alone tells that every way to write the text of an OBJ file is read: line ends, encodings, padding, order.
+/// The text of an OBJ file is read with any line ends, encoding, padding and order.
 #[test]
 fn obj_text_may_be_written_in_many_ways() {
     let cube = suite::obj_text(&Mesh::builtin("cube").unwrap(), false);
@@ -55,6 +54,14 @@ fn obj_text_may_be_written_in_many_ways() {
         ("CR", cube.replace('\n', "\r").into_bytes()),
         ("UTF-16, low byte first", utf16(&cube, u16::to_le_bytes)),
         ("UTF-16, high byte first", utf16(&cube, u16::to_be_bytes)),
+        (
+            "UTF-16 with BOM, low byte first",
+            utf16(&format!("\u{feff}{cube}"), u16::to_le_bytes),
+        ),
+        (
+            "UTF-16 with BOM, high byte first",
+            utf16(&format!("\u{feff}{cube}"), u16::to_be_bytes),
+        ),
         ("BOM", format!("\u{feff}{cube}").into_bytes()),
         ("tabs", cube.replace(' ', "\t ").into_bytes()),
         (
@@ -106,7 +113,44 @@ fn obj_text_may_be_written_in_many_ways() {
     }
 }
 
-/// Alone tells that coordinates keep more digits than a float32 has.
+/// Texture coordinates are taken where every corner has a finite one, and never keep a model from being read.
+#[test]
+fn obj_texture_coordinates_are_optional() {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (text, has_uvs, incomplete) in [
+        ("vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n", true, false),
+        ("vt 0\nvt 1\nf 1/1 2/2 3/2\n", true, false),
+        ("vt 0 0\nf 1 2 3\n", false, false),
+        ("vt 0 0\nf 1/0 2/0 3/0\n", false, false),
+        ("f 1/0 2/0 3/0\n", false, false),
+        ("vt 0 0\nf 1/1 2/0 3/1\n", false, true),
+        ("vt 0 0\nf 1/1 2 3/1\n", false, true),
+        ("vt 0 0\nvt a b\nf 1/1 2/2 3/1\n", false, true),
+        ("vt 0 0\nvt\nf 1/1 2/2 3/1\n", false, true),
+        ("vt 0,5 0\nf 1/1 2/1 3/1\n", false, true),
+        ("vt nan 0\nf 1/1 2/1 3/1\n", false, true),
+        ("vt 1e99 0\nf 1/1 2/1 3/1\n", false, true),
+        ("vt 0 0\nf 1/-1/1 2/00/1 3/-1/1\n", false, true),
+    ] {
+        let mesh = mesh("uvs.obj", format!("{triangle}{text}").as_bytes());
+        assert_eq!(mesh.report.triangles, 1, "{text}");
+        assert_eq!(mesh.uvs.is_some(), has_uvs, "{text}");
+        assert_eq!(mesh.report.incomplete_uvs, incomplete, "{text}");
+    }
+}
+
+/// Curves and free-form surfaces are left out, and the report says so.
+#[test]
+fn obj_curves_are_noted() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nvp 0 0\nvp 1 1\ncstype bezier\ndeg 2\ncurv 0 1 1 2 3\n\
+        parm u 0 1\nend\ncurv2 1 2\nsurf 0 1 0 1 1 2 3 1\n";
+    let mesh = mesh("curves.obj", text.as_bytes());
+    assert_eq!(mesh.report.triangles, 1);
+    let note = "6 lines of curves or free-form surfaces, ignored";
+    assert_eq!(mesh.report.oddities(), [note]);
+}
+
+/// Coordinates keep more digits than a float32 has.
 #[test]
 fn map_coordinates_keep_their_digits() {
     let place = DVec3::new(512_345.123, 5_412_345.456, 231.5);
@@ -135,7 +179,7 @@ pub(super) const U_BLOCK: &str = "v 0 0 0\nv 3 0 0\nv 3 0 -3\nv 2 0 -3\nv 2 0 -1
     f 9 10 11 12 \\\n  13 14 15 16\nf 8 7 6 5 4 3 2 1\nf 1 2 10 9\nf 2 3 11 10\nf 3 4 12 11\nf 4 5 13 12\n\
     f 5 6 14 13\nf 6 7 15 14\nf 7 8 16 15\nf 8 1 9 16\n";
 
-/// Alone tells that polygons which are not convex are filled as drawn, with all corners kept, so that solids stay closed.
+/// Polygons that are not convex are filled as drawn, with all corners kept, so that solids stay closed.
 #[test]
 fn polygons_of_any_shape_fill_their_outline() {
     // 2 caps of 6 triangles and 8 sides of 2; area 2 * 7 + 16.
@@ -172,7 +216,7 @@ fn triangles_of(corners: &[DVec3]) -> (Vec<[u32; 3]>, bool) {
     (triangles, covers)
 }
 
-/// Alone tells that files with points on triangles still mean the triangles that they meant.
+/// Convex polygons are cut as fans: files with points on triangles keep their meaning.
 #[test]
 fn convex_polygons_are_fans() {
     for count in 3..40_u32 {
@@ -186,7 +230,7 @@ fn convex_polygons_are_fans() {
     }
 }
 
-/// Alone tells that no polygon, however broken, gets more or fewer triangles than its size says, or hangs the program.
+/// A polygon of n corners gets n - 2 triangles, however broken it is. Those that cover their outline are not reported.
 #[test]
 fn broken_polygons_get_their_triangles() {
     let flat = |points: &[[f64; 2]]| -> Vec<DVec3> {
@@ -216,7 +260,11 @@ fn broken_polygons_get_their_triangles() {
         ("one place", vec![DVec3::ONE; 9]),
         (
             "a line",
-            flat(&[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0], [2.0, 0.0]]),
+            flat(&[[0.0, 0.0], [0.1, 0.3], [0.3, 0.9], [0.2, 0.6]]),
+        ),
+        (
+            "a symmetric bow",
+            flat(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]),
         ),
         (
             "a bow",
@@ -246,8 +294,14 @@ fn broken_polygons_get_their_triangles() {
         ("tangle", tangle),
         ("coarse tangle", coarse),
     ] {
-        let (triangles, _) = triangles_of(&corners);
+        let (triangles, covers) = triangles_of(&corners);
         assert_eq!(triangles.len(), corners.len().saturating_sub(2), "{what}");
+        let expected = match what {
+            "nothing" | "two corners" | "one place" | "a line" => Some(true),
+            "a bow" | "a symmetric bow" | "pentagram" | "tangle" | "coarse tangle" => Some(false),
+            _ => None,
+        };
+        assert!(expected.is_none_or(|expected| covers == expected), "{what}");
         let highest = triangles.iter().flatten().copied().max().unwrap_or(0);
         assert!((highest as usize) < corners.len().max(1), "{what}");
     }
@@ -281,7 +335,7 @@ fn assert_filled(corners: &[DVec3], what: &str) {
     );
 }
 
-/// Alone tells that outlines at random are filled, with many corners on one line among them.
+/// Random outlines are filled, also with many corners on one line.
 #[test]
 fn random_outlines_are_filled() {
     let mut state = 1_u32;
@@ -318,9 +372,9 @@ fn random_outlines_are_filled() {
     }
 }
 
-/// Alone tells that the time for a large polygon does not grow with its square.
+/// Large polygons are filled within the clipper's budget, which grows with the count of corners and not with its square.
 #[test]
-fn polygons_of_a_hundred_thousand_corners_take_seconds() {
+fn polygons_of_a_hundred_thousand_corners_are_filled() {
     let teeth = 25_000_u32;
     let mut comb = vec![DVec3::new(f64::from(2 * teeth), -1.0, 0.0)];
     for tooth in (0..teeth).rev() {
@@ -338,13 +392,24 @@ fn polygons_of_a_hundred_thousand_corners_take_seconds() {
             DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0)
         })
         .collect();
-    for (what, corners) in [("comb", comb), ("star", star)] {
-        let start = Instant::now();
+    let lying = |comb: &[DVec3]| -> Vec<DVec3> {
+        comb.iter().map(|p| DVec3::new(-p.y, p.x, 0.0)).collect()
+    };
+    let long_teeth: Vec<DVec3> = comb
+        .iter()
+        .map(|p| DVec3::new(p.x, p.y * 1e6, 0.0))
+        .collect();
+    for (what, corners) in [
+        ("lying comb", lying(&comb)),
+        ("long teeth", long_teeth),
+        ("comb", comb.clone()),
+        ("star", star),
+    ] {
         assert_filled(&corners, what);
-        let took = start.elapsed();
-        println!("{what}: {} corners in {took:?}", corners.len());
-        assert!(took < Duration::from_secs(30), "{what}: {took:?}");
     }
+    // One corner far away, so that all others lie in a small part of the bounding box.
+    comb.push(DVec3::new(f64::from(teeth), -1e9, 0.0));
+    assert_filled(&comb, "comb with a corner far away");
 }
 
 /// The triangles of a mesh in a binary STL file with some header.
@@ -376,7 +441,7 @@ pub(super) fn stl_text(mesh: &Mesh) -> String {
     text + "endsolid a vertex of facets\n"
 }
 
-/// Alone tells that both kinds of STL files are read, however they begin and whatever else they say.
+/// Both kinds of STL files are read, however they begin and whatever else they say.
 #[test]
 fn stl_files_are_read() {
     let cube = Mesh::builtin("cube").unwrap();
@@ -393,6 +458,10 @@ fn stl_files_are_read() {
         ("CRLF", text.replace('\n', "\r\n").into_bytes()),
         ("spaces before", format!("\n  {text}").into_bytes()),
         ("UTF-16", utf16(&text, u16::to_le_bytes)),
+        (
+            "UTF-16 with BOM",
+            utf16(&format!("\u{feff}{text}"), u16::to_be_bytes),
+        ),
         (
             "no names",
             text.replace(" a vertex of facets", "").into_bytes(),
@@ -413,6 +482,11 @@ fn stl_files_are_read() {
         assert_eq!(mesh.report.vertices, cube.report.vertices, "{what}");
         assert_eq!(mesh.uvs, None, "{what}");
     }
+    let last = text.rfind("endsolid").unwrap();
+    let unended = mesh("cube.stl", &text.as_bytes()[..last]);
+    assert_cube(&unended, "no endsolid");
+    let note = "the STL text has no `endsolid`: it may be cut off";
+    assert_eq!(unended.report.oddities(), [note]);
     // Two solids in one file: two parts, and twice the area.
     let shifted = text
         .replace("vertex 1 ", "vertex 11 ")
@@ -420,6 +494,31 @@ fn stl_files_are_read() {
     let two = mesh("two.stl", format!("{text}{shifted}").as_bytes());
     assert_eq!((two.report.triangles, two.report.parts), (24, 2));
     assert!((area(&two) - 48.0).abs() < 1e-5);
+}
+
+/// Binary STL files that are longer than their count, or count nothing, are read.
+#[test]
+fn stl_files_may_be_longer_than_their_count() {
+    let cube = Mesh::builtin("cube").unwrap();
+    // The header looks like text, but has NUL bytes.
+    let mut binary = stl(&cube, "solid facet");
+    binary[11..80].fill(0);
+    let with = |count: u32, more: usize| {
+        let mut bytes = binary.clone();
+        bytes[80..84].copy_from_slice(&count.to_le_bytes());
+        bytes.resize(bytes.len() + more, b' ');
+        bytes
+    };
+    for (count, more, trailing) in [(12, 0, 0), (12, 7, 7), (12, 50, 50), (0, 0, 0)] {
+        let mesh = mesh("cube.stl", &with(count, more));
+        assert_cube(&mesh, "longer");
+        assert_eq!(mesh.report.trailing_bytes, trailing);
+        assert_eq!(mesh.report.oddities().is_empty(), trailing == 0);
+    }
+    let fewer = mesh("cube.stl", &with(11, 0));
+    assert_eq!(fewer.report.triangles, 11);
+    let note = "50 bytes behind the last triangle, ignored".to_owned();
+    assert!(fewer.report.oddities().contains(&note));
 }
 
 /// How the values of a PLY file are written.
@@ -502,7 +601,7 @@ pub(super) fn cube_ply(encoding: Encoding) -> Vec<u8> {
     ply(encoding, &format!("{XYZ}{QUADS}"), &rows)
 }
 
-/// Alone tells that every encoding, order and type of a PLY file is read, and what is unknown skipped.
+/// PLY files of every encoding, order and type are read, and unknown elements are skipped.
 #[test]
 fn ply_files_are_read() {
     let (corners, faces) = cube_parts();
@@ -554,10 +653,50 @@ fn ply_files_are_read() {
         let strips = mesh("cube.ply", &ply(encoding, &header, &rows));
         assert_cube(&strips, "strips");
         assert_eq!(strips.report.mended_triangles, 0, "{}", strips.report);
+
+        // Unsigned types write -1 as their highest value.
+        for (name, letter, highest) in [("uchar", 'b', 255.0), ("uint", 'u', f64::from(u32::MAX))] {
+            let header =
+                format!("{XYZ}element tristrips 1\nproperty list int {name} vertex_indices\n");
+            let values = strip.map(|index| match index {
+                -1 => highest,
+                index => f64::from(index),
+            });
+            let types = letter.to_string();
+            let mut rows: Vec<_> = corners.iter().map(|corner| ("f", corner.clone())).collect();
+            rows.push(("i", vec![values.len() as f64]));
+            rows.push((&types, values.to_vec()));
+            assert_cube(&mesh("cube.ply", &ply(encoding, &header, &rows)), name);
+        }
     }
 }
 
-/// Alone tells that headers and numbers of PLY text are read as written by others, and that files are known by content.
+/// Where a vertex has the number, the highest value of a type is that vertex and no end of a strip.
+#[test]
+fn the_highest_index_may_be_a_vertex() {
+    let mut text = "ply\nformat ascii 1.0\nelement vertex 256\nproperty float x\nproperty float y\nproperty float z\n\
+        element tristrips 1\nproperty list uchar uchar vertex_indices\nend_header\n"
+        .to_owned();
+    for x in 0..256 {
+        text += &format!("{x} {} 0\n", x * x);
+    }
+    let last = mesh("strip.ply", (text + "3 0 1 255\n").as_bytes());
+    assert_eq!(last.bounds().1.x, 255.0);
+}
+
+/// A strip takes a byte for each triangle of twelve, so strips end at the most triangles that can be numbered.
+#[test]
+fn strips_of_too_many_triangles_are_refused() {
+    let mut triangles = Vec::new();
+    assert_eq!(add_strip(&mut triangles, &[0, 1, 2, 3], 3), Ok(()));
+    assert_eq!(triangles, [[0, 1, 2], [2, 1, 3]]);
+    let problem = add_strip(&mut triangles, &[0, 1, 2, 3], 3).unwrap_err();
+    let words = "4 or more triangles in strips, and 3 are the most that can be numbered: split or simplify the model";
+    assert_eq!(problem.to_string(), words);
+    assert_eq!(triangles.len(), 2);
+}
+
+/// Headers and numbers of PLY text may be written in many ways, and PLY files are recognised by their content.
 #[test]
 fn ply_text_may_be_written_in_many_ways() {
     let text = String::from_utf8(cube_ply(Encoding::Ascii)).unwrap();
@@ -597,11 +736,32 @@ fn ply_text_may_be_written_in_many_ways() {
             text.replace("element f", "element x 18446744073709551615\nelement f")
                 .into_bytes(),
         ),
+        ("UTF-16", "c.ply", utf16(&text, u16::to_le_bytes)),
+        (
+            "UTF-16 with BOM",
+            "cube",
+            utf16(&format!("\u{feff}{text}"), u16::to_be_bytes),
+        ),
+        (
+            "UTF-8 with BOM",
+            "cube",
+            format!("\u{feff}{text}").into_bytes(),
+        ),
+        (
+            "edges without properties",
+            "c.ply",
+            text.replace("element f", "element edge 18446744073709551615\nelement f")
+                .into_bytes(),
+        ),
         ("no ending", "cube", text.clone().into_bytes()),
         ("another ending", "cube.obj", text.clone().into_bytes()),
     ] {
         assert_cube(&mesh(name, &bytes), what);
     }
+    // Edges without properties do not count; a face of two corners is a line.
+    let two = text.replace("element f", "element edge 18446744073709551615\nelement f");
+    let two = two.replace("face 6", "face 7") + "2 0 1\n";
+    assert_eq!(mesh("edges.ply", two.as_bytes()).report.lines, 1);
     // A header with CRLF before binary values, of which the first byte is a line end.
     let mut crlf = b"ply\r\nformat binary_little_endian 1.0\r\nelement vertex 3\r\nproperty uchar x\r\nproperty uchar y\r\n\
         property uchar z\r\nelement face 1\r\nproperty list uchar uchar vertex_index\r\nend_header\r\n".to_vec();
@@ -616,7 +776,7 @@ fn ply_text_may_be_written_in_many_ways() {
     assert_eq!(mesh("cr.ply", &cr).positions[0], Vec3::new(10.0, 0.0, 0.0));
 }
 
-/// Alone tells which texture coordinates of a PLY file are taken.
+/// A face's own texture coordinates come before those of vertices, and incomplete ones are left out.
 #[test]
 fn ply_texture_coordinates_are_read() {
     let uv = |x: f32, y: f32| Vec2::new(x, y);
