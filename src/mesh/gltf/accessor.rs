@@ -75,7 +75,7 @@ pub(super) fn has_data(root: &Part<'_>, reference: &Part<'_>) -> Result<bool, Me
 
 struct Accessor<'a> {
     part: Part<'a>,
-    /// Who names it, and its own place.
+    /// The reference to it, and its own place.
     place: String,
     component: ComponentType,
     normalized: bool,
@@ -248,7 +248,7 @@ impl Span<'_> {
         let (_, view) = buffers.root.named("bufferViews", view)?;
         let stride = match view.whole("byteStride")? {
             None | Some(0) => self.size,
-            Some(stride) => stride as usize,
+            Some(stride) => usize::try_from(stride).unwrap_or(usize::MAX),
         };
         if stride < self.size {
             return Err(damaged(format!("{place} has elements that overlap")));

@@ -241,9 +241,13 @@ impl<'a> Part<'a> {
         list: &str,
         reference: &Part<'_>,
     ) -> Result<(usize, Self), MeshProblem> {
-        let index = reference.as_whole()? as usize;
-        match self.item(list, index)? {
-            Some(item) => Ok((index, item)),
+        let index = reference.as_whole()?;
+        let item = match usize::try_from(index) {
+            Ok(at) => self.item(list, at)?.map(|item| (at, item)),
+            Err(_) => None,
+        };
+        match item {
+            Some(item) => Ok(item),
             None => {
                 let what = match list {
                     "meshes" => "mesh",

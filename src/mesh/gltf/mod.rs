@@ -32,10 +32,16 @@ use reader::Reader;
 use resource::Buffers;
 
 /// Extensions that do not change where triangles are at rest, or whose name begins so.
+///
+/// `CESIUM_RTC` moves the model as a whole, to a place so far away that float32 loses digits there. Without it the model
+/// stays at its own origin, which suits walks better.
 const HARMLESS: &[&str] = &[
+    "ADOBE_materials_",
+    "CESIUM_RTC",
     "CESIUM_primitive_outline",
     "EXT_instance_features",
     "EXT_lights_",
+    "EXT_materials_",
     "EXT_mesh_features",
     "EXT_structural_metadata",
     "EXT_texture_",
@@ -48,10 +54,12 @@ const HARMLESS: &[&str] = &[
     "KHR_node_hoverability",
     "KHR_node_selectability",
     "KHR_physics_rigid_bodies",
+    "KHR_techniques_webgl",
     "KHR_texture_",
     "KHR_xmp",
     "MSFT_lod",
     "MSFT_texture_",
+    "NV_materials_",
 ];
 
 /// Extensions that change where triangles are, and that are read.
@@ -86,7 +94,7 @@ fn damaged(problem: String) -> MeshProblem {
     MeshProblem::Damaged(problem)
 }
 
-/// The beginning of a text that a stranger wrote, for a message.
+/// The beginning of untrusted text, for a message.
 fn shortened(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}…", &text[..end]),

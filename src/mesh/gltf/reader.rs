@@ -153,7 +153,8 @@ impl<'a> Reader<'a> {
         match u32::try_from(number) {
             Ok(mode @ (POINTS | LINES | LINE_LOOP | LINE_STRIP)) => {
                 let drawn = indices.as_ref().unwrap_or(&reference);
-                let corners = accessor::count(&self.buffers.root, drawn)? as usize;
+                let corners = accessor::count(&self.buffers.root, drawn)?;
+                let corners = usize::try_from(corners).unwrap_or(usize::MAX);
                 let copies = places.world_from_mesh.len();
                 let seen = &mut self.soup.seen;
                 let (sum, count) = match mode {

@@ -91,7 +91,7 @@ impl<'a> Scene<'a> {
         Ok(scene)
     }
 
-    /// The nodes that the default scene begins with; without scenes, those that are nobody's child.
+    /// The nodes that the default scene begins with; without scenes, those that are no node's child.
     fn top_nodes(&self) -> Result<Vec<usize>, MeshProblem> {
         let scene = match self.root.get("scene") {
             Some(reference) => Some(self.root.named("scenes", &reference)?.1),
@@ -128,7 +128,7 @@ impl<'a> Scene<'a> {
         let mut above = Some(index);
         while let Some(index) = above.filter(|&index| self.worlds[index].is_none()) {
             if chain.len() == self.worlds.len() {
-                return Err(damaged(format!("{} is above itself", node.place)));
+                return Err(damaged(format!("{} is its own ancestor", node.place)));
             }
             chain.push(index);
             above = self.parents[index];
@@ -157,7 +157,8 @@ fn parents(root: &Part<'_>) -> Result<Vec<Option<usize>>, MeshProblem> {
             let Ok(child) = child.as_whole() else {
                 continue;
             };
-            if let Some(parent @ None) = parents.get_mut(child as usize) {
+            let child = usize::try_from(child).unwrap_or(usize::MAX);
+            if let Some(parent @ None) = parents.get_mut(child) {
                 *parent = Some(index);
             }
         }

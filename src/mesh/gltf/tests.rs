@@ -749,6 +749,23 @@ fn what_is_not_applied_is_in_the_report() {
         ]
     );
 
+    // Extensions that change no shape are allowed to be required, and need no note.
+    let names = [
+        "ADOBE_materials_clearcoat_tint",
+        "CESIUM_RTC",
+        "EXT_materials_bump",
+        "KHR_techniques_webgl",
+        "NV_materials_mdl",
+    ];
+    let model = Model::with(|json| {
+        json["extensionsRequired"] = json!(names);
+        json["nodes"][0]["extensions"] = extensions(&names);
+        json["meshes"][0]["extensions"] = extensions(&names);
+    });
+    let harmless = soup(&model.glb());
+    assert_measures("extensions that change no shape", &harmless, &cube());
+    assert!(harmless.seen.oddities().is_empty());
+
     // Copies of a skinned mesh: it is where its joints are, once.
     let mut model = Model::skinned(1.0);
     model.json["nodes"][0]["extensions"] =
@@ -853,6 +870,10 @@ fn problems_are_named_by_their_places() {
             "nodes[0].mesh is `nnn",
         ),
         (
+            changed(&|json| json["nodes"][0]["mesh"] = json!(1e300)),
+            "nodes[0].mesh names mesh 18446744073709551615, and the file has 1",
+        ),
+        (
             changed(&|json| json["nodes"][0]["translation"] = json!([1, 2])),
             "nodes[0].translation is a list of 2, not 3 numbers",
         ),
@@ -925,7 +946,7 @@ fn problems_are_named_by_their_places() {
                 json["nodes"][1] = json!({"children": [2]});
                 json["nodes"][2] = json!({"children": [1]});
             }),
-            "nodes[1] is above itself",
+            "nodes[1] is its own ancestor",
         ),
         (
             skinned(&|json| json["accessors"][3]["count"] = json!(7)),
