@@ -23,7 +23,7 @@ pub(super) struct Reader<'a> {
     skins: BTreeMap<usize, Skin>,
     soup: Soup,
     uvs: Vec<[Vec2; 3]>,
-    some_corner_has_uv: bool,
+    some_primitive_has_uvs: bool,
     every_corner_has_uv: bool,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Reader<'a> {
             skins: BTreeMap::new(),
             soup: Soup::default(),
             uvs: Vec::new(),
-            some_corner_has_uv: false,
+            some_primitive_has_uvs: false,
             every_corner_has_uv: true,
         }
     }
@@ -189,10 +189,17 @@ impl<'a> Reader<'a> {
                 .collect(),
             None => (0..positions.len() as u32).collect(),
         };
-        let corners = triangles(number as u32, &indices, &primitive.place)?;
+        if u64::from(TRIANGLES) == number && !indices.len().is_multiple_of(3) {
+            self.soup.seen.incomplete_triangles += 1;
+        }
+        let corners = triangles(number as u32, &indices);
         check_indices(&corners, self.soup.triangles.len(), positions.len())?;
         let uvs = match primitive.at(&["attributes", "TEXCOORD_0"]) {
-            Some(reference) => Some(accessor::vectors(&mut self.buffers, &reference)?),
+            Some(reference) => {
+                self.some_primitive_has_uvs = true;
+                // The shape does not need them, so the model is read without those that are damaged.
+                accessor::vectors(&mut self.buffers, &reference).ok()
+            }
             None => None,
         };
         let mut shape = Triangles {
@@ -281,7 +288,6 @@ impl<'a> Reader<'a> {
         });
         match uvs {
             Some(uvs) => {
-                self.some_corner_has_uv = true;
                 let uv = |vertex: u32| uvs[vertex as usize].map(|c| c as f32).into();
                 let uvs = corners.clone().map(|corners| corners.map(uv));
                 self.uvs.extend(uvs);
@@ -305,7 +311,7 @@ impl<'a> Reader<'a> {
         if self.every_corner_has_uv {
             self.soup.uvs = Some(self.uvs);
         } else {
-            self.soup.seen.incomplete_uvs = self.some_corner_has_uv;
+            self.soup.seen.incomplete_uvs = self.some_primitive_has_uvs;
         }
         Ok(self.soup)
     }
@@ -360,9 +366,9 @@ fn compressed(primitive: &Part<'_>, name: &str) -> MeshProblem {
     ))
 }
 
-/// The corners of triangles that a primitive of a mode has.
-fn triangles(mode: u32, indices: &[u32], place: &str) -> Result<Vec<[u32; 3]>, MeshProblem> {
-    Ok(match mode {
+/// The corners of the whole triangles that a primitive of a mode has.
+fn triangles(mode: u32, indices: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
         TRIANGLE_STRIP => indices
             .windows(3)
             .enumerate()
@@ -379,17 +385,8 @@ fn triangles(mode: u32, indices: &[u32], place: &str) -> Result<Vec<[u32; 3]>, M
             .skip(1)
             .map(|w| [w[0], w[1], indices[0]])
             .collect(),
-        _ => {
-            let (triangles, rest) = indices.as_chunks();
-            if !rest.is_empty() {
-                let count = indices.len();
-                return Err(damaged(format!(
-                    "{place} has {count} corners, not a multiple of 3"
-                )));
-            }
-            triangles.to_vec()
-        }
-    })
+        _ => indices.as_chunks().0.to_vec(),
+    }
 }
 
 fn check_indices(

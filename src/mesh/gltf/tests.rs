@@ -779,6 +779,71 @@ fn what_is_not_applied_is_in_the_report() {
     );
 }
 
+/// Texture coordinates that cannot be read leave the shape as it is, and so does a triangle that lacks corners.
+#[test]
+fn damage_that_leaves_the_shape_is_noted() {
+    let uvs = |change: &dyn Fn(&mut Model, usize)| {
+        let mut model = Model::cube();
+        let uvs = model.floats(&[[0.5, 0.25]; 8]);
+        model.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+        change(&mut model, uvs);
+        soup(&model.glb())
+    };
+    let good = uvs(&|_, _| {});
+    assert_eq!(good.uvs.map(|uvs| uvs.len()), Some(12));
+    assert_eq!(good.seen.oddities(), [""; 0]);
+    let attribute = |model: &mut Model, value: Value| {
+        model.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = value;
+    };
+    for (name, odd) in [
+        ("number", uvs(&|model, _| attribute(model, json!(99)))),
+        ("text", uvs(&|model, _| attribute(model, json!("none")))),
+        ("positions", uvs(&|model, _| attribute(model, json!(0)))),
+        (
+            "component type",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["componentType"] = json!(5125)),
+        ),
+        (
+            "buffer view",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["bufferView"] = json!(99)),
+        ),
+        (
+            "no data",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["bufferView"] = Value::Null),
+        ),
+        (
+            "too many",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["count"] = json!(9)),
+        ),
+        (
+            "too few",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["count"] = json!(7)),
+        ),
+    ] {
+        assert_measures(name, &odd, &cube());
+        assert!(odd.uvs.is_none(), "{name}");
+        let said = odd.seen.oddities();
+        let words = "texture coordinates that are incomplete or not finite, ignored";
+        assert_eq!(said, [words], "{name}");
+    }
+
+    // 32 corners are 10 triangles and 2 corners.
+    let model = Model::with(|json| json["accessors"][1]["count"] = json!(32));
+    let cut = soup(&model.glb());
+    assert_eq!(cut.triangles.len(), 10);
+    assert_eq!(
+        cut.seen.oddities(),
+        ["1 triangle that lacks corners, ignored"]
+    );
+    // Lists of corners in order, without indices: 8 corners are 2 triangles and 2 corners.
+    let model = Model::with(|json| {
+        json["meshes"][0]["primitives"][0]["indices"] = Value::Null;
+    });
+    let cut = soup(&model.glb());
+    assert_eq!(cut.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(cut.seen.incomplete_triangles, 1);
+}
+
 /// Compressed data is refused by the name of its extension, unless it is there unpacked too.
 #[test]
 fn compression_is_named() {
