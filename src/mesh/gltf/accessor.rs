@@ -6,7 +6,7 @@ use gltf::json::accessor::{
 };
 
 use super::json::Part;
-use super::resource::Buffers;
+use super::resource::{Buffers, LOOKUP};
 use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 
@@ -147,6 +147,7 @@ impl<'a> Accessor<'a> {
         } else {
             vec![[T::default(); N]; self.count as usize]
         };
+        buffers.spend(LOOKUP + numbers(&elements))?;
         if let Some(sparse) = self.part.get("sparse") {
             self.replace(buffers, &sparse, size, &mut elements, decode_all)?;
         }
@@ -181,7 +182,9 @@ impl<'a> Accessor<'a> {
         };
         let places = span(&indices, index_size)?.of(buffers, &indices.needed("bufferView")?)?;
         let places: Vec<u32> = places.iter().map(little_endian).collect();
+        buffers.spend(places.len() as u64)?;
         let new = decode_all(span(&values, size)?.of(buffers, &values.needed("bufferView")?)?);
+        buffers.spend(numbers(&new))?;
         let length = elements.len();
         for (at, value) in places.into_iter().zip(new) {
             let Some(element) = elements.get_mut(at as usize) else {
@@ -194,6 +197,10 @@ impl<'a> Accessor<'a> {
         }
         Ok(())
     }
+}
+
+fn numbers<T, const N: usize>(elements: &[[T; N]]) -> u64 {
+    elements.as_flattened().len() as u64
 }
 
 /// An unsigned number of one, two or four bytes.

@@ -9,7 +9,7 @@ use gltf::json::mesh::{
 };
 
 use super::json::Part;
-use super::resource::Buffers;
+use super::resource::{Buffers, LOOKUP};
 use super::scene::{INSTANCING, Scene, Shown, copies};
 use super::skin::Skin;
 use super::{accessor, damaged, is_compression, note_unapplied};
@@ -93,6 +93,7 @@ impl<'a> Reader<'a> {
             none if none.is_empty() => mesh.numbers("weights")?,
             weights => weights,
         };
+        self.buffers.spend(weights.len() as u64)?;
         let world_from_mesh = copies(&mut self.buffers, node)?
             .into_iter()
             .map(|node_from_copy| shown.world_from_node * node_from_copy)
@@ -127,11 +128,20 @@ impl<'a> Reader<'a> {
     }
 
     fn add_mesh(&mut self, mesh: &Part<'_>, places: &Places<'_>) -> Result<(), MeshProblem> {
-        note_unapplied(mesh, &mut self.soup.seen);
+        self.visit(mesh)?;
         for primitive in mesh.items("primitives")? {
-            note_unapplied(&primitive, &mut self.soup.seen);
+            self.visit(&primitive)?;
             self.add_primitive(&primitive, places)?;
         }
+        Ok(())
+    }
+
+    /// Notes the extensions of a mesh or primitive, and counts what it costs to be looked at.
+    fn visit(&mut self, part: &Part<'_>) -> Result<(), MeshProblem> {
+        let extensions = part.get("extensions");
+        let count = extensions.map_or(0, |extensions| extensions.keys().count());
+        self.buffers.spend(LOOKUP * (1 + count as u64))?;
+        note_unapplied(part, &mut self.soup.seen);
         Ok(())
     }
 
@@ -232,8 +242,15 @@ impl<'a> Reader<'a> {
         weights: &[f64],
         positions: &mut [DVec3],
     ) -> Result<(), MeshProblem> {
-        for (target, &weight) in primitive.items("targets")?.zip(weights) {
-            let Some(reference) = target.get("POSITION").filter(|_| weight != 0.0) else {
+        for (index, &weight) in weights.iter().enumerate() {
+            if weight == 0.0 {
+                continue;
+            }
+            self.buffers.spend(LOOKUP)?;
+            let Some(target) = primitive.item("targets", index)? else {
+                break;
+            };
+            let Some(reference) = target.get("POSITION") else {
                 continue;
             };
             // Offsets without data are zeros.
@@ -262,6 +279,7 @@ impl<'a> Reader<'a> {
         world_from_mesh: DMat4,
         is_mirrored: bool,
     ) -> Result<(), MeshProblem> {
+        self.buffers.spend(16)?;
         let count = self.soup.triangles.len() + shape.corners.len();
         let first = self.soup.positions.len();
         for (what, count, most) in [

@@ -136,15 +136,17 @@ impl<'a> Scene<'a> {
         for index in chain.into_iter().rev() {
             self.put(index)?;
         }
-        Ok(self.worlds[index].unwrap_or(DMat4::IDENTITY))
+        Ok(self.world(index))
     }
 
-    /// The way from the scene's root to a node of the scene.
-    pub(super) fn chain(&self, index: usize) -> Vec<usize> {
-        let mut chain: Vec<usize> =
-            std::iter::successors(Some(index), |&node| self.parents[node]).collect();
-        chain.reverse();
-        chain
+    /// The node above a node.
+    pub(super) fn parent(&self, index: usize) -> Option<usize> {
+        self.parents[index]
+    }
+
+    /// Where a node of the scene is.
+    pub(super) fn world(&self, index: usize) -> DMat4 {
+        self.worlds[index].unwrap_or(DMat4::IDENTITY)
     }
 }
 
@@ -268,6 +270,7 @@ pub(super) fn copies(
             attributes.place
         )));
     }
+    buffers.spend(16 * count as u64)?;
     (0..count)
         .map(|copy| {
             let scale = scales.get(copy).map_or(DVec3::ONE, |&s| s.into());
