@@ -147,7 +147,7 @@ impl<'a> Accessor<'a> {
         } else {
             vec![[T::default(); N]; self.count as usize]
         };
-        buffers.spend(LOOKUP + numbers(&elements))?;
+        buffers.spend(2 * LOOKUP + numbers(&elements))?;
         if let Some(sparse) = self.part.get("sparse") {
             self.replace(buffers, &sparse, size, &mut elements, decode_all)?;
         }
