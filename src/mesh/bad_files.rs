@@ -622,7 +622,7 @@ fn bad_gltf_descriptions_are_explained() {
         (
             "\"count\":3,\"type\":\"SCALAR\"",
             "\"count\":2,\"type\":\"SCALAR\"",
-            "has 2 corners, not a multiple of 3",
+            "shows none, of 1 meshes in the file",
         ),
         (
             "\"count\":3,\"type\":\"VEC3\"",

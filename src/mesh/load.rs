@@ -33,7 +33,7 @@ impl Mesh {
     }
 
     /// Loads a model without any transform: of a glTF file the first primitive of the first mesh, with its positions as
-    /// they are stored; of other files everything.
+    /// they are stored; of other files everything. Morph targets are not applied, not even with default weights.
     ///
     /// # Errors
     /// As [`Mesh::load`].

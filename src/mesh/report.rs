@@ -72,6 +72,8 @@ pub struct MeshReport {
     pub repeated_nodes: usize,
     /// Meshes that nodes of a scene graph would show, but hide; left out.
     pub hidden_meshes: usize,
+    /// Triangles that lack corners, at the end of a list of triangles; left out.
+    pub incomplete_triangles: usize,
     /// Parts of meshes that have no positions; left out.
     pub without_positions: usize,
     /// Extensions of the file format that may change the shape or its place, and that are not read.
@@ -225,6 +227,11 @@ impl MeshReport {
             self.hidden_meshes,
             "mesh that the file hides, left out",
             "meshes that the file hides, left out",
+        );
+        note(
+            self.incomplete_triangles,
+            "triangle that lacks corners, ignored",
+            "triangles that lack corners, ignored",
         );
         note(
             self.without_positions,

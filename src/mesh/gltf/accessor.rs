@@ -6,7 +6,7 @@ use gltf::json::accessor::{
 };
 
 use super::json::Part;
-use super::resource::Buffers;
+use super::resource::{Buffers, LOOKUP};
 use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 
@@ -75,7 +75,7 @@ pub(super) fn has_data(root: &Part<'_>, reference: &Part<'_>) -> Result<bool, Me
 
 struct Accessor<'a> {
     part: Part<'a>,
-    /// Who names it, and its own place.
+    /// The reference to it, and its own place.
     place: String,
     component: ComponentType,
     normalized: bool,
@@ -147,6 +147,7 @@ impl<'a> Accessor<'a> {
         } else {
             vec![[T::default(); N]; self.count as usize]
         };
+        buffers.spend(2 * LOOKUP + numbers(&elements))?;
         if let Some(sparse) = self.part.get("sparse") {
             self.replace(buffers, &sparse, size, &mut elements, decode_all)?;
         }
@@ -181,7 +182,9 @@ impl<'a> Accessor<'a> {
         };
         let places = span(&indices, index_size)?.of(buffers, &indices.needed("bufferView")?)?;
         let places: Vec<u32> = places.iter().map(little_endian).collect();
+        buffers.spend(places.len() as u64)?;
         let new = decode_all(span(&values, size)?.of(buffers, &values.needed("bufferView")?)?);
+        buffers.spend(numbers(&new))?;
         let length = elements.len();
         for (at, value) in places.into_iter().zip(new) {
             let Some(element) = elements.get_mut(at as usize) else {
@@ -194,6 +197,10 @@ impl<'a> Accessor<'a> {
         }
         Ok(())
     }
+}
+
+fn numbers<T, const N: usize>(elements: &[[T; N]]) -> u64 {
+    elements.as_flattened().len() as u64
 }
 
 /// An unsigned number of one, two or four bytes.
@@ -248,7 +255,7 @@ impl Span<'_> {
         let (_, view) = buffers.root.named("bufferViews", view)?;
         let stride = match view.whole("byteStride")? {
             None | Some(0) => self.size,
-            Some(stride) => stride as usize,
+            Some(stride) => usize::try_from(stride).unwrap_or(usize::MAX),
         };
         if stride < self.size {
             return Err(damaged(format!("{place} has elements that overlap")));

@@ -13,11 +13,17 @@ use crate::mesh::error::MeshProblem;
 /// How far a transform may be from rigid: rounding of animations in float32 is far below, what can be seen above.
 const RIGID_WITHIN: f64 = 1e-3;
 
+/// What a key costs, in numbers decoded; more than the decoding, because it is kept.
+const KEY: u64 = 64;
+
+/// What the value of a channel at a time costs, in numbers decoded.
+const EVALUATION: u64 = 16;
+
 /// A model's animation: where it takes the model, from where the file puts it, in the model's own coordinates. It begins
 /// again when its last key is over.
 #[derive(Clone, Debug)]
 pub struct RigidTrack {
-    /// From the scene's root to a node with a mesh.
+    /// The animated nodes from the scene's root down to the last one above a mesh.
     chain: Vec<Link>,
     /// Brings the model back from where the file puts it to the chain's last node.
     node_from_rest: DMat4,
@@ -25,10 +31,11 @@ pub struct RigidTrack {
     duration: f64,
 }
 
-/// A node and what animates it.
+/// An animated node and what animates it.
 #[derive(Clone, Debug)]
 struct Link {
-    rest: DMat4,
+    /// From the node's parent to the animated node above, or to the scene's root: all between stand still.
+    above_from_parent: DMat4,
     scale: DVec3,
     rotation: DQuat,
     translation: DVec3,
@@ -63,26 +70,30 @@ impl RigidTrack {
         let chain = self.chain.iter().map(|link| link.at(time));
         chain.product::<DMat4>() * self.node_from_rest
     }
-
-    /// All keys, and times between them.
-    fn times(&self) -> Vec<f64> {
-        let channels = self.chain.iter().flat_map(|link| &link.channels);
-        let mut keys: Vec<f64> = channels.flat_map(|channel| channel.times.clone()).collect();
-        keys.sort_by(f64::total_cmp);
-        let between = keys
-            .windows(2)
-            .flat_map(|w| [0.3, 0.6].map(|share| w[0] + share * (w[1] - w[0])));
-        let mut times: Vec<f64> = between.collect();
-        times.extend(keys);
-        times
-    }
 }
 
 impl Link {
+    fn new(
+        node: &Part<'_>,
+        above_from_parent: DMat4,
+        channels: Vec<Channel>,
+    ) -> Result<Self, MeshProblem> {
+        let Placement {
+            scale,
+            rotation,
+            translation,
+        } = Placement::of(node)?;
+        Ok(Self {
+            above_from_parent,
+            scale,
+            rotation,
+            translation,
+            channels,
+        })
+    }
+
+    /// From the node to the animated node above.
     fn at(&self, time: f64) -> DMat4 {
-        if self.channels.is_empty() {
-            return self.rest;
-        }
         let (mut scale, mut rotation, mut translation) =
             (self.scale, self.rotation, self.translation);
         for channel in &self.channels {
@@ -95,7 +106,8 @@ impl Link {
                 Property::MorphTargetWeights => {}
             }
         }
-        DMat4::from_scale_rotation_translation(scale, rotation, translation)
+        self.above_from_parent
+            * DMat4::from_scale_rotation_translation(scale, rotation, translation)
     }
 }
 
@@ -220,79 +232,176 @@ pub(super) fn track(buffers: &mut Buffers<'_>) -> Result<RigidTrack, MeshProblem
         channels[target.node].push(read(buffers, &sampler, target.property)?);
     }
     let scene = Scene::new(&root, &mut MeshReport::default())?;
-    let mut tracks = Vec::new();
+    let mut motion = Motion::new(&scene, channels);
     for shown in &scene.shown {
         if shown.node.get("skin").is_some() {
             return Err(refused(
                 "its mesh is skinned, so the animation bends it, and only rigid motion can be followed".to_owned(),
             ));
         }
-        let mut chain = Vec::new();
-        for index in scene.chain(shown.index) {
-            if let Some(node) = root.item("nodes", index)? {
-                chain.push(link(&node, channels[index].clone())?);
-            }
-        }
-        tracks.push(RigidTrack {
-            chain,
-            node_from_rest: shown.world_from_node.inverse(),
-            duration: 0.0,
-        });
+        motion.add(&root, shown.index)?;
     }
-    let last = tracks
-        .iter()
-        .flat_map(RigidTrack::times)
-        .fold(0.0, f64::max);
+    let keys = motion.keys();
+    let last = keys.last().copied().unwrap_or(0.0);
     if last <= 0.0 {
         return Err(refused(
             "its animation moves none of the nodes that have a mesh".to_owned(),
         ));
     }
-    check(&tracks)?;
-    let first = tracks.into_iter().next();
-    let mut track = first.ok_or_else(|| refused("its scene shows no mesh".to_owned()))?;
-    track.duration = last;
-    Ok(track)
+    motion.check(buffers, &keys)?;
+    Ok(motion.track(last))
 }
 
-/// Makes sure that every node with a mesh moves rigidly, and that all move alike.
-fn check(tracks: &[RigidTrack]) -> Result<(), MeshProblem> {
-    for time in tracks.iter().flat_map(RigidTrack::times) {
-        let moved: Vec<DMat4> = tracks.iter().map(|track| track.moved(time)).collect();
-        for transform in &moved {
-            let turn = DMat3::from_mat4(*transform);
-            let off = turn.transpose() * turn - DMat3::IDENTITY;
-            let is_rigid = off.abs_diff_eq(DMat3::ZERO, RIGID_WITHIN) && turn.determinant() > 0.0;
-            if !is_rigid {
-                return Err(refused(format!(
-                    "at {time:.3} s its animation scales or skews the model, and only rigid motion can be followed: \
-                     take the scale out of the animation"
-                )));
-            }
-            if !transform.abs_diff_eq(moved[0], RIGID_WITHIN * transform.w_axis.length().max(1.0)) {
-                return Err(refused(format!(
-                    "at {time:.3} s its parts have moved differently, and an object moves as a whole: export each \
-                     part as a model of its own"
-                )));
-            }
+/// The animated nodes of a scene that move meshes.
+struct Motion<'s> {
+    scene: &'s Scene<'s>,
+    /// By node, until it is added.
+    channels: Vec<Vec<Channel>>,
+    /// By node, once it is added.
+    below: Vec<Option<Below>>,
+    /// Each after those above it.
+    movers: Vec<Mover>,
+    /// The nearest mover above each mesh, without repetition; `None` above meshes that stand still.
+    of_meshes: Vec<Option<usize>>,
+    has_still_mesh: bool,
+}
+
+/// An animated node.
+struct Mover {
+    /// The next one above it.
+    above: Option<usize>,
+    link: Link,
+    /// Brings the model back from where the file puts it to this node.
+    node_from_rest: DMat4,
+    has_mesh: bool,
+}
+
+/// What moves a node: the nearest mover, which may be the node itself.
+#[derive(Clone, Copy)]
+struct Below {
+    mover: Option<usize>,
+    mover_from_node: DMat4,
+}
+
+impl<'s> Motion<'s> {
+    fn new(scene: &'s Scene<'s>, channels: Vec<Vec<Channel>>) -> Self {
+        Self {
+            scene,
+            below: vec![None; channels.len()],
+            channels,
+            movers: Vec::new(),
+            of_meshes: Vec::new(),
+            has_still_mesh: false,
         }
     }
-    Ok(())
-}
 
-fn link(node: &Part<'_>, channels: Vec<Channel>) -> Result<Link, MeshProblem> {
-    let Placement {
-        scale,
-        rotation,
-        translation,
-    } = Placement::of(node)?;
-    Ok(Link {
-        rest: parent_from_node(node)?,
-        scale,
-        rotation,
-        translation,
-        channels,
-    })
+    /// Adds a node with a mesh, and those above it that are not there yet.
+    fn add(&mut self, root: &Part<'_>, index: usize) -> Result<(), MeshProblem> {
+        let mut chain = Vec::new();
+        let mut above = Some(index);
+        while let Some(index) = above.filter(|&index| self.below[index].is_none()) {
+            chain.push(index);
+            above = self.scene.parent(index);
+        }
+        let mut below = above.and_then(|index| self.below[index]).unwrap_or(Below {
+            mover: None,
+            mover_from_node: DMat4::IDENTITY,
+        });
+        for index in chain.into_iter().rev() {
+            if let Some(node) = root.item("nodes", index)? {
+                let channels = std::mem::take(&mut self.channels[index]);
+                if channels.is_empty() {
+                    below.mover_from_node *= parent_from_node(&node)?;
+                } else {
+                    self.movers.push(Mover {
+                        above: below.mover,
+                        link: Link::new(&node, below.mover_from_node, channels)?,
+                        node_from_rest: self.scene.world(index).inverse(),
+                        has_mesh: false,
+                    });
+                    below = Below {
+                        mover: Some(self.movers.len() - 1),
+                        mover_from_node: DMat4::IDENTITY,
+                    };
+                }
+            }
+            self.below[index] = Some(below);
+        }
+        let is_there = match below.mover {
+            Some(mover) => &mut self.movers[mover].has_mesh,
+            None => &mut self.has_still_mesh,
+        };
+        if !std::mem::replace(is_there, true) {
+            self.of_meshes.push(below.mover);
+        }
+        Ok(())
+    }
+
+    /// The times of all keys, each once, in order.
+    fn keys(&self) -> Vec<f64> {
+        let channels = self.movers.iter().flat_map(|mover| &mover.link.channels);
+        let mut keys: Vec<f64> = channels
+            .flat_map(|channel| channel.times.iter().copied())
+            .collect();
+        keys.sort_by(f64::total_cmp);
+        keys.dedup();
+        keys
+    }
+
+    /// Makes sure that every node with a mesh moves rigidly, and that all move alike.
+    fn check(&self, buffers: &mut Buffers<'_>, keys: &[f64]) -> Result<(), MeshProblem> {
+        let between = keys
+            .windows(2)
+            .flat_map(|w| [0.3, 0.6].map(|share| w[0] + share * (w[1] - w[0])));
+        let channels = self.movers.iter().map(|mover| mover.link.channels.len());
+        let channels = channels.sum::<usize>() as u64;
+        buffers.spend((3 * keys.len() as u64).saturating_mul(EVALUATION * channels))?;
+        let mut worlds = vec![DMat4::IDENTITY; self.movers.len()];
+        for time in between.chain(keys.iter().copied()) {
+            for (index, mover) in self.movers.iter().enumerate() {
+                let above = mover.above.map_or(DMat4::IDENTITY, |above| worlds[above]);
+                worlds[index] = above * mover.link.at(time);
+            }
+            let mut first = None;
+            for &mover in &self.of_meshes {
+                let moved = mover.map_or(DMat4::IDENTITY, |mover| {
+                    worlds[mover] * self.movers[mover].node_from_rest
+                });
+                let turn = DMat3::from_mat4(moved);
+                let off = turn.transpose() * turn - DMat3::IDENTITY;
+                let is_rigid =
+                    off.abs_diff_eq(DMat3::ZERO, RIGID_WITHIN) && turn.determinant() > 0.0;
+                if !is_rigid {
+                    return Err(refused(format!(
+                        "at {time:.3} s its animation scales or skews the model, and only rigid motion can be followed: \
+                         take the scale out of the animation"
+                    )));
+                }
+                let near = RIGID_WITHIN * moved.w_axis.length().max(1.0);
+                if !moved.abs_diff_eq(*first.get_or_insert(moved), near) {
+                    return Err(refused(format!(
+                        "at {time:.3} s its parts have moved differently, and an object moves as a whole: export each \
+                         part as a model of its own"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The motion of the first mesh.
+    fn track(self, duration: f64) -> RigidTrack {
+        let last = self.of_meshes.first().copied().flatten();
+        let mut chain: Vec<Link> = std::iter::successors(last, |&mover| self.movers[mover].above)
+            .map(|mover| self.movers[mover].link.clone())
+            .collect();
+        chain.reverse();
+        RigidTrack {
+            chain,
+            node_from_rest: last.map_or(DMat4::IDENTITY, |last| self.movers[last].node_from_rest),
+            duration,
+        }
+    }
 }
 
 fn read(
@@ -312,6 +421,7 @@ fn read(
     };
     let times = accessor::vectors::<1>(buffers, &input)?;
     let times: Vec<f64> = times.into_iter().map(|[time]| time).collect();
+    buffers.spend(KEY * times.len() as u64)?;
     let ascend = times.windows(2).all(|w| w[0] < w[1]);
     if times.is_empty() || !ascend || times[0] < 0.0 || !times.iter().all(|time| time.is_finite()) {
         return Err(damaged(format!(

@@ -15,7 +15,7 @@ pub(crate) fn is_glb(bytes: &[u8]) -> bool {
 /// The JSON of a file and its binary chunk, if it has one. What does not begin as a GLB is all JSON.
 ///
 /// The header's total length is not read: the chunks tell where they end, and it is wrong in some files. A binary chunk
-/// that is cut off is handed over as far as it goes; who reads beyond it says so.
+/// that is cut off is handed over as far as it goes; reading beyond it is an error.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshProblem> {
     if !is_glb(bytes) {
         return Ok((bytes, None));
@@ -31,7 +31,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshProblem>
     let mut json = None;
     let mut binary = None;
     let mut at = 12;
-    while let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at + 4)) {
+    while let (Some(length), Some(kind)) = (word(bytes, at), word(bytes, at.saturating_add(4))) {
         let begin = at + 8;
         let end = begin.saturating_add(length as usize);
         let chunk = &bytes[begin..end.min(bytes.len())];

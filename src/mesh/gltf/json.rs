@@ -36,6 +36,7 @@ pub(super) enum Json {
     Number(f64),
     Text(String),
     List(Vec<Json>),
+    /// Members by their names, each name once.
     Object(Vec<(String, Json)>),
 }
 
@@ -143,6 +144,10 @@ fn object<'de, A: MapAccess<'de>>(
             members.next_value::<IgnoredAny>()?;
         }
     }
+    // A key that is there twice means the last, as most readers of JSON have it.
+    object.reverse();
+    object.sort_by(|(a, _), (b, _)| a.cmp(b));
+    object.dedup_by(|(later, _), (kept, _)| later == kept);
     Ok(Json::Object(object))
 }
 
@@ -166,8 +171,8 @@ impl<'a> Part<'a> {
         let Json::Object(members) = self.json else {
             return None;
         };
-        // A key that is there twice means the last, as most readers of JSON have it.
-        let (_, json) = members.iter().rev().find(|(name, _)| name == key)?;
+        let index = members.binary_search_by(|(name, _)| name.as_str().cmp(key));
+        let (_, json) = &members[index.ok()?];
         (!matches!(json, Json::Null)).then(|| Self {
             json,
             place: self.place_of(key),
@@ -241,9 +246,13 @@ impl<'a> Part<'a> {
         list: &str,
         reference: &Part<'_>,
     ) -> Result<(usize, Self), MeshProblem> {
-        let index = reference.as_whole()? as usize;
-        match self.item(list, index)? {
-            Some(item) => Ok((index, item)),
+        let index = reference.as_whole()?;
+        let item = match usize::try_from(index) {
+            Ok(at) => self.item(list, at)?.map(|item| (at, item)),
+            Err(_) => None,
+        };
+        match item {
+            Some(item) => Ok(item),
             None => {
                 let what = match list {
                     "meshes" => "mesh",
@@ -302,7 +311,14 @@ impl<'a> Part<'a> {
 
     /// A member that is a list of numbers.
     pub(super) fn numbers(&self, key: &str) -> Result<Vec<f64>, MeshProblem> {
-        self.items(key)?.map(|item| item.as_number()).collect()
+        let number = |(index, json): (usize, &Json)| match json {
+            Json::Number(number) => Ok(*number),
+            _ => {
+                let place = format!("{}[{index}]", self.place_of(key));
+                Part { json, place }.as_number()
+            }
+        };
+        self.values(key)?.iter().enumerate().map(number).collect()
     }
 
     /// A member that is a list of so many numbers.

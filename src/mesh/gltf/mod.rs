@@ -3,7 +3,8 @@
 //! Models come from strangers, so of the `gltf` crate only types and constants are used: its own import panics on
 //! damaged files and reads any path that a model names. A file is read for its shape alone, and nothing is looked at
 //! that the shape does not need ([`json`]). Every index is looked up with a check, every size is computed with checked
-//! arithmetic in [`accessor`], and only files beside the model are opened in [`resource`].
+//! arithmetic in [`accessor`], and only files beside the model are opened in [`resource`]. There the work is counted too,
+//! because a small file can name the same data any number of times.
 //!
 //! The shape is the one that Khronos' viewer shows with its animations at rest: morph targets with their default
 //! weights, skins in the pose of the file's nodes, instances each in its place.
@@ -32,10 +33,16 @@ use reader::Reader;
 use resource::Buffers;
 
 /// Extensions that do not change where triangles are at rest, or whose name begins so.
+///
+/// `CESIUM_RTC` moves the model as a whole, to a place so far away that float32 loses digits there. Without it the model
+/// stays at its own origin, which suits walks better.
 const HARMLESS: &[&str] = &[
+    "ADOBE_materials_",
+    "CESIUM_RTC",
     "CESIUM_primitive_outline",
     "EXT_instance_features",
     "EXT_lights_",
+    "EXT_materials_",
     "EXT_mesh_features",
     "EXT_structural_metadata",
     "EXT_texture_",
@@ -48,10 +55,12 @@ const HARMLESS: &[&str] = &[
     "KHR_node_hoverability",
     "KHR_node_selectability",
     "KHR_physics_rigid_bodies",
+    "KHR_techniques_webgl",
     "KHR_texture_",
     "KHR_xmp",
     "MSFT_lod",
     "MSFT_texture_",
+    "NV_materials_",
 ];
 
 /// Extensions that change where triangles are, and that are read.
@@ -86,7 +95,7 @@ fn damaged(problem: String) -> MeshProblem {
     MeshProblem::Damaged(problem)
 }
 
-/// The beginning of a text that a stranger wrote, for a message.
+/// The beginning of untrusted text, for a message.
 fn shortened(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}…", &text[..end]),

@@ -9,7 +9,7 @@ use gltf::json::mesh::{
 };
 
 use super::json::Part;
-use super::resource::Buffers;
+use super::resource::{Buffers, LOOKUP};
 use super::scene::{INSTANCING, Scene, Shown, copies};
 use super::skin::Skin;
 use super::{accessor, damaged, is_compression, note_unapplied};
@@ -23,7 +23,7 @@ pub(super) struct Reader<'a> {
     skins: BTreeMap<usize, Skin>,
     soup: Soup,
     uvs: Vec<[Vec2; 3]>,
-    some_corner_has_uv: bool,
+    some_primitive_has_uvs: bool,
     every_corner_has_uv: bool,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Reader<'a> {
             skins: BTreeMap::new(),
             soup: Soup::default(),
             uvs: Vec::new(),
-            some_corner_has_uv: false,
+            some_primitive_has_uvs: false,
             every_corner_has_uv: true,
         }
     }
@@ -93,6 +93,7 @@ impl<'a> Reader<'a> {
             none if none.is_empty() => mesh.numbers("weights")?,
             weights => weights,
         };
+        self.buffers.spend(weights.len() as u64)?;
         let world_from_mesh = copies(&mut self.buffers, node)?
             .into_iter()
             .map(|node_from_copy| shown.world_from_node * node_from_copy)
@@ -127,11 +128,20 @@ impl<'a> Reader<'a> {
     }
 
     fn add_mesh(&mut self, mesh: &Part<'_>, places: &Places<'_>) -> Result<(), MeshProblem> {
-        note_unapplied(mesh, &mut self.soup.seen);
+        self.visit(mesh)?;
         for primitive in mesh.items("primitives")? {
-            note_unapplied(&primitive, &mut self.soup.seen);
+            self.visit(&primitive)?;
             self.add_primitive(&primitive, places)?;
         }
+        Ok(())
+    }
+
+    /// Notes the extensions of a mesh or primitive, and counts what it costs to be looked at.
+    fn visit(&mut self, part: &Part<'_>) -> Result<(), MeshProblem> {
+        let extensions = part.get("extensions");
+        let count = extensions.map_or(0, |extensions| extensions.keys().count());
+        self.buffers.spend(LOOKUP * (1 + count as u64))?;
+        note_unapplied(part, &mut self.soup.seen);
         Ok(())
     }
 
@@ -153,7 +163,8 @@ impl<'a> Reader<'a> {
         match u32::try_from(number) {
             Ok(mode @ (POINTS | LINES | LINE_LOOP | LINE_STRIP)) => {
                 let drawn = indices.as_ref().unwrap_or(&reference);
-                let corners = accessor::count(&self.buffers.root, drawn)? as usize;
+                let corners = accessor::count(&self.buffers.root, drawn)?;
+                let corners = usize::try_from(corners).unwrap_or(usize::MAX);
                 let copies = places.world_from_mesh.len();
                 let seen = &mut self.soup.seen;
                 let (sum, count) = match mode {
@@ -188,10 +199,17 @@ impl<'a> Reader<'a> {
                 .collect(),
             None => (0..positions.len() as u32).collect(),
         };
-        let corners = triangles(number as u32, &indices, &primitive.place)?;
+        if u64::from(TRIANGLES) == number && !indices.len().is_multiple_of(3) {
+            self.soup.seen.incomplete_triangles += 1;
+        }
+        let corners = triangles(number as u32, &indices);
         check_indices(&corners, self.soup.triangles.len(), positions.len())?;
         let uvs = match primitive.at(&["attributes", "TEXCOORD_0"]) {
-            Some(reference) => Some(accessor::vectors(&mut self.buffers, &reference)?),
+            Some(reference) => {
+                self.some_primitive_has_uvs = true;
+                // The shape does not need them, so the model is read without those that are damaged.
+                accessor::vectors(&mut self.buffers, &reference).ok()
+            }
             None => None,
         };
         let mut shape = Triangles {
@@ -224,8 +242,15 @@ impl<'a> Reader<'a> {
         weights: &[f64],
         positions: &mut [DVec3],
     ) -> Result<(), MeshProblem> {
-        for (target, &weight) in primitive.items("targets")?.zip(weights) {
-            let Some(reference) = target.get("POSITION").filter(|_| weight != 0.0) else {
+        for (index, &weight) in weights.iter().enumerate() {
+            if weight == 0.0 {
+                continue;
+            }
+            self.buffers.spend(LOOKUP)?;
+            let Some(target) = primitive.item("targets", index)? else {
+                break;
+            };
+            let Some(reference) = target.get("POSITION") else {
                 continue;
             };
             // Offsets without data are zeros.
@@ -254,6 +279,7 @@ impl<'a> Reader<'a> {
         world_from_mesh: DMat4,
         is_mirrored: bool,
     ) -> Result<(), MeshProblem> {
+        self.buffers.spend(16)?;
         let count = self.soup.triangles.len() + shape.corners.len();
         let first = self.soup.positions.len();
         for (what, count, most) in [
@@ -280,7 +306,6 @@ impl<'a> Reader<'a> {
         });
         match uvs {
             Some(uvs) => {
-                self.some_corner_has_uv = true;
                 let uv = |vertex: u32| uvs[vertex as usize].map(|c| c as f32).into();
                 let uvs = corners.clone().map(|corners| corners.map(uv));
                 self.uvs.extend(uvs);
@@ -304,7 +329,7 @@ impl<'a> Reader<'a> {
         if self.every_corner_has_uv {
             self.soup.uvs = Some(self.uvs);
         } else {
-            self.soup.seen.incomplete_uvs = self.some_corner_has_uv;
+            self.soup.seen.incomplete_uvs = self.some_primitive_has_uvs;
         }
         Ok(self.soup)
     }
@@ -359,9 +384,9 @@ fn compressed(primitive: &Part<'_>, name: &str) -> MeshProblem {
     ))
 }
 
-/// The corners of triangles that a primitive of a mode has.
-fn triangles(mode: u32, indices: &[u32], place: &str) -> Result<Vec<[u32; 3]>, MeshProblem> {
-    Ok(match mode {
+/// The corners of the whole triangles that a primitive of a mode has.
+fn triangles(mode: u32, indices: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
         TRIANGLE_STRIP => indices
             .windows(3)
             .enumerate()
@@ -378,17 +403,8 @@ fn triangles(mode: u32, indices: &[u32], place: &str) -> Result<Vec<[u32; 3]>, M
             .skip(1)
             .map(|w| [w[0], w[1], indices[0]])
             .collect(),
-        _ => {
-            let (triangles, rest) = indices.as_chunks();
-            if !rest.is_empty() {
-                let count = indices.len();
-                return Err(damaged(format!(
-                    "{place} has {count} corners, not a multiple of 3"
-                )));
-            }
-            triangles.to_vec()
-        }
-    })
+        _ => indices.as_chunks().0.to_vec(),
+    }
 }
 
 fn check_indices(

@@ -12,12 +12,23 @@ use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 use crate::mesh::load::MOST_BYTES;
 
-/// The buffers of one file, each read when it is first needed.
+/// The most work that one file may cost, in numbers decoded. A small file can name the same data any number of times; no
+/// model that fits a surface needs as much.
+const MOST_WORK: u64 = 1 << 31;
+
+/// What it costs to look something up in the JSON of a file, in numbers decoded.
+pub(super) const LOOKUP: u64 = 256;
+
+/// The buffers of one file, each read when it is first needed, and what reading the file may still cost.
 pub(super) struct Buffers<'a> {
     pub(super) root: Part<'a>,
     blob: Option<&'a [u8]>,
     folder: PathBuf,
-    read: Vec<Option<Vec<u8>>>,
+    read: Vec<Option<Result<Vec<u8>, MeshProblem>>>,
+    /// What is left of [`MOST_WORK`].
+    pub(super) work_left: u64,
+    /// How many more bytes of buffers may be read; all are kept.
+    pub(super) bytes_left: u64,
 }
 
 /// The bytes of a buffer, as many as there are of those that it should have.
@@ -36,7 +47,14 @@ impl<'a> Buffers<'a> {
             blob,
             folder: folder.to_owned(),
             read: Vec::new(),
+            work_left: MOST_WORK,
+            bytes_left: MOST_BYTES,
         }
+    }
+
+    /// Counts work, and fails when there was too much.
+    pub(super) fn spend(&mut self, work: u64) -> Result<(), MeshProblem> {
+        spend(&mut self.work_left, work)
     }
 
     /// The buffer that a buffer view lies in.
@@ -52,11 +70,15 @@ impl<'a> Buffers<'a> {
                 if index >= self.read.len() {
                     self.read.resize_with(index + 1, || None);
                 }
-                let slot = &mut self.read[index];
-                match slot {
-                    Some(bytes) => bytes,
-                    None => slot.insert(resolve(uri.as_text()?, &self.folder, length)?),
-                }
+                let uri = uri.as_text()?;
+                let left = &mut self.bytes_left;
+                let read = self.read[index].get_or_insert_with(|| {
+                    let most = length.unwrap_or(MOST_BYTES).min(MOST_BYTES).min(*left + 1);
+                    let bytes = resolve(uri, &self.folder, most)?;
+                    spend(left, bytes.len() as u64)?;
+                    Ok(bytes)
+                });
+                read.as_ref().map_err(MeshProblem::clone)?
             }
         };
         // A GLB's chunk may be padded; what lies beyond the buffer's length is not the buffer.
@@ -69,6 +91,18 @@ impl<'a> Buffers<'a> {
             place: buffer.place,
             length,
         })
+    }
+}
+
+fn spend(left: &mut u64, amount: u64) -> Result<(), MeshProblem> {
+    let rest = left.checked_sub(amount);
+    *left = rest.unwrap_or(0);
+    match rest {
+        Some(_) => Ok(()),
+        None => Err(MeshProblem::Unsupported(
+            "the file names the same data too often: export the model with fewer parts and copies"
+                .to_owned(),
+        )),
     }
 }
 
@@ -88,7 +122,8 @@ fn without_data(view: &Part<'_>, buffer: &Part<'_>) -> MeshProblem {
     }
 }
 
-fn resolve(uri: &str, folder: &Path, length: Option<u64>) -> Result<Vec<u8>, MeshProblem> {
+/// The bytes that a URI refers to; of a file so many at most.
+fn resolve(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, MeshProblem> {
     let refuse = |why: &str| MeshProblem::Reference {
         uri: shortened(uri, 80),
         why: why.to_owned(),
@@ -132,7 +167,6 @@ fn resolve(uri: &str, folder: &Path, length: Option<u64>) -> Result<Vec<u8>, Mes
         Ok(decoded) => file_named(&decoded).or_else(|problem| file_named(uri).map_err(|_| problem)),
         Err(_) => file_named(uri),
     }?;
-    let most = length.unwrap_or(MOST_BYTES).min(MOST_BYTES);
     let mut bytes = Vec::new();
     File::open(&path)
         .and_then(|file| file.take(most).read_to_end(&mut bytes))

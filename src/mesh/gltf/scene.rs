@@ -91,7 +91,7 @@ impl<'a> Scene<'a> {
         Ok(scene)
     }
 
-    /// The nodes that the default scene begins with; without scenes, those that are nobody's child.
+    /// The nodes that the default scene begins with; without scenes, those that are no node's child.
     fn top_nodes(&self) -> Result<Vec<usize>, MeshProblem> {
         let scene = match self.root.get("scene") {
             Some(reference) => Some(self.root.named("scenes", &reference)?.1),
@@ -128,7 +128,7 @@ impl<'a> Scene<'a> {
         let mut above = Some(index);
         while let Some(index) = above.filter(|&index| self.worlds[index].is_none()) {
             if chain.len() == self.worlds.len() {
-                return Err(damaged(format!("{} is above itself", node.place)));
+                return Err(damaged(format!("{} is its own ancestor", node.place)));
             }
             chain.push(index);
             above = self.parents[index];
@@ -136,15 +136,17 @@ impl<'a> Scene<'a> {
         for index in chain.into_iter().rev() {
             self.put(index)?;
         }
-        Ok(self.worlds[index].unwrap_or(DMat4::IDENTITY))
+        Ok(self.world(index))
     }
 
-    /// The way from the scene's root to a node of the scene.
-    pub(super) fn chain(&self, index: usize) -> Vec<usize> {
-        let mut chain: Vec<usize> =
-            std::iter::successors(Some(index), |&node| self.parents[node]).collect();
-        chain.reverse();
-        chain
+    /// The node above a node.
+    pub(super) fn parent(&self, index: usize) -> Option<usize> {
+        self.parents[index]
+    }
+
+    /// Where a node of the scene is.
+    pub(super) fn world(&self, index: usize) -> DMat4 {
+        self.worlds[index].unwrap_or(DMat4::IDENTITY)
     }
 }
 
@@ -157,7 +159,8 @@ fn parents(root: &Part<'_>) -> Result<Vec<Option<usize>>, MeshProblem> {
             let Ok(child) = child.as_whole() else {
                 continue;
             };
-            if let Some(parent @ None) = parents.get_mut(child as usize) {
+            let child = usize::try_from(child).unwrap_or(usize::MAX);
+            if let Some(parent @ None) = parents.get_mut(child) {
                 *parent = Some(index);
             }
         }
@@ -267,6 +270,7 @@ pub(super) fn copies(
             attributes.place
         )));
     }
+    buffers.spend(16 * count as u64)?;
     (0..count)
         .map(|copy| {
             let scale = scales.get(copy).map_or(DVec3::ONE, |&s| s.into());

@@ -11,7 +11,10 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use super::read_track;
+use super::reader::Reader;
+use super::resource::Buffers;
+use super::{animation, glb, read_track};
+use crate::mesh::error::MeshProblem;
 use crate::mesh::load::{Extent, parse};
 use crate::mesh::random_files::mutate;
 use crate::mesh::soup::Soup;
@@ -749,6 +752,23 @@ fn what_is_not_applied_is_in_the_report() {
         ]
     );
 
+    // Extensions that change no shape are allowed to be required, and need no note.
+    let names = [
+        "ADOBE_materials_clearcoat_tint",
+        "CESIUM_RTC",
+        "EXT_materials_bump",
+        "KHR_techniques_webgl",
+        "NV_materials_mdl",
+    ];
+    let model = Model::with(|json| {
+        json["extensionsRequired"] = json!(names);
+        json["nodes"][0]["extensions"] = extensions(&names);
+        json["meshes"][0]["extensions"] = extensions(&names);
+    });
+    let harmless = soup(&model.glb());
+    assert_measures("extensions that change no shape", &harmless, &cube());
+    assert!(harmless.seen.oddities().is_empty());
+
     // Copies of a skinned mesh: it is where its joints are, once.
     let mut model = Model::skinned(1.0);
     model.json["nodes"][0]["extensions"] =
@@ -760,6 +780,71 @@ fn what_is_not_applied_is_in_the_report() {
         said,
         ["the extension EXT_mesh_gpu_instancing is not applied"]
     );
+}
+
+/// Texture coordinates that cannot be read leave the shape as it is, and so does a triangle that lacks corners.
+#[test]
+fn damage_that_leaves_the_shape_is_noted() {
+    let uvs = |change: &dyn Fn(&mut Model, usize)| {
+        let mut model = Model::cube();
+        let uvs = model.floats(&[[0.5, 0.25]; 8]);
+        model.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+        change(&mut model, uvs);
+        soup(&model.glb())
+    };
+    let good = uvs(&|_, _| {});
+    assert_eq!(good.uvs.map(|uvs| uvs.len()), Some(12));
+    assert_eq!(good.seen.oddities(), [""; 0]);
+    let attribute = |model: &mut Model, value: Value| {
+        model.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = value;
+    };
+    for (name, odd) in [
+        ("number", uvs(&|model, _| attribute(model, json!(99)))),
+        ("text", uvs(&|model, _| attribute(model, json!("none")))),
+        ("positions", uvs(&|model, _| attribute(model, json!(0)))),
+        (
+            "component type",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["componentType"] = json!(5125)),
+        ),
+        (
+            "buffer view",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["bufferView"] = json!(99)),
+        ),
+        (
+            "no data",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["bufferView"] = Value::Null),
+        ),
+        (
+            "too many",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["count"] = json!(9)),
+        ),
+        (
+            "too few",
+            uvs(&|model, uvs| model.json["accessors"][uvs]["count"] = json!(7)),
+        ),
+    ] {
+        assert_measures(name, &odd, &cube());
+        assert!(odd.uvs.is_none(), "{name}");
+        let said = odd.seen.oddities();
+        let words = "texture coordinates that are incomplete or not finite, ignored";
+        assert_eq!(said, [words], "{name}");
+    }
+
+    // 32 corners are 10 triangles and 2 corners.
+    let model = Model::with(|json| json["accessors"][1]["count"] = json!(32));
+    let cut = soup(&model.glb());
+    assert_eq!(cut.triangles.len(), 10);
+    assert_eq!(
+        cut.seen.oddities(),
+        ["1 triangle that lacks corners, ignored"]
+    );
+    // Lists of corners in order, without indices: 8 corners are 2 triangles and 2 corners.
+    let model = Model::with(|json| {
+        json["meshes"][0]["primitives"][0]["indices"] = Value::Null;
+    });
+    let cut = soup(&model.glb());
+    assert_eq!(cut.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(cut.seen.incomplete_triangles, 1);
 }
 
 /// Compressed data is refused by the name of its extension, unless it is there unpacked too.
@@ -853,6 +938,10 @@ fn problems_are_named_by_their_places() {
             "nodes[0].mesh is `nnn",
         ),
         (
+            changed(&|json| json["nodes"][0]["mesh"] = json!(1e300)),
+            "nodes[0].mesh names mesh 18446744073709551615, and the file has 1",
+        ),
+        (
             changed(&|json| json["nodes"][0]["translation"] = json!([1, 2])),
             "nodes[0].translation is a list of 2, not 3 numbers",
         ),
@@ -925,7 +1014,7 @@ fn problems_are_named_by_their_places() {
                 json["nodes"][1] = json!({"children": [2]});
                 json["nodes"][2] = json!({"children": [1]});
             }),
-            "nodes[1] is above itself",
+            "nodes[1] is its own ancestor",
         ),
         (
             skinned(&|json| json["accessors"][3]["count"] = json!(7)),
@@ -1005,5 +1094,289 @@ fn the_first_animation_that_moves_a_node_is_followed() {
         model.json["animations"] = json!(animations);
         let problem = read_track(&model.glb(), Path::new("")).unwrap_err();
         assert!(problem.to_string().contains(words), "{problem}");
+    }
+}
+
+/// Reads a file that may cost only so much work, once for its triangles or once for its animation.
+fn read_within(work: u64, model: &Model, is_track: bool) -> Result<(), MeshProblem> {
+    let bytes = model.glb();
+    let (json, blob) = glb::split(&bytes)?;
+    let json = super::json::parse(json)?;
+    let mut buffers = Buffers::new(&json, blob, Path::new(""));
+    buffers.work_left = work;
+    if is_track {
+        animation::track(&mut buffers).map(|_| ())
+    } else {
+        let mut reader = Reader::new(buffers);
+        reader.add_scene()
+    }
+}
+
+const TOO_OFTEN: &str = "the file names the same data too often";
+
+impl Model {
+    /// An accessor of zeros that takes no bytes.
+    fn zeros(&mut self, kind: &str, count: usize) -> usize {
+        self.push_accessor(json!({
+            "componentType": 5126, "count": count, "type": kind,
+            "sparse": {"count": 0, "indices": {"bufferView": 1, "componentType": 5121},
+                "values": {"bufferView": 0}},
+        }))
+    }
+
+    /// Replaces the nodes, all at the top of the scene.
+    fn set_nodes(&mut self, nodes: Vec<Value>) {
+        self.json["scenes"] = json!([{"nodes": (0..nodes.len()).collect::<Vec<_>>()}]);
+        self.json["nodes"] = Value::Array(nodes);
+    }
+
+    /// A primitive with these attributes and no indices.
+    fn set_primitives(&mut self, count: usize, attributes: &Value) {
+        let primitive = json!({ "attributes": attributes });
+        self.json["meshes"][0]["primitives"] = Value::Array(vec![primitive; count]);
+    }
+
+    /// An animation whose sampler of a number moves the node of that number.
+    fn animate(&mut self, samplers: &[[usize; 2]], path: &str) {
+        let sampler = |&[input, output]: &[usize; 2]| json!({"input": input, "output": output});
+        let samplers: Vec<Value> = samplers.iter().map(sampler).collect();
+        let channel = |node| json!({"sampler": node, "target": {"node": node, "path": path}});
+        let channels: Vec<Value> = (0..samplers.len()).map(channel).collect();
+        self.json["animations"] = json!([{"samplers": samplers, "channels": channels}]);
+    }
+}
+
+/// A small file can name a thing often, and what it names can name other things often. Each line is a file of a size
+/// that a number gives: with a few it is read, with many it is refused.
+#[test]
+fn work_that_a_small_file_multiplies_is_refused() {
+    type Make = fn(&mut Model, usize);
+    let lines: [(&str, usize, bool, Make); 11] = [
+        ("nodes and empty primitives", 300, false, |model, many| {
+            model.set_primitives(many, &json!({}));
+            model.set_nodes(vec![json!({"mesh": 0}); many]);
+        }),
+        ("nodes and extensions", 100, false, |model, many| {
+            let names = (0..many).map(|i| (format!("KHR_materials_{i}"), json!({})));
+            model.json["meshes"][0]["extensions"] = Value::Object(names.collect());
+            model.set_primitives(0, &json!({}));
+            model.set_nodes(vec![json!({"mesh": 0}); many]);
+        }),
+        ("nodes and weights of zero", 1500, false, |model, many| {
+            model.json["meshes"][0]["weights"] = json!(vec![0; many]);
+            model.set_primitives(0, &json!({}));
+            model.set_nodes(vec![json!({"mesh": 0}); many]);
+        }),
+        ("targets of one accessor", 100, false, |model, many| {
+            let zeros = model.zeros("VEC3", 10_000);
+            model.set_primitives(1, &json!({ "POSITION": zeros }));
+            (0..many).for_each(|_| model.add_target(zeros));
+            model.json["meshes"][0]["weights"] = json!(vec![1; many]);
+        }),
+        ("copies by one accessor", 100, false, |model, many| {
+            let zeros = model.zeros("VEC3", 1000);
+            model.set_primitives(0, &json!({}));
+            model.set_nodes(vec![instanced(zeros); many]);
+        }),
+        ("copies of nothing", 100, false, |model, many| {
+            let zeros = model.zeros("VEC3", 1000);
+            let empty = model.zeros("VEC3", 0);
+            model.set_primitives(many, &json!({ "POSITION": empty }));
+            model.set_nodes(vec![instanced(zeros)]);
+        }),
+        ("sets of joints", 3000, false, |model, many| {
+            *model = Model::skinned(1.0);
+            let attributes = &mut model.json["meshes"][0]["primitives"][0]["attributes"];
+            for set in 1..many {
+                attributes[format!("JOINTS_{set}")] = attributes["JOINTS_0"].clone();
+                attributes[format!("WEIGHTS_{set}")] = attributes["WEIGHTS_0"].clone();
+            }
+        }),
+        ("skins of one accessor", 100, false, |model, many| {
+            *model = Model::skinned(1.0);
+            let zeros = model.zeros("MAT4", 1000);
+            let skin = json!({"joints": [0], "inverseBindMatrices": zeros});
+            model.json["skins"] = Value::Array(vec![skin; many]);
+            model.set_primitives(0, &json!({}));
+            let node = |skin| json!({"mesh": 0, "skin": skin});
+            model.set_nodes((0..many).map(node).collect());
+        }),
+        ("damaged texture coordinates", 100, false, |model, many| {
+            let zeros = model.zeros("VEC2", 10_000);
+            let far = model.view(&[0xff; 4]);
+            let sparse = &mut model.json["accessors"][zeros]["sparse"];
+            sparse["count"] = json!(1);
+            sparse["indices"] = json!({"bufferView": far, "componentType": 5125});
+            model.set_primitives(many, &json!({"POSITION": 0, "TEXCOORD_0": zeros}));
+        }),
+        ("keys of one sampler", 100, true, |model, many| {
+            let times: Vec<[f64; 1]> = (0..1000).map(|key| [f64::from(key)]).collect();
+            let times = model.floats(&times);
+            let zeros = model.zeros("VEC3", 1000);
+            model.animate(&[[times, zeros]], "translation");
+            let channel = model.json["animations"][0]["channels"][0].clone();
+            model.json["animations"][0]["channels"] = Value::Array(vec![channel; many]);
+        }),
+        ("keys and nodes", 100, true, |model, many| {
+            let zeros = model.zeros("VEC3", 10);
+            let times = |sampler: usize| -> Vec<[f64; 1]> {
+                (0..10).map(|key| [(10 * sampler + key) as f64]).collect()
+            };
+            let samplers: Vec<[usize; 2]> = (0..many)
+                .map(|sampler| [model.floats(&times(sampler)), zeros])
+                .collect();
+            model.animate(&samplers, "translation");
+            model.set_nodes(vec![json!({"mesh": 0}); many]);
+        }),
+    ];
+    for (name, many, is_track, make) in lines {
+        for (many, is_read) in [(3, true), (many, false)] {
+            let mut model = Model::cube();
+            make(&mut model, many);
+            assert!(model.glb().len() < 200_000, "{name}");
+            let begin = Instant::now();
+            match read_within(1 << 20, &model, is_track) {
+                Ok(()) => assert!(is_read, "{name}: {many} are read"),
+                Err(problem) => {
+                    let is_refused = !is_read && problem.to_string().contains(TOO_OFTEN);
+                    assert!(is_refused, "{name}, {many}: {problem}");
+                }
+            }
+            assert!(begin.elapsed() < Duration::from_secs(5), "{name}");
+        }
+    }
+}
+
+/// A node that shows copies of the mesh.
+fn instanced(translations: usize) -> Value {
+    let attributes = json!({ "TRANSLATION": translations });
+    json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}})
+}
+
+/// Every buffer keeps its bytes, also where several name one file.
+#[test]
+fn buffers_that_name_one_file_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("points.bin"), vec![0; 1 << 20]).unwrap();
+    let read = |buffers: usize| {
+        let mut model = Model::cube();
+        let buffer = json!({"uri": "points.bin", "byteLength": 1 << 20});
+        model.json["buffers"] = Value::Array(vec![buffer; buffers]);
+        let view = |buffer| json!({"buffer": buffer, "byteLength": 96});
+        model.json["bufferViews"] = (0..buffers).map(view).collect();
+        let accessor =
+            |view| json!({"bufferView": view, "componentType": 5126, "count": 8, "type": "VEC3"});
+        model.json["accessors"] = (0..buffers).map(accessor).collect();
+        let primitive = |accessor| json!({"attributes": {"POSITION": accessor}});
+        model.json["meshes"][0]["primitives"] = (0..buffers).map(primitive).collect();
+        let json = super::json::parse(model.text().as_bytes()).unwrap();
+        let mut buffers = Buffers::new(&json, None, folder.path());
+        buffers.bytes_left = 5 << 19;
+        Reader::new(buffers).add_scene()
+    };
+    assert_eq!(read(2), Ok(()));
+    let problem = read(3).unwrap_err().to_string();
+    assert!(problem.contains(TOO_OFTEN), "{problem}");
+}
+
+/// Chains of nodes and objects with many members are read in a time that grows as the file does.
+#[test]
+fn deep_chains_and_wide_objects_are_read_at_once() {
+    let begin = Instant::now();
+    let mut model = Model::cube();
+    let times = model.floats(&[[0.0], [2.0]]);
+    let moves = model.floats(&[[0.0, 0.0, 0.0], [6.0, 0.0, 0.0]]);
+    let depth = 30_000;
+    let node = |index| json!({"mesh": 0, "children": [index + 1]});
+    let mut nodes: Vec<Value> = (0..depth).map(node).collect();
+    nodes.push(json!({"mesh": 0}));
+    model.json["nodes"] = Value::Array(nodes);
+    model.animate(&[[times, moves]], "translation");
+    let track = read_track(&model.glb(), Path::new("")).unwrap();
+    assert!(track.at(1.0).1.abs_diff_eq(DVec3::new(3.0, 0.0, 0.0), 1e-9));
+    assert!(begin.elapsed() < Duration::from_secs(5));
+
+    let begin = Instant::now();
+    let mut model = Model::cube();
+    for member in 0..100_000 {
+        model.json["accessors"][0][format!("{member}")] = json!(0);
+    }
+    let points = json!({"attributes": {"POSITION": 0}, "mode": 0});
+    let primitives = model.json["meshes"][0]["primitives"]
+        .as_array_mut()
+        .unwrap();
+    primitives.resize(50_000, points);
+    assert_measures("many members", &soup(&model.glb()), &cube());
+    assert!(begin.elapsed() < Duration::from_secs(5));
+}
+
+/// Nodes that move below others that move or stand still. The first turns by 90 degrees about Y in two seconds.
+#[test]
+fn animations_of_several_nodes_are_followed_where_meshes_move_alike() {
+    let half = 0.5_f64.sqrt();
+    let animated = |nodes: Value, path: &str| {
+        let mut model = Model::cube();
+        let times = model.floats(&[[0.0], [2.0]]);
+        let turns = model.floats(&[[0.0, 0.0, 0.0, 1.0], [0.0, half, 0.0, half]]);
+        let moves = model.floats(&[[0.0, 0.0, 0.0], [6.0, 0.0, 0.0]]);
+        model.animate(&[[times, turns], [times, moves]], "rotation");
+        model.json["animations"][0]["channels"][1]["target"]["path"] = json!(path);
+        model.json["nodes"] = nodes;
+        // Without scenes, all nodes are shown.
+        model.json["scenes"] = Value::Null;
+        model.json["scene"] = Value::Null;
+        read_track(&model.glb(), Path::new("")).map_err(|problem| problem.to_string())
+    };
+    // Node 1 moves along X of node 0, which has turned X to -Z; the scale between them doubles the way.
+    let below = |more: Value| {
+        json!([
+            {"children": [2]},
+            {"children": [3, 4]},
+            {"children": [1], "scale": [2, 2, 2], "translation": [0, 5, 0]},
+            {"mesh": 0, "scale": [1, 2, 3]},
+            more,
+        ])
+    };
+    for more in [
+        json!({}),
+        json!({"mesh": 0}),
+        json!({"mesh": 0, "translation": [9, 9, 9]}),
+    ] {
+        let track = animated(below(more), "translation").unwrap();
+        assert_eq!(track.duration(), 2.0);
+        let (turn, moved) = track.at(1.0);
+        let expected = DVec3::new(6.0 * half, 0.0, -6.0 * half);
+        assert!(moved.abs_diff_eq(expected, 1e-6), "{moved}");
+        let x = turn * DVec3::X;
+        assert!(x.abs_diff_eq(DVec3::new(half, 0.0, -half), 1e-6), "{x}");
+    }
+    // A mesh above the node that moves, and one that stands still.
+    let mut above = below(json!({}));
+    above[2]["mesh"] = json!(0);
+    for (nodes, path, words) in [
+        (above, "translation", "its parts have moved differently"),
+        (
+            json!([{"mesh": 0}, {"mesh": 0}]),
+            "translation",
+            "its parts have moved differently",
+        ),
+        (
+            json!([{}, {"mesh": 0}, {"mesh": 0}]),
+            "translation",
+            "its parts have moved differently",
+        ),
+        (
+            json!([{"mesh": 0}, {"mesh": 0}]),
+            "scale",
+            "scales or skews the model",
+        ),
+        (
+            json!([{}, {}, {"mesh": 0}]),
+            "translation",
+            "moves none of the nodes that have a mesh",
+        ),
+    ] {
+        let problem = animated(nodes, path).unwrap_err();
+        assert!(problem.contains(words), "{problem}\n  should have: {words}");
     }
 }
