@@ -61,7 +61,7 @@ impl WholeFile {
         let folder = folder_of(path);
         std::fs::create_dir_all(folder)?;
 
-        remove_left(folder);
+        remove_abandoned(folder);
         let prefix = hidden_prefix(name);
         let mut builder = tempfile::Builder::new();
         builder
@@ -139,10 +139,11 @@ impl Seek for WholeFile {
 /// What a hidden name begins with: a dot and the final name, cut where the hidden one would be longer than file systems
 /// surely take, and longer than the final one.
 fn hidden_prefix(name: &OsStr) -> OsString {
-    let name = name.to_string_lossy();
     let two_dots = 2;
     let others = two_dots + RANDOM_LENGTH + ENDING.len();
+    // Of the name itself: a byte that is not UTF-8 becomes three.
     let room = name.len().max(SURE_LENGTH) - others;
+    let name = name.to_string_lossy();
     OsString::from(format!(".{}.", &name[..name.floor_char_boundary(room)]))
 }
 
@@ -166,7 +167,7 @@ fn lock(file: &File) {
 
 /// Removes the hidden files of processes that were killed, once for each folder. That is tidying up: where it fails, the
 /// files stay.
-fn remove_left(folder: &Path) {
+fn remove_abandoned(folder: &Path) {
     static TIDY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let is_first = |folders: &mut BTreeSet<_>| folders.insert(folder.to_owned());
     if !TIDY.lock().is_ok_and(|mut folders| is_first(&mut folders)) {
@@ -302,6 +303,16 @@ mod tests {
             assert_eq!(names_in(folder.path()), [name.as_str()]);
             std::fs::remove_file(folder.path().join(&name)).unwrap();
         }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn names_that_are_no_text_are_no_longer_either() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(OsStr::from_bytes(&[0xff; 255]));
+        WholeFile::create(&path).unwrap().finish().unwrap();
+        assert!(path.exists());
     }
 
     /// A killed process cannot tidy up; without this, folders of a cluster's runs fill with pieces.

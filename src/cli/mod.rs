@@ -114,7 +114,7 @@ pub fn main() -> ExitCode {
         .init();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return told_by_clap(&with_hint(error)),
+        Err(error) => return print_clap_message(&with_hint(error)),
     };
     let result = match &cli.command {
         None => lab::Lab::default().run(),
@@ -148,8 +148,8 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Help and versions are data like any other: where they cannot be written, that is an error.
-fn told_by_clap(error: &clap::Error) -> ExitCode {
+/// Prints help, the version or a usage error. Help that cannot be written is an error.
+fn print_clap_message(error: &clap::Error) -> ExitCode {
     let printed = error.print().and_then(|()| std::io::stdout().flush());
     match printed {
         Err(source) if !error.use_stderr() && source.kind() != std::io::ErrorKind::BrokenPipe => {

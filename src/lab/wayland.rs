@@ -1,5 +1,5 @@
-//! Which system the window is asked of: the variable of a compositor outlives it, in terminals and containers that are
-//! entered again, and X11 may work all the same.
+//! Falls back to X11 where `WAYLAND_DISPLAY` names a socket without a compositor: the variable can outlive the compositor,
+//! in terminals and containers that are entered again.
 
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;

@@ -5,6 +5,7 @@
 
 use super::gear::{Gear, gear};
 use super::primitive::{capsule, cube, icosphere, plane, torus};
+use super::soup::MOST_TRIANGLES;
 use super::{Mesh, MeshError, embedded};
 
 /// The name of every built-in mesh, with its parameters and their defaults.
@@ -55,27 +56,32 @@ impl Mesh {
         let mesh = match name {
             "cube" => {
                 let divisions = parameters.count("divisions", 1, 1, 1024)?;
+                parameters.limit(12 * u64::from(divisions).pow(2))?;
                 cube(divisions)
             }
             "torus" => {
                 let major = parameters.count("major", 144, 3, 8192)?;
                 let minor = parameters.count("minor", 96, 3, 8192)?;
                 let tube = parameters.length("tube", 0.4, 0.001, 0.999)?;
+                parameters.limit(2 * u64::from(major) * u64::from(minor))?;
                 torus(major, minor, tube)
             }
             "icosphere" => {
                 let subdivisions = parameters.count("subdivisions", 5, 0, 10)?;
+                parameters.limit(20 * 4_u64.pow(subdivisions))?;
                 icosphere(subdivisions)
             }
             "plane" => {
                 let columns = parameters.count("columns", 64, 1, 4096)?;
                 let rows = parameters.count("rows", 64, 1, 4096)?;
+                parameters.limit(2 * u64::from(columns) * u64::from(rows))?;
                 plane(columns, rows)
             }
             "capsule" => {
                 let segments = parameters.count("segments", 96, 3, 4096)?;
                 let rings = parameters.count("rings", 24, 1, 2048)?;
                 let length = parameters.length("length", 1.0, 0.001, 1000.0)?;
+                parameters.limit(4 * u64::from(segments) * u64::from(rings))?;
                 capsule(segments, rings, length)
             }
             "gear" | "ring_gear" => {
@@ -183,6 +189,19 @@ impl<'a> Parameters<'a> {
         self.number(name, default, least, most)
     }
 
+    /// Refuses so many triangles before any is made.
+    fn limit(&self, triangles: u64) -> Result<(), MeshError> {
+        if triangles <= MOST_TRIANGLES as u64 {
+            return Ok(());
+        }
+        Err(MeshError::Parameter {
+            name: self.mesh.to_owned(),
+            problem: format!(
+                "it would have {triangles} triangles, and {MOST_TRIANGLES} are the most that can be numbered: ask for fewer"
+            ),
+        })
+    }
+
     fn finish(self) -> Result<(), MeshError> {
         let Some((key, _)) = self.given.first() else {
             return Ok(());
@@ -216,6 +235,14 @@ mod tests {
 
     use super::*;
     use crate::mesh::surface::Surface;
+
+    /// Both sides are in their ranges, and the product is not: without the limit this takes gigabytes, and panics.
+    #[test]
+    fn too_many_triangles_are_refused_before_they_are_made() {
+        let error = Mesh::builtin("torus?major=8192&minor=8192").unwrap_err();
+        let text = error.to_string();
+        assert!(text.contains("134217728 triangles"), "{text}");
+    }
 
     #[test]
     fn builtins_are_what_their_reports_say() {

@@ -3,10 +3,10 @@
 //! Nothing here knows Vulkan or particles.
 //!
 //! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
-//! triangles. `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that lie
-//! on each other but for rounding, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of
-//! all that. [`surface`] pools meshes for the kernels, with the rotation across
-//! every edge; [`walk`] is the reference for walks on it.
+//! triangles. `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that
+//! coincide within rounding error, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of
+//! all that. [`surface`] pools meshes for the kernels, with the rotation across every edge; [`walk`] is the reference for
+//! walks on it.
 //!
 //! Conventions, stated once:
 //! - half-edge `h = 3 * triangle + corner` runs from that corner to the next one of its triangle;

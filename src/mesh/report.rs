@@ -43,9 +43,10 @@ pub struct MeshReport {
     pub without_area: usize,
     /// Triangles with the same corners as an earlier one; dropped.
     pub duplicates: usize,
-    /// Vertices that lie on another one but for rounding, at borders; made one with it.
+    /// Vertices at borders that coincide with another one within rounding error; made one with it.
     pub stitched_vertices: usize,
-    /// Border edges that lie on another one but for rounding and stay open: the surface would fold, or more than two meet.
+    /// Border edges that coincide with another one within rounding error and stay open: the surface would fold there, a
+    /// triangle would lose its area, or more than two meet.
     pub open_seams: usize,
     /// Edges of three or more triangles: the first two that can be are joined, the others end there.
     pub non_manifold_edges: usize,
@@ -155,13 +156,13 @@ impl MeshReport {
         );
         note(
             self.stitched_vertices,
-            "vertex at a border that lies on another one but for rounding, made one with it",
-            "vertices at borders that lie on others but for rounding, made one with these",
+            "border vertex that coincides with another one within rounding error, made one with it",
+            "border vertices that coincide with others within rounding error, made one with these",
         );
         note(
             self.open_seams,
-            "border edge that lies on another one but for rounding, left open",
-            "border edges that lie on others but for rounding, left open",
+            "border edge that coincides with another one within rounding error, left open",
+            "border edges that coincide with others within rounding error, left open",
         );
         note(
             self.non_manifold_edges,

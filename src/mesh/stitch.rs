@@ -1,4 +1,4 @@
-//! Seams that nearly close: borders that lie on each other but for rounding are joined.
+//! Seams that nearly close: borders that coincide within rounding error are joined.
 //!
 //! Programs that build a surface from pieces write the vertices of a seam once for each piece, and the last digits
 //! differ: `cos(2 pi)` is not quite `cos(0)`. Two border edges are joined if
@@ -18,16 +18,22 @@ use glam::{DVec3, Vec3};
 use super::MeshReport;
 use super::edges::{EdgeGroups, ends, previous};
 
-/// Parts of the diagonal of the model's box between which vertices may differ by rounding: a little more than what six
-/// digits leave.
+/// Parts of the diagonal of the model's box by which vertices may differ through rounding: for a model near the origin a
+/// little more than what six digits leave.
 const REACH: f64 = 2e-6;
 
 /// The same in parts of the shortest edge at a vertex.
-const OF_EDGE: f64 = 0.1;
+const OF_EDGE: f64 = 0.02;
 
 /// The cosine between the directions in which two triangles leave their common edge from which on they lie on each
 /// other: five degrees.
 const FOLDED: f64 = 0.996;
+
+/// Other borders near one of about its length that are looked at; where there are more, it is left open.
+const MOST_NEAR: usize = 64;
+
+/// Rounds in which joints that do damage are left out; after them all are.
+const MOST_ROUNDS: usize = 8;
 
 /// Joins borders that nearly coincide, by giving triangles the first of the vertices that become one. Corners of each
 /// triangle are different before and after. Says whether anything was joined.
@@ -141,36 +147,57 @@ impl<'a> Seams<'a> {
         self.at(a).distance(self.at(b)) <= f64::from(tolerance)
     }
 
-    /// For each border the one that lies on it. The middles of both are in the same cell of a grid, or in cells beside
-    /// each other.
+    /// For each border the one that lies on it.
+    ///
+    /// Borders are in grids by their middles, those of each length (up to a factor of two) in one of their own: a cell is as
+    /// wide as such borders may be apart, so few share it, however small they are in the model.
     fn partners(&self, borders: &[u32]) -> Vec<Partner> {
-        let cell = 2.0 * self.reach;
-        let cell_of = |place: DVec3| (place / cell).floor().to_array().map(|c| c as i64);
-        let mut in_cell: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(borders.len());
+        let mut in_cell: HashMap<[i64; 4], Vec<u32>> = HashMap::with_capacity(borders.len());
         for (border, &halfedge) in borders.iter().enumerate() {
-            let cell = cell_of(self.middle(halfedge));
-            in_cell.entry(cell).or_default().push(border as u32);
+            let level = level(self.length(halfedge));
+            let [x, y, z] = self.cell(level, self.middle(halfedge));
+            let cell = in_cell.entry([level, x, y, z]).or_default();
+            cell.push(border as u32);
         }
         let partner_of = |(border, &halfedge): (usize, &u32)| {
-            let middle = self.middle(halfedge);
-            let [low, high] = [-self.reach, self.reach].map(|reach| cell_of(middle + reach));
+            let (length, middle) = (self.length(halfedge), self.middle(halfedge));
+            let apart = self.reach.min(OF_EDGE * length);
             let mut found = Partner::None;
-            for cell in cells(low, high) {
-                for &other in in_cell.get(&cell).into_iter().flatten() {
-                    if other as usize == border
-                        || !self.lie_on_each_other(halfedge, borders[other as usize])
-                    {
-                        continue;
+            let mut looked_at = 0;
+            // What lies on it may be a little shorter or longer.
+            for level in level(length) - 1..=level(length) + 1 {
+                let [low, high] = [-apart, apart].map(|way| self.cell(level, middle + way));
+                for [x, y, z] in cells(low, high) {
+                    for &other in in_cell.get(&[level, x, y, z]).into_iter().flatten() {
+                        if other as usize == border {
+                            continue;
+                        }
+                        looked_at += 1;
+                        let lies_there = self.lie_on_each_other(halfedge, borders[other as usize]);
+                        found = match found {
+                            _ if looked_at > MOST_NEAR => return Partner::Several,
+                            found if !lies_there => found,
+                            Partner::None => Partner::One(other),
+                            _ => return Partner::Several,
+                        };
                     }
-                    found = match found {
-                        Partner::None => Partner::One(other),
-                        _ => return Partner::Several,
-                    };
                 }
             }
             found
         };
         borders.iter().enumerate().map(partner_of).collect()
+    }
+
+    fn length(&self, halfedge: u32) -> f64 {
+        let (from, to) = self.ends(halfedge);
+        self.at(from).distance(self.at(to))
+    }
+
+    /// The cell of a place in the grid of one level.
+    fn cell(&self, level: i64, place: DVec3) -> [i64; 3] {
+        let longest = f64::from(level as i32 + 1).exp2();
+        let width = 2.0 * self.reach.min(OF_EDGE * longest);
+        (place / width).floor().to_array().map(|c| c as i64)
     }
 
     fn lie_on_each_other(&self, one: u32, other: u32) -> bool {
@@ -204,7 +231,7 @@ impl<'a> Seams<'a> {
     /// Leaves out what would take the area from a triangle, or turn it over.
     fn without_damage(&self, mut first_of: HashMap<u32, u32>) -> HashMap<u32, u32> {
         // Some of what is left out may have kept another triangle whole, so it is looked at until nothing is wrong.
-        loop {
+        for _ in 0..MOST_ROUNDS {
             let first = |vertex: u32| first_of.get(&vertex).copied().unwrap_or(vertex);
             let normal =
                 |[a, b, c]: [u32; 3]| (self.at(b) - self.at(a)).cross(self.at(c) - self.at(a));
@@ -219,10 +246,16 @@ impl<'a> Seams<'a> {
             }
             first_of.retain(|_, first| !damaged.contains(first));
         }
+        HashMap::new()
     }
 }
 
-/// The cells from one to another, at most two on each axis.
+/// The power of two that a length reaches.
+fn level(length: f64) -> i64 {
+    length.log2().floor() as i64
+}
+
+/// The cells from one to another, at most three on each axis.
 fn cells(low: [i64; 3], high: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
     let range = move |axis: usize| low[axis]..=high[axis];
     range(0).flat_map(move |x| range(1).flat_map(move |y| range(2).map(move |z| [x, y, z])))
@@ -235,11 +268,18 @@ struct Clusters {
 }
 
 impl Clusters {
-    fn root(&self, mut vertex: u32) -> u32 {
-        while let Some(&parent) = self.parent.get(&vertex) {
-            vertex = parent;
+    fn root(&mut self, vertex: u32) -> u32 {
+        let mut root = vertex;
+        while let Some(&parent) = self.parent.get(&root) {
+            root = parent;
         }
-        vertex
+        // Shortens the way for the next search.
+        let mut on_the_way = vertex;
+        while on_the_way != root {
+            let parent = self.parent.insert(on_the_way, root);
+            on_the_way = parent.unwrap_or(root);
+        }
+        root
     }
 
     fn join(&mut self, a: u32, b: u32) {
@@ -251,9 +291,9 @@ impl Clusters {
     }
 
     /// Vertices that another one stands for, with that one.
-    fn first_of(&self) -> HashMap<u32, u32> {
-        let vertices = self.parent.keys();
-        vertices.map(|&v| (v, self.root(v))).collect()
+    fn first_of(mut self) -> HashMap<u32, u32> {
+        let vertices: Vec<u32> = self.parent.keys().copied().collect();
+        vertices.into_iter().map(|v| (v, self.root(v))).collect()
     }
 }
 
@@ -311,7 +351,7 @@ mod tests {
         assert!(report.summary().contains("96 border edges"), "{report}");
     }
 
-    /// A plate of two sheets that lie on each other but for rounding, open at all sides: joined, it would be a wall
+    /// A plate of two sheets that coincide within rounding error, open at all sides: joined, it would be a wall
     /// without thickness, with both sides on the same texels.
     #[test]
     fn sheets_that_lie_on_each_other_stay_apart() {
@@ -334,7 +374,31 @@ mod tests {
             (0, 8)
         );
         let text = mesh.report.to_string();
-        assert!(text.contains("8 border edges that lie on others"), "{text}");
+        assert!(text.contains("8 border edges that coincide"), "{text}");
+    }
+
+    /// One far vertex must not make the whole model look like one place: with a single grid this takes minutes.
+    #[test]
+    fn many_small_borders_and_a_far_corner_take_no_time() {
+        let mut soup = torus(1e-9);
+        let small = 1e-4;
+        let loose = 60_000;
+        for k in 0..loose {
+            let first = soup.positions.len() as u32;
+            let corner = DVec3::new(3.0 * f64::from(k % 250), 3.0 * f64::from(k / 250), 0.0);
+            for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+                soup.positions
+                    .push(small * (corner + DVec3::new(x, y, 0.0)));
+            }
+            soup.triangles.push([first, first + 1, first + 2]);
+        }
+        let far = soup.positions.len() as u32;
+        soup.positions
+            .extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 1e5 * axis));
+        soup.triangles.push([far, far + 1, far + 2]);
+        let report = Mesh::from_soup("torus", soup).unwrap().report;
+        assert_eq!((report.parts, report.open_seams), (2 + loose as usize, 0));
+        assert_eq!(report.border_edges, 3 + 3 * loose as usize);
     }
 
     /// Edges shorter than the tolerance would be closed up with it.
@@ -358,7 +422,7 @@ mod tests {
         assert_eq!((report.stitched_vertices, report.open_seams), (0, 0));
     }
 
-    /// Three sheets that meet in a line but for rounding: which two belong together cannot be told.
+    /// Three sheets whose edges coincide within rounding error: which two belong together cannot be told.
     #[test]
     fn what_could_be_joined_in_two_ways_is_left() {
         let mut soup = Soup::default();

@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 use super::file::Problem;
 use super::suggest::nearest;
 use super::{builtin, parameters};
+use crate::error::brief;
 use crate::mesh::MeshError;
+
+/// Problems that a message lists.
+const MOST_LISTED: usize = 20;
 
 /// Why there is no scene.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +64,7 @@ pub enum SceneError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// Keys or values are wrong; all of them are listed.
+    /// Keys or values are wrong; the message lists the first of them, and says how many there are.
     #[error("{}", listed(scene, problems))]
     Problems {
         /// The scene that was asked for.
@@ -98,7 +102,7 @@ impl SceneError {
         let names: Vec<_> = builtin::SCENES.iter().map(|scene| scene.name).collect();
         let (suggestion, known) = suggest(&name, &names);
         Self::UnknownScene {
-            name,
+            name: brief(&name),
             suggestion,
             known,
         }
@@ -108,7 +112,7 @@ impl SceneError {
         let names: Vec<_> = builtin::PRESETS.iter().map(|preset| preset.name).collect();
         let (suggestion, known) = suggest(name, &names);
         Self::UnknownPreset {
-            name: name.to_owned(),
+            name: brief(name),
             suggestion,
             known,
         }
@@ -124,11 +128,14 @@ fn suggest(name: &str, names: &[&str]) -> (String, String) {
 fn listed(scene: &Path, problems: &[Problem]) -> String {
     let scene = scene.display();
     match problems {
-        [only] => format!("{scene}: {only}"),
+        [only] => format!("{scene}: {}", brief(&only.to_string())),
         many => {
             let mut text = format!("{scene}: {} things are wrong:", many.len());
-            for problem in many {
-                let _ = write!(text, "\n  {problem}");
+            for problem in &many[..many.len().min(MOST_LISTED)] {
+                let _ = write!(text, "\n  {}", brief(&problem.to_string()));
+            }
+            if many.len() > MOST_LISTED {
+                let _ = write!(text, "\n  and {} more", many.len() - MOST_LISTED);
             }
             text
         }

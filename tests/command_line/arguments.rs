@@ -354,6 +354,26 @@ fn a_closed_pipe_is_quiet() {
     assert_eq!(output.status.code(), Some(0));
 }
 
+/// Scripts that keep the help or the version must learn of a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    for word in ["--help", "--version", "help"] {
+        let full = std::fs::File::options().write(true).open("/dev/full");
+        let output = Command::new(env!("CARGO_BIN_EXE_myxo"))
+            .arg(word)
+            .stdout(full.expect("it is there"))
+            .output()
+            .expect("the program starts");
+        assert_eq!(output.status.code(), Some(1), "{word}");
+        let said = text(&output.stderr);
+        assert!(
+            said.contains("cannot write to the standard output"),
+            "{word}: {said}"
+        );
+    }
+}
+
 #[test]
 fn help_has_examples_and_exit_codes() {
     let help = text(&myxo(&["--help"]).stdout);

@@ -194,6 +194,25 @@ fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
     }
 }
 
+/// Where distances are known less far than sensors look, whoever walks counts as one who may see others.
+#[test]
+fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
+    let forms = agrees_with_its_twin(0, |settings| {
+        settings.particles.count = 1500;
+        settings.physarum.sensor_offset = 0.12;
+        settings.distance.reach = 0.03;
+    });
+    for (strategy, [_, walk, _, walk_near]) in forms {
+        let sees_others = ![Strategy::None, Strategy::Respawn].contains(&strategy);
+        let [none, many] = if sees_others {
+            [walk, walk_near]
+        } else {
+            [walk_near, walk]
+        };
+        assert!(none == 0 && many > 20, "{strategy:?}: {walk}, {walk_near}");
+    }
+}
+
 /// Where every object has values of its own, far from the scene's.
 #[test]
 fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {

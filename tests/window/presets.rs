@@ -323,7 +323,9 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
     unsaved("it is changed", true);
-    let killed = Command::new("kill").arg(lab.pid()).status();
+    let killed = Command::new("sh")
+        .args(["-c", "kill \"$0\"", &lab.pid()])
+        .status();
     assert!(killed.expect("it is there").success());
     assert_eq!(lab.ended().code(), Some(130));
     let said = said(&lab.said);

@@ -81,7 +81,8 @@ fn longer_work_takes_longer() {
     let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
     let values = Buffer::<u32>::zeroed(&ctx, "values", 64).unwrap();
     let mut frames = Frames::new(&ctx, 1).unwrap();
-    for (name, rounds) in [("warm-up", 1), ("short", 3_000), ("long", 60_000)] {
+    let both = [("short", 3_000), ("long", 60_000)];
+    for (name, rounds) in [("warm-up", 1)].into_iter().chain([both; 5].concat()) {
         let mut rec = frames.begin().unwrap();
         rec.scope(name, |rec| {
             rec.dispatch(
@@ -95,7 +96,8 @@ fn longer_work_takes_longer() {
         frames.submit(rec).unwrap();
     }
     frames.wait_idle().unwrap();
-    let ms = |name| frames.timings().report(name).rows[0].time.median_ms;
+    // The shortest of five: a host that is busy elsewhere makes single ones longer.
+    let ms = |name| frames.timings().report(name).rows[0].time.min_ms;
     assert!(
         ms("long") > 3.0 * ms("short"),
         "{} and {} ms",

@@ -213,6 +213,28 @@ fn encoder_that_gives_up_is_quoted() {
     }
 }
 
+/// Without this a run of hours finds at its first frame, or at its end, that it cannot write a video.
+#[cfg(unix)]
+#[test]
+fn encoders_are_tried_before_the_first_frame() {
+    let tools = tempfile::tempdir().unwrap();
+    let tried = |script: &str| super::video::try_encoder(&fake_encoder(tools.path(), script));
+    let refused = tried("echo >&2; echo \"Unknown encoder 'libx264'\" >&2; exit 1");
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "Unknown encoder 'libx264'"
+    );
+    assert!(
+        tried("kill -9 $$")
+            .unwrap_err()
+            .to_string()
+            .contains("signal: 9")
+    );
+    tried("cat >/dev/null").unwrap();
+    let missing = super::video::try_encoder(&tools.path().join("none"));
+    assert_eq!(missing.unwrap_err().kind(), std::io::ErrorKind::NotFound);
+}
+
 /// What nobody can make smaller.
 fn noise(size: (u32, u32), seed: u32) -> RgbaImage {
     let mut bits = seed.wrapping_mul(0x9e37_79b9) | 1;

@@ -6,6 +6,7 @@
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use image::RgbaImage;
 
@@ -65,19 +66,23 @@ impl Output {
     ///
     /// # Errors
     /// All that can be known before the first frame: a name that means nothing, a folder that cannot
-    /// be made or written, a size that the format cannot hold, no `ffmpeg`.
+    /// be made or written, a size that the format cannot hold, no `ffmpeg` with libx264.
     pub fn create(
         path: &Path,
         size: (u32, u32),
         frames_per_second: f64,
     ) -> Result<Self, OutputError> {
+        // It stays as it is while the program runs.
+        static ENCODES: OnceLock<()> = OnceLock::new();
         let encoder = Path::new(ENCODER);
-        if Kind::of(path) == Some(Kind::Video) {
+        let kind = checked(path, size, frames_per_second)?;
+        if kind == Kind::Video && ENCODES.get().is_none() {
             video::try_encoder(encoder).map_err(|source| OutputError::NoEncoder {
                 path: path.to_owned(),
                 program: encoder.to_owned(),
                 source,
             })?;
+            let _ = ENCODES.set(());
         }
         Self::create_with_encoder(path, size, frames_per_second, encoder)
     }
@@ -90,32 +95,14 @@ impl Output {
         video::try_encoder(Path::new(ENCODER))
     }
 
-    /// The same with another program in the place of `ffmpeg`.
+    /// As [`create`](Self::create), with another program in the place of `ffmpeg` that is not tried first.
     fn create_with_encoder(
         path: &Path,
         size: (u32, u32),
         frames_per_second: f64,
         encoder: &Path,
     ) -> Result<Self, OutputError> {
-        let kind = Kind::of(path).ok_or_else(|| OutputError::Name(path.to_owned()))?;
-        let largest = match kind {
-            Kind::Gif => u32::from(u16::MAX),
-            Kind::Video => video::LARGEST_SIDE,
-            Kind::Picture | Kind::Sequence(_) => i32::MAX as u32,
-        };
-        let (width, height) = size;
-        if !(1..=largest).contains(&width) || !(1..=largest).contains(&height) {
-            return Err(OutputError::Size {
-                path: path.to_owned(),
-                width,
-                height,
-                largest,
-            });
-        }
-        if !(frames_per_second > 0.0 && frames_per_second <= 1000.0) {
-            return Err(OutputError::FrameRate(frames_per_second));
-        }
-        let writer = match kind {
+        let writer = match checked(path, size, frames_per_second)? {
             Kind::Picture => Writer::Picture(png::Picture::create(path)?),
             Kind::Sequence(numbering) => Writer::Sequence(png::Sequence::create(numbering)?),
             Kind::Gif => Writer::Gif(Box::new(gif::Gif::create(path, size, frames_per_second)?)),
@@ -271,6 +258,29 @@ impl fmt::Display for Written {
             ),
         }
     }
+}
+
+/// What a name means, if its format has pictures of this size and this speed.
+fn checked(path: &Path, size: (u32, u32), frames_per_second: f64) -> Result<Kind, OutputError> {
+    let kind = Kind::of(path).ok_or_else(|| OutputError::Name(path.to_owned()))?;
+    let largest = match kind {
+        Kind::Gif => u32::from(u16::MAX),
+        Kind::Video => video::LARGEST_SIDE,
+        Kind::Picture | Kind::Sequence(_) => i32::MAX as u32,
+    };
+    let (width, height) = size;
+    if !(1..=largest).contains(&width) || !(1..=largest).contains(&height) {
+        return Err(OutputError::Size {
+            path: path.to_owned(),
+            width,
+            height,
+            largest,
+        });
+    }
+    if !(frames_per_second > 0.0 && frames_per_second <= 1000.0) {
+        return Err(OutputError::FrameRate(frames_per_second));
+    }
+    Ok(kind)
 }
 
 fn is_png(path: &Path) -> bool {

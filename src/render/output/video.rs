@@ -139,7 +139,8 @@ impl Video {
 /// # Errors
 /// When it does not start, or what it said last.
 pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
-    let size = (16, 16);
+    // Sides that are odd need more of its filters than even ones.
+    let size = (17, 17);
     let mut command = Command::new(program);
     command.args(input_arguments(size, 30.0));
     command.args(output_arguments(size));
@@ -147,7 +148,7 @@ pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
     command.arg("pipe:1");
     let mut encoder = Encoder::start(command)?;
     // An encoder that has ended takes nothing; its status says why.
-    let _ = encoder.feed(&[0; 4 * 16 * 16]);
+    let _ = encoder.feed(&[0; 4 * 17 * 17]);
     match encoder.wait_at_most(PATIENCE_AT_FIRST) {
         Some(status) if status.success() => Ok(()),
         status => {

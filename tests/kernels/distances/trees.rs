@@ -63,6 +63,24 @@ fn star() -> Mesh {
     suite::mesh("star", &mesh.positions, &mesh.corners)
 }
 
+/// A corner that lies higher, along its own normal, than one beside it: only the way from the nearest corner itself tells the
+/// side.
+fn crooked() -> Mesh {
+    let v = Vec3::new;
+    suite::mesh(
+        "crooked",
+        &[
+            v(0.0, 0.0, 0.0),
+            v(0.23, 0.58, -0.49),
+            v(0.04, 0.94, -0.26),
+            v(-0.04, 0.96, 0.42),
+            v(-0.19, 1.06, -0.16),
+            v(0.27, 0.52, -0.28),
+        ],
+        &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 1]],
+    )
+}
+
 /// Places in and round a mesh: anywhere, and close over faces, edges and corners, in any direction.
 fn places(mesh: &Mesh, model: &Model, count: u32) -> Vec<Vec3> {
     (0..count)
@@ -119,7 +137,8 @@ const RULES: [SignRule; 3] = [SignRule::Pseudonormal, SignRule::Winding, SignRul
 #[test]
 fn tree_queries_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
-    for mesh in closed().into_iter().chain(suite::open()) {
+    let meshes = closed().into_iter().chain(suite::open());
+    for mesh in meshes.chain([crooked()]) {
         let model = Model::of(&mesh);
         let places = places(&mesh, &model, 1021);
         let ends = places.iter().rev();

@@ -56,3 +56,35 @@ fn without_a_display_the_lab_says_what_to_do() {
     );
     assert_eq!(errors.lines().count(), 1, "{errors}");
 }
+
+/// The variable of a compositor that is gone: X11 opens the window, and where there is none, the message names the variable.
+#[test]
+fn a_compositor_that_is_gone_is_named_and_x11_takes_its_place() {
+    if !can_open_a_window() {
+        return;
+    }
+    let _hand = hand();
+    let begin = || {
+        let mut lab = Command::new(env!("CARGO_BIN_EXE_myxo"));
+        lab.args(["lab", "cube", "--no-preferences", "--frames=2"]);
+        lab.args([
+            "--size=480x320",
+            "--set=particles.count=500",
+            "--set=atlas.size=64",
+        ]);
+        lab.env("WAYLAND_DISPLAY", "/nowhere/wayland-7");
+        lab.env_remove("WAYLAND_SOCKET");
+        lab
+    };
+    let output = begin().output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    assert!(errors.contains("/nowhere/wayland-7"), "{errors}");
+    let output = begin().env_remove("DISPLAY").output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(
+        errors.contains("WAYLAND_DISPLAY names /nowhere/wayland-7"),
+        "{errors}"
+    );
+}

@@ -92,7 +92,9 @@ fn a_window_that_is_killed_keeps_the_scene() {
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
     lab.wait("it is changed", |seen| seen["state"]["unsaved"] == true);
-    let killed = Command::new("kill").arg(lab.pid()).status();
+    let killed = Command::new("sh")
+        .args(["-c", "kill \"$0\"", &lab.pid()])
+        .status();
     assert!(killed.expect("it is there").success());
     assert_eq!(lab.ended().code(), Some(130));
     let said = said(&lab.said);
