@@ -144,7 +144,6 @@ impl Clipper {
             let (before, after) = (self.previous[ear as usize], self.next[ear as usize]);
             triangle([before, ear, after]);
             self.is_cut[ear as usize] = true;
-            self.tree.remove(ear);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
             candidates.extend([before, after]);
@@ -196,7 +195,7 @@ impl Clipper {
     }
 }
 
-/// A triangle and all places so near to it.
+/// A triangle and everything up to a distance from it.
 struct Reach {
     corners: [DVec2; 3],
     distance: f64,
@@ -215,8 +214,8 @@ impl Reach {
         }
     }
 
-    /// Whether a point within, or a box with one in it; a few more boxes are taken for such. Rounding never makes a box
-    /// miss a point that is taken, because every operation on coordinates is monotonic.
+    /// Whether a box may hold a point within reach; exact for a box that is a point. Rounding never excludes the box of
+    /// a point within reach, because every operation on coordinates is monotonic.
     fn touches(&self, low: DVec2, high: DVec2) -> bool {
         let overlaps = low.cmple(self.high).all() && high.cmpge(self.low).all();
         overlaps
@@ -235,17 +234,14 @@ impl Reach {
 struct Tree {
     /// Box `k` is halved into `2 k + 1` and `2 k + 2`.
     boxes: Vec<Bounds>,
-    /// The points by box, and where each is in this list.
+    /// The points by box.
     order: Vec<u32>,
-    places: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Default)]
 struct Bounds {
     low: DVec2,
     high: DVec2,
-    /// Points in it that are not removed.
-    left: u32,
 }
 
 /// Boxes of so few points are not halved.
@@ -256,12 +252,8 @@ impl Tree {
         let mut tree = Self {
             boxes: Vec::new(),
             order: (0..points.len() as u32).collect(),
-            places: vec![0; points.len()],
         };
         halve(points, &mut tree.order, 0, &mut tree.boxes);
-        for (place, &point) in tree.order.iter().enumerate() {
-            tree.places[point as usize] = place as u32;
-        }
         tree
     }
 
@@ -269,24 +261,8 @@ impl Tree {
         self.boxes[0].high - self.boxes[0].low
     }
 
-    fn remove(&mut self, point: u32) {
-        let place = self.places[point as usize] as usize;
-        let (mut bounds, mut from, mut to) = (0, 0, self.order.len());
-        loop {
-            self.boxes[bounds].left -= 1;
-            if to - from <= LEAF {
-                return;
-            }
-            let middle = from + (to - from) / 2;
-            if place < middle {
-                (bounds, to) = (2 * bounds + 1, middle);
-            } else {
-                (bounds, from) = (2 * bounds + 2, middle);
-            }
-        }
-    }
-
-    /// Whether a test holds for any point within reach. Asks for a few others, too, and counts what it visits.
+    /// Whether a test holds for any point within reach. Asks for a few others, too, and counts what it visits. Cut
+    /// corners stay in the tree: few of them lie within later ears.
     fn any_within(&self, reach: &Reach, visits: &mut usize, test: &impl Fn(u32) -> bool) -> bool {
         self.any_in(0, 0..self.order.len(), reach, visits, test)
     }
@@ -300,8 +276,8 @@ impl Tree {
         test: &impl Fn(u32) -> bool,
     ) -> bool {
         *visits += 1;
-        let Bounds { low, high, left } = self.boxes[bounds];
-        if left == 0 || !reach.touches(low, high) {
+        let Bounds { low, high } = self.boxes[bounds];
+        if !reach.touches(low, high) {
             return false;
         }
         if places.len() <= LEAF {
@@ -322,11 +298,7 @@ fn halve(points: &[DVec2], order: &mut [u32], place: usize, boxes: &mut Vec<Boun
     if boxes.len() <= place {
         boxes.resize(place + 1, Bounds::default());
     }
-    boxes[place] = Bounds {
-        low,
-        high,
-        left: order.len() as u32,
-    };
+    boxes[place] = Bounds { low, high };
     if order.len() <= LEAF {
         return;
     }
