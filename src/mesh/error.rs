@@ -113,7 +113,7 @@ pub enum MeshProblem {
         "{count} {what}, and {most} are the most that can be numbered: split or simplify the model"
     )]
     TooMany {
-        /// `triangles` or `vertices`.
+        /// What there are too many of, such as `triangles`.
         what: &'static str,
         /// How many there are.
         count: u64,
