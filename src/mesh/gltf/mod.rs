@@ -3,8 +3,8 @@
 //! Models come from strangers, so of the `gltf` crate only types and constants are used: its own import panics on
 //! damaged files and reads any path that a model names. A file is read for its shape alone, and nothing is looked at
 //! that the shape does not need ([`json`]). Every index is looked up with a check, every size is computed with checked
-//! arithmetic in [`accessor`], and only files beside the model are opened in [`resource`]. There the work is counted too,
-//! because a small file can name the same data any number of times.
+//! arithmetic in [`accessor`], and only files beside the model are opened in [`resource`]. There the work is
+//! counted, too: a small file can name the same data any number of times.
 //!
 //! The shape is the one that Khronos' viewer shows with its animations at rest: morph targets with their default
 //! weights, skins in the pose of the file's nodes, instances each in its place.
@@ -34,8 +34,8 @@ use resource::Buffers;
 
 /// Extensions that do not change where triangles are at rest, or whose name begins so.
 ///
-/// `CESIUM_RTC` moves the model as a whole, to a place so far away that float32 loses digits there. Without it the model
-/// stays at its own origin, which suits walks better.
+/// `CESIUM_RTC` only moves the model as a whole, to a place so far away that float32 loses digits there. Without it the
+/// model stays at its own origin, which suits walks better.
 const HARMLESS: &[&str] = &[
     "ADOBE_materials_",
     "CESIUM_RTC",

@@ -12,8 +12,8 @@ use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 use crate::mesh::load::MOST_BYTES;
 
-/// The most work that one file may cost, in numbers decoded. A small file can name the same data any number of times; no
-/// model that fits a surface needs as much.
+/// The most work that one file may cost, in numbers decoded. A small file can name the same data any number of times.
+/// No model that fits a surface needs as much.
 const MOST_WORK: u64 = 1 << 31;
 
 /// What it costs to look something up in the JSON of a file, in numbers decoded.

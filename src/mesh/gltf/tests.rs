@@ -1151,7 +1151,7 @@ impl Model {
 #[test]
 fn work_that_a_small_file_multiplies_is_refused() {
     type Make = fn(&mut Model, usize);
-    let lines: [(&str, usize, bool, Make); 11] = [
+    let lines: [(&str, usize, bool, Make); 14] = [
         ("nodes and empty primitives", 300, false, |model, many| {
             model.set_primitives(many, &json!({}));
             model.set_nodes(vec![json!({"mesh": 0}); many]);
@@ -1172,6 +1172,27 @@ fn work_that_a_small_file_multiplies_is_refused() {
             model.set_primitives(1, &json!({ "POSITION": zeros }));
             (0..many).for_each(|_| model.add_target(zeros));
             model.json["meshes"][0]["weights"] = json!(vec![1; many]);
+        }),
+        (
+            "nodes and targets without positions",
+            100,
+            false,
+            |model, many| {
+                let target = json!({ "NORMAL": 0 });
+                model.json["meshes"][0]["primitives"][0]["targets"] = json!(vec![target; many]);
+                model.json["meshes"][0]["weights"] = json!(vec![1; many]);
+                model.set_nodes(vec![json!({"mesh": 0}); many]);
+            },
+        ),
+        ("many values for one element", 40, false, |model, many| {
+            let sparse = sparse_of_one(model, 10_000);
+            model.set_primitives(many, &json!({ "POSITION": sparse }));
+        }),
+        ("many places without values", 100, false, |model, many| {
+            let sparse = sparse_of_one(model, 10_000);
+            model.json["accessors"][sparse]["type"] = json!("VEC2");
+            model.json["accessors"][sparse]["sparse"]["values"] = json!({"bufferView": 99});
+            model.set_primitives(many, &json!({"POSITION": 0, "TEXCOORD_0": sparse}));
         }),
         ("copies by one accessor", 100, false, |model, many| {
             let zeros = model.zeros("VEC3", 1000);
@@ -1209,13 +1230,17 @@ fn work_that_a_small_file_multiplies_is_refused() {
             sparse["indices"] = json!({"bufferView": far, "componentType": 5125});
             model.set_primitives(many, &json!({"POSITION": 0, "TEXCOORD_0": zeros}));
         }),
-        ("keys of one sampler", 100, true, |model, many| {
+        ("keys of one sampler", 30, true, |model, many| {
             let times: Vec<[f64; 1]> = (0..1000).map(|key| [f64::from(key)]).collect();
             let times = model.floats(&times);
             let zeros = model.zeros("VEC3", 1000);
             model.animate(&[[times, zeros]], "translation");
-            let channel = model.json["animations"][0]["channels"][0].clone();
-            model.json["animations"][0]["channels"] = Value::Array(vec![channel; many]);
+            // All but the first move a node without a mesh, so they have no values to be checked.
+            model.set_nodes(vec![json!({"mesh": 0}), json!({})]);
+            let channels = &mut model.json["animations"][0]["channels"];
+            let mut channel = channels[0].clone();
+            channel["target"]["node"] = json!(1);
+            channels.as_array_mut().unwrap().resize(many, channel);
         }),
         ("keys and nodes", 100, true, |model, many| {
             let zeros = model.zeros("VEC3", 10);
@@ -1245,6 +1270,19 @@ fn work_that_a_small_file_multiplies_is_refused() {
             assert!(begin.elapsed() < Duration::from_secs(5), "{name}");
         }
     }
+}
+
+/// An accessor of one element that has so many values, all but the last of them in vain.
+fn sparse_of_one(model: &mut Model, values: usize) -> usize {
+    let places = model.view(&vec![0; values]);
+    let values_view = model.view(&vec![0; 12 * values]);
+    let accessor = model.zeros("VEC3", 1);
+    model.json["accessors"][accessor]["sparse"] = json!({
+        "count": values,
+        "indices": {"bufferView": places, "componentType": 5121},
+        "values": {"bufferView": values_view},
+    });
+    accessor
 }
 
 /// A node that shows copies of the mesh.
