@@ -107,9 +107,7 @@ pub fn run(
     let mut builder = EventLoop::<app::Close>::with_user_event();
     #[cfg(target_os = "linux")]
     wayland::choose(&mut builder);
-    let events = builder
-        .build()
-        .map_err(|source| host::no_window(&source))?;
+    let events = builder.build().map_err(|source| host::no_window(&source))?;
     let proxy = events.create_proxy();
     // Where the loop has ended there is nothing left to close.
     listen(Box::new(move || {

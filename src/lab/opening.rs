@@ -22,8 +22,7 @@ use super::theme;
 pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O). Files can be dropped onto the window, too";
 
 /// The same where an object is wanted.
-pub const OPEN_MESH: &str =
-    "Adds the mesh of a file: .obj, .stl, .ply, .glb or .gltf. Files can be dropped onto the window, too";
+pub const OPEN_MESH: &str = "Adds the mesh of a file: .obj, .stl, .ply, .glb or .gltf. Files can be dropped onto the window, too";
 
 /// The same where a picture to begin on is wanted.
 pub const OPEN_MASK: &str = "Chooses the picture: a PNG laid over the whole texture";
@@ -354,7 +353,9 @@ mod tests {
     #[test]
     fn what_can_be_dropped_is_shown_at_first() {
         let is_shown = |name: &str| ends_so(Path::new(name), KINDS[0].1);
-        for name in ["a.toml", "b.OBJ", "c.glb", "d.gltf", "e.ckpt", "f.STL", "g.ply"] {
+        for name in [
+            "a.toml", "b.OBJ", "c.glb", "d.gltf", "e.ckpt", "f.STL", "g.ply",
+        ] {
             assert!(is_shown(name), "{name}");
         }
         for name in ["letter.txt", "obj", ".toml", "film.mp4"] {
