@@ -163,6 +163,28 @@ const DAMAGES: &[Damage] = &[
         "particles to be exchanged with",
     ),
     (|s| s.trail[99] = -1.0, "the trail is -1 at texel 99"),
+    // Lists are as long as the scene makes them, and counts in their ranges: a checkpoint may have been written by anybody.
+    (|s| drop(s.trail.pop()), "texels of trail, not"),
+    (|s| s.deposits.push(0), "texels of deposits, not"),
+    (|s| s.bias = vec![0.0; 3], "there are 3 texels of bias, not"),
+    (
+        |s| s.transfers.flux.push(0),
+        "there are 5 counts of flux, not 4",
+    ),
+    (|s| s.trail[5] = 3e38, "the trail is 3"),
+    (|s| s.step = 1 << 60, "is the last"),
+    (
+        |s| {
+            s.transfers.flow.stayers = 1 << 31;
+            s.transfers.flow.outside = 1 << 31;
+        },
+        "2147483648 particles to be exchanged",
+    ),
+    (|s| s.transfers.flow.wanted = 1, "1 particles want to leave"),
+    (
+        |s| s.transfers.flow.asking = u32::MAX,
+        "particles selected in the last step",
+    ),
 ];
 
 /// The state after 15 steps, with somebody in flight.

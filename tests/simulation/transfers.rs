@@ -198,7 +198,7 @@ fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
 #[test]
 fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
     let forms = agrees_with_its_twin(0, |settings| {
-        settings.particles.count = 1500;
+        settings.particles.count = 5000;
         settings.physarum.sensor_offset = 0.12;
         settings.distance.reach = 0.03;
     });
