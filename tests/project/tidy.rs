@@ -136,8 +136,11 @@ fn files_fit_in_the_head() {
         .flat_map(|(folder, endings)| files(folder, endings))
     {
         let lines = text.lines().count();
+        // Tables of inputs and what is right for each are long, and read row by row.
+        let tables = ["tests.rs", "bad_files.rs", "text_files.rs"];
+        let is_table = path.starts_with("tests") || tables.iter().any(|name| path.ends_with(name));
         assert!(
-            lines <= 600,
+            lines <= if is_table { 1500 } else { 700 },
             "{} has {lines} lines: it has become two nouns",
             path.display()
         );
