@@ -102,7 +102,6 @@ layout(push_constant) uniform Params {
     uint fed_deposit;         // particles that a fed one counts as where it deposits
     float fed_attraction;     // the share of an attraction that a fed one feels
     float outlook_unit;       // texels
-    uint always;              // marks that hold for every texel, because nothing is known as far as they would say
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.
@@ -228,7 +227,6 @@ void main() {
         bool all_clear = is_clear(left_way, params.outlook_unit, here, on_left)
             && is_clear(middle_way, params.outlook_unit, here, ahead)
             && is_clear(right_way, params.outlook_unit, here, on_right);
-        here |= params.always;
         uint meets = (on_left | ahead | on_right) & COVERED;
         // Where a walk ends is not known yet.
         bool walks = motion.pending > 0.0 || !all_clear;

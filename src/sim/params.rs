@@ -13,7 +13,6 @@ use super::kernels::{
 };
 use super::setup::Setup;
 use super::sorting::SortParams;
-use super::surroundings::IN_SIGHT;
 use super::texel_paths::TexelPaths;
 use super::turns::{Turn, border_constants, departure_constants};
 use super::types::{Physarum, Pose};
@@ -279,14 +278,12 @@ impl StepParams {
             deepest: -farthest.min(reach),
             ..advance
         };
-        let mut turn = Turn::new(settings, setup, advance, capacity);
+        let turn = Turn::new(settings, setup, advance, capacity);
         let fastest = speeds(settings).fold(0.0, f32::max) * radius;
         let near = turn.advance.transfer_threshold + fastest + TEXELS_BETWEEN * setup.texel_side;
         // A walk that is pending comes before that of the sensors, or of the step.
+        // Where it is longer than the reach, everything is in sight: no distance is known that is longer than that.
         let sight = near + farthest.max(fastest);
-        if sight > reach {
-            turn.advance.always = IN_SIGHT.into();
-        }
         Self {
             distance_update: DistanceUpdate::default(),
             distance_tiles: DistanceTilesParams {

@@ -300,7 +300,7 @@ fn is_near(
     let around = |place| inputs.surroundings[texel_at(place, params.pitch) as usize];
     let end = |place: [f32; 2]| around(place.map(|x| x.clamp(0.0, params.last_texel)));
     !constants.across
-        || (around(start) | params.always as u16) & mark != 0
+        || around(start) & mark != 0
         || places.iter().any(|&place| end(place) & COVERED != 0)
 }
 
