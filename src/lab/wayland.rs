@@ -7,10 +7,8 @@ use std::path::PathBuf;
 use winit::event_loop::EventLoopBuilder;
 use winit::platform::x11::EventLoopBuilderExtX11 as _;
 
-use super::app::Close;
-
 /// Asks X11 where `WAYLAND_DISPLAY` names a compositor that does not answer and `DISPLAY` names something.
-pub fn choose(builder: &mut EventLoopBuilder<Close>) {
+pub fn choose<T>(builder: &mut EventLoopBuilder<T>) {
     let has = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     // A connection that is open already.
     if has("WAYLAND_SOCKET") || !has("DISPLAY") {

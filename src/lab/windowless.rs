@@ -330,7 +330,7 @@ pub fn run(
 ) -> Result<()> {
     let (sender, messages) = channel();
     let closes = sender.clone();
-    // Where nobody receives any more there is nothing left to close.
+    // A send fails only when the lab has closed already.
     listen(Box::new(move || {
         let _ = closes.send(Message::Close);
     }))?;

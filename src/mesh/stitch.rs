@@ -377,7 +377,7 @@ mod tests {
         assert!(text.contains("8 border edges that coincide"), "{text}");
     }
 
-    /// One far vertex must not make the whole model look like one place: with a single grid this takes minutes.
+    /// One far vertex enlarges the tolerance for the whole model; small borders must still fall into many cells.
     #[test]
     fn many_small_borders_and_a_far_corner_take_no_time() {
         let mut soup = torus(1e-9);
@@ -422,7 +422,7 @@ mod tests {
         assert_eq!((report.stitched_vertices, report.open_seams), (0, 0));
     }
 
-    /// Three sheets whose edges coincide within rounding error: which two belong together cannot be told.
+    /// Three sheets whose edges coincide within rounding error: it is ambiguous which two belong together.
     #[test]
     fn what_could_be_joined_in_two_ways_is_left() {
         let mut soup = Soup::default();

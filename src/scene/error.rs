@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use super::file::Problem;
 use super::suggest::nearest;
 use super::{builtin, parameters};
-use crate::error::brief;
 use crate::mesh::MeshError;
 
 /// Problems that a message lists.
@@ -139,5 +138,43 @@ fn listed(scene: &Path, problems: &[Problem]) -> String {
             }
             text
         }
+    }
+}
+
+/// Letters of a word that messages quote whole: longer than any file name.
+const LONGEST_WORD: usize = 300;
+
+/// Shortens very long words in a message to their beginning.
+fn brief(text: &str) -> String {
+    let short = |word: &str| match word.char_indices().nth(LONGEST_WORD) {
+        None => word.to_owned(),
+        Some(_) => {
+            let (kept, rest) = word.split_at(word.char_indices().nth(60).map_or(0, |(at, _)| at));
+            format!("{kept}... ({} letters more)", rest.chars().count())
+        }
+    };
+    let words = text.split_inclusive(char::is_whitespace);
+    words
+        .map(|word| {
+            let bare = word.trim_end_matches(char::is_whitespace);
+            short(bare) + &word[bare.len()..]
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::brief;
+
+    #[test]
+    fn long_words_are_quoted_by_their_beginning() {
+        let text = "scene.toml: line 3:\n  there is no key `radios`, did you mean `radius`?";
+        assert_eq!(brief(text), text);
+        let long = format!("there is no key `{}é`: see below\n", "x".repeat(100_000));
+        let expected = format!(
+            "there is no key `{}... (99944 letters more) see below\n",
+            "x".repeat(59)
+        );
+        assert_eq!(brief(&long), expected);
     }
 }

@@ -161,7 +161,7 @@ impl SavedMovement {
             outside: outside.collect(),
         };
         let poses = movement.outside.iter().flatten();
-        // From there on, whoever works out a time counts in steps; settings keep both numbers much smaller.
+        // Times are computed from these as step times dt, which must not overflow; settings keep them much smaller.
         let is_sound = movement.step <= MOST_STEPS
             && movement.time.abs() <= MOST_SECONDS
             && (0.0..=MOST_SECONDS).contains(&movement.dt)

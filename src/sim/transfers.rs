@@ -140,7 +140,7 @@ impl TransferState {
         }
         if wanted > 0 || passing > 0 {
             return Err(format!(
-                "{wanted} particles want to leave and {passing} pass by, and between steps nobody does"
+                "{wanted} particles want to leave and {passing} pass by; between steps both counts must be 0"
             ));
         }
         let all = u64::from(refused) + u64::from(arrived) + in_flight;

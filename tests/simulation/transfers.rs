@@ -194,7 +194,7 @@ fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
     }
 }
 
-/// Where distances are known less far than sensors look, whoever walks counts as one who may see others.
+/// If sensors look farther than distances reach, all walking particles are listed as ones that may see other objects.
 #[test]
 fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
     let forms = agrees_with_its_twin(0, |settings| {

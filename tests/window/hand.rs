@@ -126,7 +126,7 @@ impl Lines {
     pub fn new(child: &mut Child) -> Self {
         let out = BufReader::new(child.stdout.take().expect("it is piped"));
         let (sender, answers) = channel();
-        // Ends with the child, or when nobody waits for answers any more.
+        // Ends when the child closes its output or the receiver is dropped.
         spawn(move || {
             let lines = out.lines().map_while(Result::ok);
             lines.map(|line| sender.send(line)).all(|sent| sent.is_ok())
@@ -157,8 +157,8 @@ impl Lines {
         if self.has_ended {
             return;
         }
-        let told = writeln!(self.tell, "{moments}").and_then(|()| self.tell.flush());
-        if told.is_err() {
+        let sent = writeln!(self.tell, "{moments}").and_then(|()| self.tell.flush());
+        if sent.is_err() {
             self.has_ended = true;
             return;
         }

@@ -177,7 +177,7 @@ pub fn close_in_the_middle(lab: &Lab, close: impl FnOnce(&Lab)) {
     for frame in &frames {
         image::open(frame).expect("it is whole");
     }
-    // Whoever looks at the terminal knows that it was under way, and where the files are.
+    // The terminal says what was being finished, and where the files are.
     let said = said(&lab.said);
     let saved =
         [&lab.folder.file(name), &frames[0]].map(|file| format!("saved {}", file.display()));
@@ -193,11 +193,11 @@ fn a_window_that_closes_says_what_it_finishes() {
         return;
     }
     // A film may be whole before another frame is drawn.
-    assert!((0..8).any(|_| is_told_while_it_closes()), "it is told");
+    assert!((0..8).any(|_| shows_what_it_finishes()), "it is shown");
 }
 
 /// Closes a lab in the middle of a film, which becomes whole. Did it show what it finished?
-fn is_told_while_it_closes() -> bool {
+fn shows_what_it_finishes() -> bool {
     let lab = Lab::open(&SMALL);
     lab.click_until("out", "out", true);
     lab.click("out.kind=GIF");
@@ -206,7 +206,7 @@ fn is_told_while_it_closes() -> bool {
     lab.place("out.finish");
     lab.key("ctrl+q");
     let shown = lab.seen();
-    let is_told = shown.is_some_and(|seen| seen["values"]["ending"] == "film_000001.gif");
+    let is_shown = shown.is_some_and(|seen| seen["values"]["ending"] == "film_000001.gif");
     let status = lab.ended();
     assert!(status.success(), "{status}");
     let file = lab.folder.file("film_000001.gif");
@@ -220,7 +220,7 @@ fn is_told_while_it_closes() -> bool {
     ] {
         assert!(said.contains(&told), "{told}: {said}");
     }
-    is_told
+    is_shown
 }
 
 /// A picture that was asked for a moment before.

@@ -63,8 +63,8 @@ fn star() -> Mesh {
     suite::mesh("star", &mesh.positions, &mesh.corners)
 }
 
-/// A corner that lies higher, along its own normal, than one beside it: only the way from the nearest corner itself tells the
-/// side.
+/// A corner that lies lower, along its own normal, than one beside it: the side is right only if it is computed from the
+/// nearest corner itself.
 fn crooked() -> Mesh {
     let v = Vec3::new;
     suite::mesh(
