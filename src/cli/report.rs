@@ -7,6 +7,7 @@ use std::path::Path;
 
 use glam::Affine3A;
 use myxo::gpu::{CopyBandwidth, Statistics};
+use myxo::scene::motion::short;
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
@@ -124,7 +125,7 @@ pub struct FoodLeft {
     /// The name of the object that it lies on.
     pub object: String,
     /// Where, in the world, as the last step had it.
-    pub position: [f32; 3],
+    pub position: [f64; 3],
     /// How far along the surface it is sensed.
     pub radius: f64,
     /// How far along the surface it is eaten; 0 for a marker.
@@ -152,9 +153,13 @@ impl FoodLeft {
             let object = place.object as usize;
             Self {
                 object: objects[object].name.clone(),
-                position: world_from_object[object]
-                    .transform_point3(mark.position)
-                    .to_array(),
+                position: short(
+                    world_from_object[object]
+                        .transform_point3(mark.position)
+                        .as_dvec3()
+                        + setup.origins[object].world,
+                    setup.radius,
+                ),
                 radius: place.radius,
                 size: place.size,
                 strength: place.strength,

@@ -59,7 +59,7 @@ pub(super) fn write(export: &Export<'_>, colors: Colors, out: &mut impl Write) -
         "cameras": [camera(&export.view.camera)],
     });
     let mut nodes = nodes(export);
-    nodes.push(camera_node(&export.view.camera));
+    nodes.push(camera_node(export));
     document["scenes"] = json!([{
         "name": export.scene.name,
         "nodes": (0..nodes.len()).collect::<Vec<_>>(),
@@ -99,7 +99,7 @@ fn nodes(export: &Export<'_>) -> Vec<Value> {
             json!({
                 "name": object.name,
                 "mesh": mesh,
-                "translation": pose.translation.to_array(),
+                "translation": export.in_world(pose.translation.into()).to_array(),
                 "rotation": turn.to_array(),
             })
         })
@@ -115,12 +115,13 @@ fn camera(camera: &Camera) -> Value {
     })
 }
 
-fn camera_node(camera: &Camera) -> Value {
+fn camera_node(export: &Export<'_>) -> Value {
+    let camera = &export.view.camera;
     let axes = Mat3::from_cols(camera.right(), camera.up(), camera.backward());
     json!({
         "name": "picture",
         "camera": 0,
-        "translation": camera.eye().to_array(),
+        "translation": export.in_world(camera.eye()).to_array(),
         "rotation": Quat::from_mat3(&axes).normalize().to_array(),
     })
 }

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use glam::{Affine3A, DQuat, EulerRot, Vec2};
+use glam::{Affine3A, DAffine3, DVec3, EulerRot, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -31,7 +31,7 @@ use crate::gpu::{Context, Recorder};
 use crate::render::View;
 use crate::render::output::Written;
 use crate::scene::Scene;
-use crate::scene::motion::MotionSettings;
+use crate::scene::motion::{MotionSettings, Origins};
 use crate::scene::settings::AreaSettings;
 use crate::sim::areas::{map_for, picture_of, write as write_areas};
 use crate::sim::checkpoint::Checkpoint;
@@ -94,10 +94,10 @@ pub struct Export<'a> {
     pub snapshot: Cow<'a, Snapshot>,
     /// The distances between objects, where some have been taken.
     pub distances: Option<Distances>,
-    /// Where each object was in the last step.
+    /// Where each object was in the last step, counted from the scene's origins.
     pub world_from_object: Vec<Affine3A>,
-    /// Which of them were put there from outside.
-    set_from_outside: Vec<bool>,
+    /// The poses of those that were put there from outside, from scaled coordinates to the world's.
+    set_from_outside: Vec<Option<DAffine3>>,
     /// Seconds of the objects' motion.
     pub time: f64,
     /// What pictures of it look like.
@@ -131,13 +131,30 @@ impl<'a> Export<'a> {
             snapshot,
             distances: None,
             world_from_object: simulation.world_from_object(),
-            set_from_outside: objects.map(|i| simulation.is_pose_set(i)).collect(),
+            set_from_outside: objects.map(|i| simulation.set_pose_of(i)).collect(),
             time: simulation.time(),
             view: View::of(&scene, PICTURE),
             device: info.name.clone(),
             driver: format!("{} {}", info.driver, info.driver_version),
             scene,
         }
+    }
+
+    /// Where a place that is counted from the scene's origin lies in the world.
+    fn in_world(&self, place: Vec3) -> DVec3 {
+        // The same for all objects.
+        let world = self
+            .scene
+            .origins
+            .first()
+            .map_or(DVec3::ZERO, |origins| origins.world);
+        place.as_dvec3() + world
+    }
+
+    /// Is the world's origin, or that of a surface, elsewhere? Then places take double precision.
+    fn is_afar(&self) -> bool {
+        let afar = |origins: &Origins| *origins != Origins::default();
+        self.scene.origins.iter().any(afar)
     }
 
     /// The scene at this state as a scene file: every key, objects where they are and on their way. Particles, trail and
@@ -153,11 +170,14 @@ impl<'a> Export<'a> {
         if objects.any(|object| !object.motion.is_still()) {
             scene.settings.time.start = self.time as f32;
         }
-        let poses = self.world_from_object.iter().zip(&self.set_from_outside);
-        for (object, (pose, is_set)) in scene.settings.objects.iter_mut().zip(poses) {
-            if *is_set {
-                let (_, rotation, translation) = pose.to_scale_rotation_translation();
-                let turn: DQuat = rotation.as_dquat();
+        for (object, pose) in scene
+            .settings
+            .objects
+            .iter_mut()
+            .zip(&self.set_from_outside)
+        {
+            if let Some(pose) = pose {
+                let (_, turn, translation) = pose.to_scale_rotation_translation();
                 let (z, y, x) = turn.to_euler(EulerRot::ZYX);
                 object.rotation = [x, y, z].map(|angle| angle.to_degrees() as f32);
                 object.position = translation.to_array();

@@ -11,7 +11,7 @@
 //! | `scene_radius` | `f8` | | world units |
 //! | `scene_name`, `scene_toml` | `U` | | |
 //! | `version`, `commit`, `device`, `driver`, `state_hash` | `U` | | as reports have them |
-//! | `particle_position` | `f4` | N, 3 | world units |
+//! | `particle_position` | `f4`, `f8` far from the origin | N, 3 | world units |
 //! | `particle_heading` | `f4` | N, 3 | unit vectors, world |
 //! | `particle_object` | `i4` | N | object |
 //! | `particle_triangle` | `i4` | N | triangle |
@@ -48,7 +48,7 @@
 use std::io::{self, Seek, Write};
 
 use bytemuck::Pod;
-use glam::{Affine3A, Mat4, Vec3};
+use glam::{Affine3A, DMat4, Vec3};
 use rayon::prelude::*;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -57,6 +57,7 @@ use super::Export;
 use super::corners;
 use crate::mesh::surface::NONE;
 use crate::mesh::walk::{Frame, SurfacePoint};
+use crate::scene::motion::double;
 use crate::sim::food::buffers::scent_of;
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::types::{Motion, Particle};
@@ -159,12 +160,13 @@ fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) ->
     let pose_of = |particle: &Particle| &export.world_from_object[object_of(particle) as usize];
 
     let n = [by_id.len()];
-    to.array(
+    to.places(
+        export,
         "particle_position",
         &[n[0], 3],
         &of_all(&by_id, |(particle, _)| {
             let Particle { triangle, u, v, .. } = *particle;
-            place(export, pose_of(particle), triangle, u, v).to_array()
+            place(export, pose_of(particle), triangle, u, v)
         }),
     )?;
     to.array(
@@ -256,15 +258,16 @@ fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io
         &shape,
         &integers(&|triangle| atlas.chart[triangle as usize]),
     )?;
-    to.array(
+    to.places(
+        export,
         "texel_position",
         &[side, side, 3],
         &of_all(&texels, |&texel| match atlas.surface_point_of(texel) {
             Some((triangle, u, v)) => {
                 let pose = &export.world_from_object[object_of(triangle) as usize];
-                place(export, pose, triangle, u, v).to_array()
+                place(export, pose, triangle, u, v)
             }
-            None => [f32::NAN; 3],
+            None => Vec3::NAN,
         }),
     )?;
     write_areas(export, &texels, to)?;
@@ -350,9 +353,9 @@ fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io:
     let position = of_all(foods, |food| {
         let pose = &export.world_from_object[food.object as usize];
         let SurfacePoint { triangle, u, v } = food.point;
-        place(export, pose, triangle, u as f32, v as f32).to_array()
+        place(export, pose, triangle, u as f32, v as f32)
     });
-    to.array("food_position", &[n[0], 3], &position)?;
+    to.places(export, "food_position", &[n[0], 3], &position)?;
     to.array("food_radius", &n, &of_all(foods, |food| food.radius as f32))?;
     to.array("food_size", &n, &of_all(foods, |food| food.size as f32))?;
     to.array("food_strength", &n, &of_all(foods, |food| food.strength))?;
@@ -370,15 +373,32 @@ fn write_objects<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> i
     let objects = &export.scene.settings.objects;
     let names: Vec<&str> = objects.iter().map(|object| object.name.as_str()).collect();
     to.texts("object_name", &[names.len()], &names)?;
-    let rows = export.world_from_object.iter().map(|pose| {
+    let origins = &export.scene.origins;
+    let rows = export.world_from_object.iter().zip(origins);
+    let rows = rows.map(|(pose, origins)| {
+        let pose = DMat4::from(origins.from_zero(double(pose)));
         // NumPy's arrays have rows first.
-        Mat4::from(*pose).as_dmat4().transpose().to_cols_array()
+        pose.transpose().to_cols_array()
     });
     let rows: Vec<[f64; 16]> = rows.collect();
     to.array("world_from_object", &[rows.len(), 4, 4], &rows)?;
 
-    let positions: Vec<[f32; 3]> = surface.positions.iter().map(|p| p.to_array()).collect();
-    to.array("vertex_position", &[positions.len(), 3], &positions)?;
+    let shape = [surface.positions.len(), 3];
+    if export.is_afar() {
+        let all = surface.objects.iter().zip(origins);
+        let positions = all.flat_map(|(range, origins)| {
+            let own = range.vertices.0 as usize..range.vertices.1 as usize;
+            let own = surface.positions[own].iter();
+            own.map(|position| (position.as_dvec3() + origins.surface).to_array())
+        });
+        to.array("vertex_position", &shape, &positions.collect::<Vec<_>>())?;
+    } else {
+        to.array(
+            "vertex_position",
+            &shape,
+            &of_all(&surface.positions, Vec3::to_array),
+        )?;
+    }
     let vertices = surface
         .objects
         .iter()
@@ -386,11 +406,7 @@ fn write_objects<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> i
         .flat_map(|(object, range)| {
             (range.vertices.0..range.vertices.1).map(move |_| object as i32)
         });
-    to.array(
-        "vertex_object",
-        &[positions.len()],
-        &vertices.collect::<Vec<_>>(),
-    )?;
+    to.array("vertex_object", &shape[..1], &vertices.collect::<Vec<_>>())?;
 
     let triangles: Vec<u32> = (0..surface.corners.len() as u32).collect();
     let t = triangles.len();
@@ -451,7 +467,7 @@ macro_rules! elements {
 // Little-endian, as memory is on every machine with Vulkan that Rust runs on today.
 elements!(
     i64: "<i8", f64: "<f8", i32: "<i4", u32: "<u4", f32: "<f4",
-    [f32; 2]: "<f4", [f32; 3]: "<f4", [f32; 6]: "<f4", [i32; 3]: "<i4", [f64; 16]: "<f8"
+    [f32; 2]: "<f4", [f32; 3]: "<f4", [f64; 3]: "<f8", [f32; 6]: "<f4", [i32; 3]: "<i4", [f64; 16]: "<f8"
 );
 
 /// The archive. Entries are not compressed: floats hardly get smaller, and reading takes no time so.
@@ -460,6 +476,22 @@ struct Archive<W: Write + Seek>(ZipWriter<W>);
 impl<W: Write + Seek> Archive<W> {
     fn scalar<T: Element>(&mut self, name: &str, value: T) -> io::Result<()> {
         self.array(name, &[], &[value])
+    }
+
+    /// Places that are counted from the scene's origin, as places in the world: in double precision if that is far away.
+    fn places(
+        &mut self,
+        export: &Export<'_>,
+        name: &str,
+        shape: &[usize],
+        places: &[Vec3],
+    ) -> io::Result<()> {
+        if export.is_afar() {
+            let places = of_all(places, |&place| export.in_world(place).to_array());
+            self.array(name, shape, &places)
+        } else {
+            self.array(name, shape, &of_all(places, Vec3::to_array))
+        }
     }
 
     fn array<T: Element>(&mut self, name: &str, shape: &[usize], values: &[T]) -> io::Result<()> {

@@ -21,13 +21,15 @@ pub(super) fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()>
     let paint = export.paint();
     let all = 0..surface.corners.len() as u32;
     let shared = corners::share(surface, atlas, &normals, all, Split::Creases);
+    // Single precision has too few digits far from the origin.
+    let number = if export.is_afar() { "double" } else { "float" };
     write!(
         out,
         "ply\n\
          format binary_little_endian 1.0\n\
          comment myxo {version}: {name} at step {step}, seed {seed}\n\
          element vertex {vertices}\n\
-         property float x\nproperty float y\nproperty float z\n\
+         property {number} x\nproperty {number} y\nproperty {number} z\n\
          property float nx\nproperty float ny\nproperty float nz\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\n\
          property float trail\n\
@@ -47,10 +49,14 @@ pub(super) fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()>
         let pose = &export.world_from_object[object as usize];
         let place = corners::atlas_position(atlas, corner);
         let trail = trail_at(&export.snapshot.trail, place, atlas.pitch);
-        put(
-            out,
-            pose.transform_point3(corners::position(surface, corner)),
-        )?;
+        let position = pose.transform_point3(corners::position(surface, corner));
+        if export.is_afar() {
+            for x in export.in_world(position).to_array() {
+                out.write_all(&x.to_le_bytes())?;
+            }
+        } else {
+            put(out, position)?;
+        }
         put(out, pose.transform_vector3(normals[corner as usize]))?;
         out.write_all(&paint.srgb(trail))?;
         out.write_all(&trail.to_le_bytes())?;

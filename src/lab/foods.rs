@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn foods_go_back_to_where_they_lay_and_not_to_where_others_did() {
         let at = |x: f32| FoodSettings {
-            at: [x, 0.0, 0.0],
+            at: [x.into(), 0.0, 0.0],
             strength: 10.0 * x,
             ..FoodSettings::default()
         };

@@ -99,7 +99,6 @@ fn begin_where_they_are(settings: &mut Settings, before: &Settings, say: &Partic
 mod tests {
     use super::super::hands::objects::{with_object, without_object};
     use super::*;
-    use glam::Vec3;
 
     fn food(object: &str) -> FoodSettings {
         FoodSettings {
@@ -110,12 +109,12 @@ mod tests {
 
     #[test]
     fn what_the_hand_has_changed_meanwhile_is_kept() {
-        let mut asked = with_object(&Settings::default(), "builtin:cube", 0.5, Vec3::X);
+        let mut asked = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
         for (object, name) in asked.objects.iter_mut().zip(["ring", "box"]) {
             object.name = name.to_owned();
         }
         asked.foods.push(food("box"));
-        let mut arrived = with_object(&asked, "builtin:icosphere", 0.5, Vec3::Y);
+        let mut arrived = with_object(&asked, "builtin:icosphere", 0.5, [0.0, 1.0, 0.0]);
         arrived.trail.decay = 0.25;
         assert_eq!(with_changes_since(&asked, &asked, &arrived), arrived);
         let mut edited = asked.clone();
@@ -141,7 +140,7 @@ mod tests {
 
     #[test]
     fn what_waits_for_a_restart_waits_while_objects_come_go_and_grow() {
-        let mut live = with_object(&Settings::default(), "builtin:cube", 0.5, Vec3::X);
+        let mut live = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
         for (object, name) in live.objects.iter_mut().zip(["ring", "box"]) {
             object.name = name.to_owned();
         }

@@ -230,7 +230,9 @@ pub fn editor<T>(
             }
             changed
         }
-        Kind::Vector { range, get, set } => {
+        Kind::Vector {
+            range, get, set, ..
+        } => {
             let mut components = get(value);
             let speed = 0.01;
             ui.horizontal(|ui| {
@@ -242,7 +244,7 @@ pub fn editor<T>(
                 for ((component, axis), label) in components.iter_mut().zip(axes).zip(labels) {
                     ui.add(
                         egui::DragValue::new(component)
-                            .range(range.0 as f32..=range.1 as f32)
+                            .range(range.0..=range.1)
                             .speed(speed)
                             .custom_parser(parse_number)
                             .update_while_editing(false)

@@ -3,7 +3,7 @@
 //! Nothing here knows Vulkan or particles.
 //!
 //! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
-//! triangles. `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that
+//! triangles. [`origin`] says where its coordinates are counted from, `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that
 //! coincide within rounding error, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of
 //! all that. [`surface`] pools meshes for the kernels, with the rotation across every edge; [`walk`] is the reference for
 //! walks on it.
@@ -26,6 +26,7 @@ mod gltf;
 mod load;
 mod obj;
 mod orient;
+pub mod origin;
 mod ply;
 mod polygon;
 pub mod primitive;
@@ -47,7 +48,7 @@ pub mod trees;
 pub mod walk;
 mod weld;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 pub use error::{MeshError, MeshProblem};
 pub use gltf::RigidTrack;
@@ -62,8 +63,10 @@ use walk::SurfacePoint;
 pub struct Mesh {
     /// What people call it: the file's name without its ending, or the built-in's name.
     pub name: String,
-    /// Welded vertices, in the file's own coordinates; every one is a corner of some triangle.
+    /// Welded vertices, in the file's own coordinates counted from `origin`; every one is a corner of some triangle.
     pub positions: Vec<Vec3>,
+    /// Where positions are counted from, in the file's coordinates; zero unless the model is small and far from there.
+    pub origin: DVec3,
     /// The corners of each triangle, wound to agree with its neighbours; the edge from the first to the second is the
     /// shortest.
     pub corners: Vec<[u32; 3]>,
@@ -81,7 +84,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The lowest and the highest coordinates.
+    /// The lowest and the highest coordinates, counted from `origin`.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         self.positions.iter().fold(

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec2};
 
 use super::error::MeshProblem;
+use super::origin::steps_across;
 use super::report::counted;
 use super::soup::{MOST_TRIANGLES, Soup};
 use super::text::{self, bad_line, bad_number, beginning};
@@ -435,6 +436,7 @@ struct Model {
     strips: Vec<[u32; 3]>,
     edges: usize,
     incomplete_uvs: bool,
+    stored_steps: Option<usize>,
 }
 
 impl Model {
@@ -471,6 +473,9 @@ impl Model {
             }
         }
         self.vertex_uvs = uvs;
+        if element.properties[x].kind == Kind::F32 && values.encoding != Encoding::Text {
+            self.stored_steps = steps_across(&self.positions);
+        }
         Ok(())
     }
 
@@ -552,6 +557,7 @@ impl Model {
             ..Soup::default()
         };
         soup.seen.lines = self.edges;
+        soup.seen.stored_steps = self.stored_steps;
         soup.seen.incomplete_uvs =
             !has_uvs && (self.incomplete_uvs || vertex_uvs.is_some() || self.corner_uvs.is_some());
 

@@ -68,6 +68,9 @@ pub struct MeshReport {
     pub trailing_bytes: usize,
     /// STL text ends without `endsolid`.
     pub without_endsolid: bool,
+    /// Of coordinates stored in single precision far from the origin: how many steps of it lie across the model, or
+    /// across the part with the fewest.
+    pub stored_steps: Option<usize>,
     /// Nodes of a scene graph that are reached twice; taken once.
     pub repeated_nodes: usize,
     /// Meshes that nodes of a scene graph would show, but hide; left out.
@@ -244,6 +247,13 @@ impl MeshReport {
         let unnamed = self.unapplied_extensions.len().saturating_sub(MOST_NAMES);
         if unnamed > 0 {
             list.push(format!("{unnamed} more extensions are not applied"));
+        }
+        if let Some(steps) = self.stored_steps {
+            list.push(format!(
+                "the file has coordinates of single precision far from the origin, {} across the model: finer details \
+                 are lost; export it with its own middle as the origin",
+                counted(steps, "step", "steps"),
+            ));
         }
         if self.without_endsolid {
             list.push("the STL text has no `endsolid`: it may be cut off".to_owned());

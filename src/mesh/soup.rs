@@ -5,12 +5,16 @@ use glam::{DVec3, Vec2, Vec3};
 use super::edges::EdgeGroups;
 use super::error::MeshProblem;
 use super::orient::orient;
+use super::origin;
 use super::polygon::triangulate;
 use super::weld::weld;
 use super::{Mesh, MeshReport};
 
 /// More triangles than this have no room in the largest texture that a device may offer, with a few texels each.
 pub(crate) const MOST_TRIANGLES: usize = 1 << 26;
+
+/// Coordinates reach no farther: beyond, double precision has no digits to spare for models of usual sizes.
+pub(crate) const FARTHEST: f64 = 1e12;
 
 /// What a loader read: vertices and triangles in file order, nothing merged and nothing mended.
 #[derive(Debug, Default)]
@@ -26,6 +30,20 @@ pub(crate) struct Soup {
 }
 
 impl Soup {
+    /// Where positions are counted from. Vertices without triangles do not count.
+    fn origin(&self) -> DVec3 {
+        let mut low = DVec3::INFINITY;
+        let mut high = DVec3::NEG_INFINITY;
+        for &vertex in self.triangles.as_flattened() {
+            let position = self.positions[vertex as usize];
+            if !position.is_finite() {
+                return DVec3::ZERO;
+            }
+            (low, high) = (low.min(position), high.max(position));
+        }
+        origin::near(low, high)
+    }
+
     /// Adds a polygon of vertices that exist, cut into triangles; `uvs` are those of its corners.
     pub fn add_polygon(&mut self, vertices: &[u32], uvs: Option<&[Vec2]>) {
         let mut add = |corners: [u32; 3]| {
@@ -51,13 +69,19 @@ impl Soup {
 impl Mesh {
     /// Welds, drops what is degenerate, makes the winding agree, and reports all of it.
     pub(crate) fn from_soup(name: &str, soup: Soup) -> Result<Self, MeshProblem> {
+        let origin = soup.origin();
         let mut report = soup.seen;
         report.file_triangles = soup.triangles.len();
         report.file_vertices += soup.positions.len();
+        if origin.abs().max_element() > FARTHEST {
+            return Err(MeshProblem::TooFar {
+                farthest: origin.abs().max_element(),
+            });
+        }
         let positions: Vec<Vec3> = soup
             .positions
             .iter()
-            .map(|position| position.as_vec3())
+            .map(|&position| (position - origin).as_vec3())
             .collect();
         let welded = weld(&positions, &soup.triangles, &mut report)?;
         let mut corners = welded.corners;
@@ -88,6 +112,7 @@ impl Mesh {
         Ok(Self {
             name: name.to_owned(),
             positions: welded.positions,
+            origin,
             corners,
             file_corners,
             file_triangle: welded.file_triangle,

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::error::MeshProblem;
+use super::origin::steps_across;
 use super::soup::Soup;
 use super::text::{self, bad_line, bad_number};
 
@@ -75,6 +76,7 @@ fn read_binary(bytes: &[u8]) -> Result<Soup, MeshProblem> {
         }
         add_triangle(&mut soup);
     }
+    soup.seen.stored_steps = steps_across(&soup.positions);
     if soup.triangles.is_empty() {
         return Err(no_facets());
     }

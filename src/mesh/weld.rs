@@ -5,7 +5,7 @@ use rayon::slice::ParallelSliceMut;
 
 use super::MeshReport;
 use super::error::MeshProblem;
-use super::soup::MOST_TRIANGLES;
+use super::soup::{FARTHEST, MOST_TRIANGLES};
 use super::stitch::stitch;
 
 /// The shortest edge and the lowest height that a triangle may have: float32 can still multiply two such lengths'
@@ -13,7 +13,7 @@ use super::stitch::stitch;
 const SMALLEST_LENGTH: f64 = 1e-30;
 
 /// Lengths outside of this range overflow or vanish when a float32 kernel multiplies them.
-const EXTENT: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+const EXTENT: std::ops::RangeInclusive<f64> = 1e-12..=FARTHEST;
 
 /// Triangles that share their vertices.
 pub(crate) struct Welded {

@@ -432,7 +432,10 @@ fn set<T>(
         let Some(parameter) = table.iter().find(|parameter| parameter.key == vector) else {
             return Some(Refusal::Unknown);
         };
-        let Kind::Vector { range, get, set } = &parameter.kind else {
+        let Kind::Vector {
+            range, get, set, ..
+        } = &parameter.kind
+        else {
             return Some(Refusal::Unknown);
         };
         let mut components = get(target);
@@ -445,7 +448,7 @@ fn set<T>(
         if !inside(number, *range) {
             return Some(out(full, value, parameter));
         }
-        *component = number as f32;
+        *component = number;
         set(target, components);
         return None;
     };
@@ -498,7 +501,7 @@ fn set<T>(
             if !components.iter().all(|&c| inside(c, *range)) {
                 return Some(out(full, value, parameter));
             }
-            set(target, components.map(|c| c as f32));
+            set(target, components);
         }
         Kind::Own(own) => match number(value) {
             Some(x) if inside(x, own.range) => (own.set)(target, Some(x)),

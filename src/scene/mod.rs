@@ -19,15 +19,16 @@ mod tests;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::mesh::surface::Surface;
-use crate::mesh::{Mesh, RigidTrack};
+use crate::mesh::{Mesh, RigidTrack, origin};
 
 pub use error::SceneError;
 pub use settings::Settings;
 
 use file::{Problem, Reader};
+use motion::{Origins, pose_from};
 use settings::{AreaSettings, ObjectSettings};
 
 /// The look of a bare model.
@@ -49,17 +50,19 @@ pub struct Overrides {
 pub struct Scene {
     /// The built-in's name, or the file's without its ending.
     pub name: String,
-    /// Every parameter; the radius is filled in, and every object has a name.
+    /// Every parameter; radius and origin are filled in, and every object has a name.
     pub settings: Settings,
     /// One mesh for each object, in the mesh's own coordinates.
     pub meshes: Vec<Mesh>,
     /// The animation of each object's model, where the object follows it.
     pub tracks: Vec<Option<RigidTrack>>,
-    /// All objects pooled, scaled to world lengths.
+    /// Where coordinates are counted from, for each object; the world's origin is the same for all.
+    pub origins: Vec<Origins>,
+    /// All objects pooled, scaled to world lengths, each counted from its origin in `origins`.
     pub surface: Surface,
     /// The scene radius in world units, by which all lengths are multiplied; positive.
     pub radius: f32,
-    /// The centre of the box round all objects, in world coordinates.
+    /// The centre of the box round all objects, in world coordinates that are counted from the world's origin.
     pub center: Vec3,
     /// Relative mesh paths begin here; empty for built-in scenes.
     pub folder: PathBuf,
@@ -209,7 +212,9 @@ impl Scene {
             .map(|(mesh, object)| (mesh, object.scale))
             .collect();
         let surface = Surface::build(&pooled);
-        let (center, measured) = bounds(&surface, &poses(&settings.objects, &tracks, 0.0));
+        let origins = origins(&mut settings, &meshes, &tracks, &surface);
+        let poses = poses(&settings.objects, &tracks, &origins, 0.0);
+        let (center, measured) = bounds(&surface, &poses);
         if settings.radius == 0.0 {
             settings.radius = measured;
         }
@@ -224,6 +229,7 @@ impl Scene {
             settings,
             meshes,
             tracks,
+            origins,
             surface,
             center,
             folder,
@@ -231,7 +237,7 @@ impl Scene {
     }
 
     /// The rigid pose of each object before the first step: takes the surface's coordinates, which are scaled, to
-    /// world coordinates.
+    /// world coordinates, both counted from their `origins`.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
         self.world_from_object_at(f64::from(self.settings.time.start))
@@ -240,10 +246,10 @@ impl Scene {
     /// The same after so many seconds of motion.
     #[must_use]
     pub fn world_from_object_at(&self, time: f64) -> Vec<Affine3A> {
-        poses(&self.settings.objects, &self.tracks, time)
+        poses(&self.settings.objects, &self.tracks, &self.origins, time)
     }
 
-    /// The scene as a file that gives the same wherever it is saved: every key, the radius as measured, and mesh
+    /// The scene as a file that gives the same wherever it is saved: every key, radius and origin as measured, and mesh
     /// paths absolute.
     #[must_use]
     pub fn to_toml(&self) -> String {
@@ -424,11 +430,65 @@ fn check_distance_to(scene: &str, objects: &[ObjectSettings]) -> Result<(), Scen
     })
 }
 
-fn poses(objects: &[ObjectSettings], tracks: &[Option<RigidTrack>], time: f64) -> Vec<Affine3A> {
-    let objects = objects.iter().zip(tracks);
+fn poses(
+    objects: &[ObjectSettings],
+    tracks: &[Option<RigidTrack>],
+    origins: &[Origins],
+    time: f64,
+) -> Vec<Affine3A> {
+    let objects = objects.iter().zip(tracks).zip(origins);
     objects
-        .map(|(object, track)| motion::single(motion::pose_at(object, track.as_ref(), time)))
+        .map(|((object, track), origins)| {
+            motion::single(pose_from(object, track.as_ref(), time, origins))
+        })
         .collect()
+}
+
+/// Where coordinates are counted from, for each object. Chooses the world's origin where the settings do not say it.
+fn origins(
+    settings: &mut Settings,
+    meshes: &[Mesh],
+    tracks: &[Option<RigidTrack>],
+    surface: &Surface,
+) -> Vec<Origins> {
+    let objects = settings.objects.iter().zip(meshes);
+    let mut origins: Vec<Origins> = objects
+        .map(|(object, mesh)| Origins {
+            surface: f64::from(object.scale) * mesh.origin,
+            ..Origins::default()
+        })
+        .collect();
+    let world = settings.origin.map_or_else(
+        || {
+            let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            let objects = settings.objects.iter().zip(tracks).zip(&origins);
+            let (low, high) =
+                objects
+                    .enumerate()
+                    .fold(empty, |(low, high), (i, ((object, track), origins))| {
+                        let pose: DAffine3 = pose_from(object, track.as_ref(), 0.0, origins);
+                        corners(surface.bounds(i)).fold((low, high), |(low, high), corner| {
+                            let place = pose.transform_point3(corner.as_dvec3());
+                            (low.min(place), high.max(place))
+                        })
+                    });
+            origin::near(low, high)
+        },
+        DVec3::from_array,
+    );
+    settings.origin = Some(world.to_array());
+    for origins in &mut origins {
+        origins.world = world;
+    }
+    origins
+}
+
+/// The eight corners of a box.
+fn corners([low, high]: [Vec3; 2]) -> impl Iterator<Item = Vec3> {
+    (0..8).map(move |i| {
+        let upper = glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0);
+        Vec3::select(upper, high, low)
+    })
 }
 
 /// The animations of the models that objects follow.

@@ -8,7 +8,7 @@
 //! where `position` has what `slide` adds, and a keyframe turns and moves the object from where it stands. A model's own
 //! animation, where it is used, takes the keyframe's place.
 
-use glam::{Affine3A, DAffine3, DQuat, DVec3, EulerRot};
+use glam::{Affine3A, DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -23,7 +23,7 @@ pub struct MotionSettings {
     /// Degrees a second about axes through `orbit_center`, along the world's.
     pub orbit: [f32; 3],
     /// World units.
-    pub orbit_center: [f32; 3],
+    pub orbit_center: [f64; 3],
     /// Degrees to either side, about the object's own axes.
     pub swing: [f32; 3],
     /// Seconds there and back.
@@ -37,7 +37,7 @@ pub struct MotionSettings {
     /// Turns of the slide's cycle that it is ahead.
     pub slide_phase: f32,
     /// What spin and swing turn about, from the object's origin, along its own axes, in world units.
-    pub pivot: [f32; 3],
+    pub pivot: [f64; 3],
     /// Does the object follow the animation in its model?
     pub model: ModelAnimation,
     /// What happens after the last keyframe.
@@ -102,11 +102,88 @@ pub struct Keyframe {
     pub rotation: [f32; 3],
 }
 
+/// Where coordinates of an object and of the world are counted from, so that single precision has digits to spare
+/// for both, wherever they are. Both are zero unless something small is far from its origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Origins {
+    /// Of what is computed in the world, in world coordinates.
+    pub world: DVec3,
+    /// Of the object's surface, in its scaled coordinates.
+    pub surface: DVec3,
+}
+
+impl Origins {
+    /// Where a place in the coordinates of a mesh's file is on the surface, which is scaled.
+    #[must_use]
+    pub fn on_surface(&self, place: [f64; 3], scale: f32) -> Vec3 {
+        let scale_up = f64::from(scale);
+        scale * (DVec3::from_array(place) - self.surface / scale_up).as_vec3()
+    }
+
+    /// The other way round.
+    #[must_use]
+    pub fn in_file(&self, place: DVec3, scale: f32) -> DVec3 {
+        (place + self.surface) / f64::from(scale)
+    }
+
+    /// The same pose, given from scaled coordinates to world coordinates, as one between what is counted from here.
+    #[must_use]
+    pub fn from_here(&self, pose: DAffine3) -> DAffine3 {
+        let translation = pose.translation - self.world + pose.matrix3 * self.surface;
+        DAffine3 {
+            translation,
+            ..pose
+        }
+    }
+
+    /// The other way round.
+    #[must_use]
+    pub fn from_zero(&self, pose: DAffine3) -> DAffine3 {
+        let translation = pose.translation + self.world - pose.matrix3 * self.surface;
+        DAffine3 {
+            translation,
+            ..pose
+        }
+    }
+}
+
+/// A place in decimals down to a ten-millionth of the scene's radius: single precision knows no more of it.
+#[must_use]
+pub fn short(place: DVec3, radius: f32) -> [f64; 3] {
+    let digits = 7 - f64::from(radius).log10().floor() as i32;
+    let up = 10.0_f64.powi(digits.abs());
+    place.to_array().map(|x| match digits >= 0 {
+        true => (x * up).round() / up,
+        false => (x / up).round() * up,
+    })
+}
+
 /// Where an object is at a time in seconds: takes its scaled coordinates to world coordinates. `track` is its model's
 /// animation, if it has one and follows it.
 #[must_use]
 pub fn pose_at(object: &ObjectSettings, track: Option<&RigidTrack>, time: f64) -> DAffine3 {
+    pose_from(object, track, time, &Origins::default())
+}
+
+/// The same pose from the surface's coordinates to those that are counted from the world's origin here. What is far
+/// away is subtracted before anything turns.
+#[must_use]
+pub fn pose_from(
+    object: &ObjectSettings,
+    track: Option<&RigidTrack>,
+    time: f64,
+    origins: &Origins,
+) -> DAffine3 {
     let motion = &object.motion;
+    // A surface about the object's own origin stands near the world's here, so that single precision is enough; then a
+    // scene that is moved far away keeps its bits, whatever its decimals become there.
+    let near = |place: DVec3| {
+        if origins.surface == DVec3::ZERO {
+            place.as_vec3().as_dvec3()
+        } else {
+            place
+        }
+    };
     let keyframe = match track {
         Some(track) => {
             let (rotation, translation) = track.at(time);
@@ -120,14 +197,16 @@ pub fn pose_at(object: &ObjectSettings, track: Option<&RigidTrack>, time: f64) -
             DAffine3::from_rotation_translation(rotation * euler(object.rotation), translation)
         }
     };
-    let slid = double(motion.slide) * cycle(time, motion.slide_period, motion.slide_phase).sin();
-    let place = DAffine3::from_translation(double(object.position) + slid);
+    let keyframe = keyframe * DAffine3::from_translation(origins.surface);
+    let slid = wide(motion.slide) * cycle(time, motion.slide_period, motion.slide_phase).sin();
+    let position = near(DVec3::from_array(object.position) - origins.world);
+    let place = DAffine3::from_translation(position + slid);
     let swung = cycle(time, motion.swing_period, motion.swing_phase).sin();
-    let turned = turn(swung * double(motion.swing)) * turn_for(motion.spin, time);
-    let pivot = double(motion.pivot);
+    let turned = turn(swung * wide(motion.swing)) * turn_for(motion.spin, time);
+    let pivot = near(DVec3::from_array(motion.pivot) - origins.surface);
     let own = DAffine3::from_rotation_translation(turned, pivot - turned * pivot);
     let orbit = turn_for(motion.orbit, time);
-    let center = double(motion.orbit_center);
+    let center = near(DVec3::from_array(motion.orbit_center) - origins.world);
     let round = DAffine3::from_rotation_translation(orbit, center - orbit * center);
     round * place * keyframe * own
 }
@@ -138,6 +217,12 @@ pub fn single(pose: DAffine3) -> Affine3A {
     Affine3A::from_cols_array(&pose.to_cols_array().map(|value| value as f32))
 }
 
+/// The same pose, in double precision.
+#[must_use]
+pub fn double(pose: &Affine3A) -> DAffine3 {
+    DAffine3::from_cols_array(&pose.to_cols_array().map(f64::from))
+}
+
 /// The rotation that scene files mean: about X, then Y, then Z, each about the world's axis.
 pub(super) fn euler(degrees: [f32; 3]) -> DQuat {
     let [x, y, z] = degrees.map(|angle| f64::from(angle).to_radians());
@@ -145,7 +230,7 @@ pub(super) fn euler(degrees: [f32; 3]) -> DQuat {
     DQuat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
-fn double(vector: [f32; 3]) -> DVec3 {
+fn wide(vector: [f32; 3]) -> DVec3 {
     DVec3::from_array(vector.map(f64::from))
 }
 
@@ -165,7 +250,7 @@ fn turn(degrees: DVec3) -> DQuat {
 
 /// What a turning rate, degrees a second, comes to; whole turns are taken off before they cost digits.
 fn turn_for(rate: [f32; 3], time: f64) -> DQuat {
-    let rate = double(rate);
+    let rate = wide(rate);
     let speed = rate.length();
     if speed == 0.0 {
         return DQuat::IDENTITY;
@@ -213,6 +298,6 @@ fn between_keyframes(motion: &MotionSettings, time: f64) -> (DQuat, DVec3) {
         Easing::Smooth => share * share * (3.0 - 2.0 * share),
     };
     let rotation = euler(from.rotation).slerp(euler(to.rotation), share);
-    let position = double(from.position).lerp(double(to.position), share);
+    let position = wide(from.position).lerp(wide(to.position), share);
     (rotation, position)
 }

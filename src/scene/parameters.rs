@@ -61,10 +61,12 @@ pub enum Kind<T: 'static> {
     Vector {
         /// The range that each component must lie in, ends included.
         range: (f64, f64),
+        /// Are they kept in double precision? Else in single precision.
+        is_double: bool,
         /// The components.
-        get: fn(&T) -> [f32; 3],
+        get: fn(&T) -> [f64; 3],
         /// Sets the components.
-        set: fn(&mut T, [f32; 3]),
+        set: fn(&mut T, [f64; 3]),
     },
     /// A number that an object has for itself, or shares with the scene.
     Own(Own<T>),
@@ -233,8 +235,11 @@ impl<T> Parameter<T> {
                 }
             }
             Kind::Choice { words, get, .. } => words[get(settings)].to_owned(),
-            Kind::Vector { get, .. } => {
-                let [x, y, z] = get(settings);
+            Kind::Vector { is_double, get, .. } => {
+                let [x, y, z] = get(settings).map(|value| match is_double {
+                    true => format!("{value}"),
+                    false => format!("{}", value as f32),
+                });
                 format!("[{x}, {y}, {z}]")
             }
             Kind::Own(own) => match (own.get)(settings) {
@@ -249,9 +254,7 @@ impl<T> Parameter<T> {
         let fits = match &self.kind {
             Kind::Number(number) => number.allows((number.get)(settings)),
             Kind::Choice { .. } | Kind::Text { .. } => true,
-            Kind::Vector { range, get, .. } => {
-                get(settings).iter().all(|&c| inside(f64::from(c), *range))
-            }
+            Kind::Vector { range, get, .. } => get(settings).iter().all(|&c| inside(c, *range)),
             Kind::Own(own) => (own.get)(settings).is_none_or(|value| inside(value, own.range)),
         };
         if !fits {

@@ -9,7 +9,7 @@ mod food;
 mod shown;
 mod start;
 
-use glam::Affine3A;
+use glam::{Affine3A, DVec3};
 use serde::Serialize;
 
 pub use choices::{
@@ -28,6 +28,10 @@ pub struct Settings {
     pub seed: u64,
     /// The scene radius in world units, by which all lengths are multiplied; 0 measures it from the objects.
     pub radius: f32,
+    /// What world coordinates are counted from in single precision, in world units; none chooses it: zero, or a place
+    /// amid the objects if they are far from zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[f64; 3]>,
     /// How many particles there are and where they begin.
     pub particles: ParticleSettings,
     /// How particles sense, turn and walk.
@@ -63,6 +67,7 @@ impl Default for Settings {
         Self {
             seed: 7,
             radius: 0.0,
+            origin: None,
             particles: ParticleSettings::default(),
             physarum: PhysarumSettings::default(),
             areas: AreaSettings::default(),
@@ -385,7 +390,7 @@ pub struct ObjectSettings {
     /// `builtin:NAME`, or a path relative to the scene file.
     pub mesh: String,
     /// World units.
-    pub position: [f32; 3],
+    pub position: [f64; 3],
     /// Degrees about X, then Y, then Z, each about the world's axis.
     pub rotation: [f32; 3],
     /// Multiplies the mesh's coordinates; positive.
@@ -428,7 +433,8 @@ impl ObjectSettings {
     #[must_use]
     pub fn world_from_object(&self) -> Affine3A {
         let rotation = motion::euler(self.rotation).as_quat();
-        Affine3A::from_rotation_translation(rotation, self.position.into())
+        let position = DVec3::from_array(self.position);
+        Affine3A::from_rotation_translation(rotation, position.as_vec3())
     }
 }
 

@@ -235,7 +235,7 @@ mod tests {
             })
             .collect();
         for (i, object) in settings.objects.iter_mut().enumerate() {
-            object.position = [2.5 * i as f32, 0.0, 0.0];
+            object.position = [2.5 * i as f64, 0.0, 0.0];
         }
         settings
     }

@@ -8,7 +8,7 @@ use glam::{Affine3A, DAffine3, DMat3, DQuat};
 use super::types::Pose;
 use crate::error::{Error, Result};
 use crate::mesh::RigidTrack;
-use crate::scene::motion::{pose_at, single};
+use crate::scene::motion::{Origins, pose_from, single};
 use crate::scene::settings::{ObjectSettings, Settings};
 
 /// Numbers of steps are exact in double precision up to here.
@@ -71,7 +71,8 @@ impl Movement {
         }
     }
 
-    /// Sets where an object is from the next step on, whatever the scene says; `None` gives it back to the scene.
+    /// Sets where an object is from the next step on, whatever the scene says; `None` gives it back to the scene. A pose
+    /// takes the object's scaled coordinates to world coordinates, as its file and the scene's have them.
     ///
     /// # Errors
     /// When there is no such object, or the pose is not rigid: only rotations and translations keep lengths.
@@ -95,25 +96,29 @@ impl Movement {
         Ok(())
     }
 
-    /// Has the object a pose from outside?
+    /// The pose that was set from outside, if one was.
     #[must_use]
-    pub fn is_set(&self, object: usize) -> bool {
-        self.outside.get(object).is_some_and(Option::is_some)
+    pub fn set_pose_of(&self, object: usize) -> Option<DAffine3> {
+        *self.outside.get(object)?
     }
 
-    /// Where every object is at a step.
+    /// Where every object is at a step, counted from its origins.
     #[must_use]
     pub fn world_from_object(
         &self,
         objects: &[ObjectSettings],
         tracks: &[Option<RigidTrack>],
+        origins: &[Origins],
         step: u64,
     ) -> Vec<Affine3A> {
         let time = self.time_at(step);
-        let objects = objects.iter().zip(tracks).zip(&self.outside);
+        let objects = objects.iter().zip(tracks).zip(origins).zip(&self.outside);
         objects
-            .map(|((object, track), outside)| {
-                single(outside.unwrap_or_else(|| pose_at(object, track.as_ref(), time)))
+            .map(|(((object, track), origins), outside)| {
+                single(match outside {
+                    Some(pose) => origins.from_here(*pose),
+                    None => pose_from(object, track.as_ref(), time, origins),
+                })
             })
             .collect()
     }
@@ -124,9 +129,10 @@ impl Movement {
         &self,
         objects: &[ObjectSettings],
         tracks: &[Option<RigidTrack>],
+        origins: &[Origins],
         step: u64,
     ) -> Vec<Pose> {
-        let poses = self.world_from_object(objects, tracks, step);
+        let poses = self.world_from_object(objects, tracks, origins, step);
         poses.into_iter().map(Pose::from).collect()
     }
 
@@ -216,6 +222,11 @@ mod tests {
     use super::*;
     use glam::{DQuat, DVec3};
 
+    const ZERO: [Origins; 1] = [Origins {
+        world: DVec3::ZERO,
+        surface: DVec3::ZERO,
+    }];
+
     #[test]
     fn time_goes_on_from_where_it_is_when_the_step_changes() {
         let mut settings = Settings::default();
@@ -234,20 +245,20 @@ mod tests {
         let mut settings = Settings::default();
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
         let mut movement = Movement::new(&settings);
-        let scene = movement.poses(&settings.objects, &[None], 60);
+        let scene = movement.poses(&settings.objects, &[None], &ZERO, 60);
         let set = DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.3), DVec3::Y);
         movement.set_pose(0, Some(set)).unwrap();
         for step in [0, 60] {
-            let poses = movement.poses(&settings.objects, &[None], step);
+            let poses = movement.poses(&settings.objects, &[None], &ZERO, step);
             assert_eq!(poses, [Pose::from(single(set))]);
         }
         let saved = movement.save().restore().unwrap();
         assert_eq!(
-            saved.poses(&settings.objects, &[None], 61),
-            movement.poses(&settings.objects, &[None], 61)
+            saved.poses(&settings.objects, &[None], &ZERO, 61),
+            movement.poses(&settings.objects, &[None], &ZERO, 61)
         );
         movement.set_pose(0, None).unwrap();
-        assert_eq!(movement.poses(&settings.objects, &[None], 60), scene);
+        assert_eq!(movement.poses(&settings.objects, &[None], &ZERO, 60), scene);
     }
 
     #[test]
@@ -276,7 +287,7 @@ mod tests {
                 .unwrap_err()
                 .to_string();
             assert!(error.contains(words), "{error}");
-            assert!(!movement.is_set(0));
+            assert_eq!(movement.set_pose_of(0), None);
         }
     }
 }

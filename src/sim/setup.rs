@@ -14,6 +14,7 @@ use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Surface;
 use crate::scene::Scene;
+use crate::scene::motion::Origins;
 use crate::scene::settings::{self, Settings};
 
 /// The state of a scene at step 0, on the host.
@@ -46,6 +47,8 @@ pub struct Setup {
     pub poses: Vec<Pose>,
     /// The animations that objects follow, one an object.
     pub tracks: Vec<Option<RigidTrack>>,
+    /// Where coordinates are counted from, one an object.
+    pub origins: Vec<Origins>,
     /// What the distances between objects are taken from.
     pub distance: DistanceSetup,
     /// Food and markers; those of a running simulation may become others.
@@ -76,7 +79,7 @@ impl Setup {
         // Its path is whole since the scene was made.
         let map = (!areas.map.is_empty()).then(|| AreaMap::open(areas.map.as_ref()));
         let map = map.transpose()?;
-        let foods = places(settings, &scene.surface, scene.radius)?;
+        let foods = places(settings, &scene.surface, &scene.origins, scene.radius)?;
         let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;
         let (particles, motions) = start::start(
             &scene.surface,
@@ -106,6 +109,7 @@ impl Setup {
                 .map(Pose::from)
                 .collect(),
             tracks: scene.tracks.clone(),
+            origins: scene.origins.clone(),
             distance,
             surface: scene.surface.clone(),
             radius: scene.radius,

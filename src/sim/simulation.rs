@@ -189,7 +189,8 @@ impl Simulation {
     /// The poses at a step, if they are others than those recorded last.
     fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
         let objects = &self.settings.objects;
-        let poses = self.movement.poses(objects, &self.setup.tracks, step);
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
+        let poses = self.movement.poses(objects, tracks, origins, step);
         if poses == self.state.poses_recorded {
             return None;
         }
@@ -203,7 +204,8 @@ impl Simulation {
     }
 
     /// Sets where an object is from the next step on, whatever the scene says about it; `None` gives it back to the
-    /// scene. The pose takes scaled object coordinates to world coordinates. Does not wait for the device.
+    /// scene. The pose takes scaled object coordinates to world coordinates, as files have them. Does not wait for the
+    /// device.
     ///
     /// # Errors
     /// When there is no such object, or the pose is not rigid.
@@ -211,19 +213,20 @@ impl Simulation {
         self.movement.set_pose(object, world_from_object)
     }
 
-    /// Has the object a pose that was set from outside?
+    /// The pose that an object was given from outside, if it was.
     #[must_use]
-    pub fn is_pose_set(&self, object: usize) -> bool {
-        self.movement.is_set(object)
+    pub fn set_pose_of(&self, object: usize) -> Option<DAffine3> {
+        self.movement.set_pose_of(object)
     }
 
-    /// Where each object was in the last step, and is in pictures.
+    /// Where each object was in the last step, and is in pictures: takes the surface's coordinates to the world's, both
+    /// counted from the scene's `origins`.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
         let objects = &self.settings.objects;
-        let tracks = &self.setup.tracks;
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
         self.movement
-            .world_from_object(objects, tracks, self.last_step())
+            .world_from_object(objects, tracks, origins, self.last_step())
     }
 
     /// The same, as pictures take it; changes only when something has moved.

@@ -170,7 +170,7 @@ pub fn scene_of_several(meshes: &[(&str, [f32; 3])], change: impl FnOnce(&mut Se
         .iter()
         .map(|&(mesh, position)| ObjectSettings {
             mesh: format!("builtin:{mesh}"),
-            position,
+            position: position.map(f64::from),
             rotation: [10.0, 20.0, 30.0],
             ..ObjectSettings::default()
         })

@@ -1,7 +1,9 @@
 //! What OBJ and glTF files may contain, and what becomes of it.
 
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, DVec3, Vec2, Vec3};
 use myxo::mesh::{Mesh, suite};
+use myxo::scene::Scene;
+use myxo::scene::settings::Settings;
 
 /// Loads a file of the given name and content.
 fn load(name: &str, bytes: &[u8]) -> Mesh {
@@ -54,6 +56,62 @@ fn in_file_order<T: Copy>(mesh: &Mesh, triangle: usize, ours: [T; 3]) -> [T; 3] 
         file[corner as usize] = value;
     }
     file
+}
+
+/// A model in map coordinates has the triangles that it has about the origin, to the bit, and an object that is moved back
+/// stands at the origin. Would catch: positions that are rounded before they are counted from somewhere near.
+#[test]
+fn models_far_from_the_origin_lose_nothing() {
+    let near = Mesh::builtin("builtin:torus").unwrap();
+    let far = DVec3::new(512_352.0, 224.0, 5_412_352.0);
+    let mut text = String::new();
+    for position in &near.positions {
+        let [x, y, z] = (position.as_dvec3() + far).to_array();
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for corners in &near.corners {
+        let [a, b, c] = corners.map(|corner| corner + 1);
+        text += &format!("f {a} {b} {c}\n");
+    }
+    let mesh = load("map.obj", text.as_bytes());
+    assert_eq!(mesh.origin, far);
+    assert_eq!(corner_points(&mesh), corner_points(&near));
+    assert_eq!(mesh.report.stored_steps, None);
+
+    let mut settings = Settings::default();
+    settings.objects[0].position = (-2.0 * far).to_array();
+    settings.objects[0].scale = 2.0;
+    let scene = Scene::from_meshes("back".to_owned(), settings, vec![mesh], ".".into()).unwrap();
+    assert_eq!(scene.settings.origin, Some([0.0; 3]));
+    assert_eq!(scene.world_from_object(), [Affine3A::IDENTITY]);
+}
+
+/// Would catch: no word about details that a file in single precision has lost already.
+#[test]
+fn coordinates_stored_too_coarsely_are_reported() {
+    let near = Mesh::builtin("builtin:cube").unwrap();
+    let at = |x: f32| {
+        let mut file = vec![0; 80];
+        file.extend((near.corners.len() as u32).to_le_bytes());
+        for corners in &near.corners {
+            file.extend([0; 12]);
+            for corner in corners {
+                let position = near.positions[*corner as usize] + x * Vec3::X;
+                file.extend(position.to_array().map(f32::to_le_bytes).as_flattened());
+            }
+            file.extend([0; 2]);
+        }
+        load("cube.stl", &file).report
+    };
+    assert_eq!(at(10.0).stored_steps, None);
+    let report = at(2_000_000.0);
+    // 2 across, in steps of 1/8.
+    assert_eq!((report.stored_steps, report.triangles), (Some(16), 12));
+    assert!(
+        report
+            .to_string()
+            .contains("single precision far from the origin, 16 steps across")
+    );
 }
 
 #[test]

@@ -294,7 +294,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
 fn food(object: &str, at: [f32; 3], change: impl FnOnce(&mut FoodSettings)) -> FoodSettings {
     let mut food = FoodSettings {
         object: object.to_owned(),
-        at,
+        at: at.map(f64::from),
         radius: 0.6,
         strength: 12.0,
         amount: 0,

@@ -118,7 +118,7 @@ fn grow(simulation: &mut Simulation, frames: &mut Frames, steps: u32) {
 /// A food with room for many.
 fn food(at: [f32; 3], amount: u32) -> FoodSettings {
     FoodSettings {
-        at,
+        at: at.map(f64::from),
         amount,
         size: 0.3,
         ..FoodSettings::default()

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::{Gpu, by_id, gpu, set_up};
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
-use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::settings::{ObjectSettings, Settings, Start};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::Pose;
@@ -375,6 +375,42 @@ fn a_resumed_run_knows_where_the_last_step_had_objects() {
     damaged.last_poses[0].x.x = 2.0;
     let problem = resumed.restore(&damaged).unwrap_err().to_string();
     assert!(problem.contains("or they are damaged"), "{problem}");
+    gpu.finish();
+}
+
+/// Single precision is spent on what lies between the objects, and none on how far from the origin they are. Would catch: a
+/// pose, centre of an orbit, start or pose from outside that is not counted from the scene's origin.
+#[test]
+fn a_scene_far_away_keeps_its_bits() {
+    let Some(gpu) = gpu() else { return };
+    // Multiples of what coordinates are counted from here, a power of two; and no decimals that it would round.
+    let far = DVec3::new(1e7, -3_200_000.0, 5_412_352.0);
+    let together = |by: DVec3| {
+        moving(|settings| {
+            settings.objects[1].position = (by + DVec3::new(1.75, 0.25, 0.0)).to_array();
+            settings.objects[1].motion.orbit_center = by.to_array();
+            settings.objects[0].position = by.to_array();
+            settings.particles.start = Start::Point;
+        })
+    };
+    let run = |by: DVec3| {
+        let scene = together(by);
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        advance(&gpu, &mut simulation, 30);
+        let turn = DQuat::from_rotation_z(0.3);
+        let pose = DAffine3::from_rotation_translation(turn, by + DVec3::new(0.0, 0.5, 0.25));
+        simulation.set_pose(0, Some(pose)).unwrap();
+        advance(&gpu, &mut simulation, 10);
+        let snapshot = simulation.snapshot().unwrap();
+        assert!(snapshot.transfers.flow.arrived > 0, "they touch");
+        (scene, simulation.world_from_object(), snapshot.hash())
+    };
+    let (near, poses, hash) = run(DVec3::ZERO);
+    assert_eq!(near.settings.origin, Some([0.0; 3]));
+    let (afar, poses_afar, hash_afar) = run(far);
+    assert_eq!(afar.settings.origin, Some(far.to_array()));
+    assert_eq!((near.center, near.radius), (afar.center, afar.radius));
+    assert_eq!((poses, hash), (poses_afar, hash_afar));
     gpu.finish();
 }
 

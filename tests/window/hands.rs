@@ -331,7 +331,7 @@ fn hands_move_and_turn_objects() {
     let moved = lab.save("pair");
     let way = |settings: &Settings, other: &Settings| {
         let both = (settings.objects[0].position.iter()).zip(other.objects[0].position);
-        both.map(|(a, b)| (a - b).abs()).sum::<f32>()
+        both.map(|(a, b)| (a - b).abs()).sum::<f64>()
     };
     assert!(way(&moved, &start) > 0.05, "{:?}", moved.objects[0]);
     assert_eq!(moved.objects[1], start.objects[1], "the other one stays");
@@ -414,7 +414,7 @@ fn hands_put_food_there_and_take_it_away() {
     };
     // In the middle of the picture is the ball, of radius 1.
     assert_eq!(food.object, "ball");
-    let away = food.at.iter().map(|x| x * x).sum::<f32>().sqrt();
+    let away = food.at.iter().map(|x| x * x).sum::<f64>().sqrt();
     assert!((away - 1.0).abs() < 0.02, "{food:?}");
 
     // It is changed, and grows on from what is running.
@@ -467,10 +467,10 @@ fn hands_put_food_there_and_take_it_away() {
     };
     let way = |food: &FoodSettings, other: &FoodSettings| {
         let both = food.at.iter().zip(other.at);
-        both.map(|(a, b)| (a - b) * (a - b)).sum::<f32>().sqrt()
+        both.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
     assert!(way(food, &lay[0]) > 0.05, "{food:?}, and {lay:?} before");
-    let away = food.at.iter().map(|x| x * x).sum::<f32>().sqrt();
+    let away = food.at.iter().map(|x| x * x).sum::<f64>().sqrt();
     assert!((away - 1.0).abs() < 0.02, "{food:?} is not on the ball");
     assert_eq!(lab.value("camera"), camera);
     lab.key("ctrl+z");

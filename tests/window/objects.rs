@@ -67,7 +67,7 @@ fn hands_duplicate_objects() {
     let way = (copy.position.iter())
         .zip(ball.position)
         .map(|(a, b)| a - b);
-    let away = way.map(|x| x * x).sum::<f32>().sqrt();
+    let away = way.map(|x| x * x).sum::<f64>().sqrt();
     // Balls of radius 1.
     assert!(away > 2.0, "{away}: one is in the other");
 

@@ -63,11 +63,20 @@ fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, 
             set(&mut after, PICTURE.to_owned());
             lab.type_until(&name, 0.5, PICTURE, &name, PICTURE);
         }
-        Kind::Vector { range, get, set } => {
+        Kind::Vector {
+            range,
+            is_double,
+            get,
+            set,
+        } => {
             let mut vector = get(scene);
             let axes = ["x", "y", "z"].into_iter().enumerate();
             for (component, (place, axis)) in vector.iter_mut().zip(axes) {
-                let value = (*component + 0.25).min(range.1 as f32 - 0.25);
+                let value = (*component + 0.25).min(range.1 - 0.25);
+                let (value, typed) = match is_double {
+                    true => (value, format!("{value}")),
+                    false => (f64::from(value as f32), format!("{}", value as f32)),
+                };
                 *component = value;
                 let box_of_axis = format!("{name}.{axis}");
                 let mut so_far = after.clone();
@@ -75,7 +84,7 @@ fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, 
                 known[place] = value;
                 set(&mut so_far, known);
                 let all = parameter.value(&so_far);
-                lab.type_until(&box_of_axis, 0.6, &format!("{value}"), &name, &all);
+                lab.type_until(&box_of_axis, 0.6, &typed, &name, &all);
                 after = so_far;
             }
             assert_eq!(get(&after), vector);

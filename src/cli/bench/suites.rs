@@ -290,7 +290,7 @@ fn balls(settings: &mut Settings, count: u32, subdivisions: u32, rate: f32) {
         let cell = [i % side, i / side % side, i / (side * side)];
         let mut object = ObjectSettings {
             mesh: format!("builtin:icosphere?subdivisions={subdivisions}"),
-            position: cell.map(place),
+            position: cell.map(|i| f64::from(place(i))),
             scale: radius,
             ..ObjectSettings::default()
         };
@@ -428,7 +428,7 @@ fn distance(extent: &Extent) -> Result<Vec<Case>> {
                 let mesh = format!("builtin:torus?major={major}&minor={minor}");
                 let torus = |x: f32| ObjectSettings {
                     mesh: mesh.clone(),
-                    position: [x, 0.0, 0.0],
+                    position: [x.into(), 0.0, 0.0],
                     ..ObjectSettings::default()
                 };
                 settings.objects = vec![torus(0.0), torus(2.68)];

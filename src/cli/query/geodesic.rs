@@ -77,7 +77,7 @@ fn answer(mesh: &Mesh, table: &Table, engine: Engine<'_>) -> Result<Answers> {
         grounds: &[Ground {
             mesh,
             first_triangle: 0,
-            world_from_surface: DAffine3::IDENTITY,
+            world_from_surface: DAffine3::from_translation(mesh.origin),
         }],
     };
     question.answer(table, engine)

@@ -75,7 +75,7 @@ fn with_device<T>(
     Ok(answer)
 }
 
-/// A mesh with the middle of its box in the origin, and where that was: far from the origin no digits are lost.
+/// A mesh with the middle of its box in the origin, and where that is in its file: far from the origin no digits are lost.
 fn about_its_middle(mesh: &Mesh) -> (DVec3, Mesh) {
     let (low, high) = mesh.bounds();
     let centre = 0.5 * (low.as_dvec3() + high.as_dvec3());
@@ -83,7 +83,8 @@ fn about_its_middle(mesh: &Mesh) -> (DVec3, Mesh) {
     for position in &mut mesh.positions {
         *position = (position.as_dvec3() - centre).as_vec3();
     }
-    (centre, mesh)
+    mesh.origin += centre;
+    (mesh.origin, mesh)
 }
 
 /// The length of a vector whose squares may be more than numbers hold.

@@ -139,7 +139,7 @@ mod tests {
         settings.objects = (objects.iter())
             .map(|(mesh, position)| ObjectSettings {
                 mesh: format!("builtin:{mesh}"),
-                position: *position,
+                position: position.map(f64::from),
                 // Planes lie; these stand.
                 rotation: if mesh.starts_with("plane") {
                     [90.0, 0.0, 0.0]

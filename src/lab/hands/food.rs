@@ -2,6 +2,7 @@
 
 use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui};
 use glam::{Affine3A, Vec2, Vec3};
+use myxo::scene::motion::{Origins, short};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
 use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
 use myxo::sim::types::Mark;
@@ -171,11 +172,14 @@ impl Interface {
     }
 
     /// The object that lies under the pointer, and where on it, as food has it.
-    fn place_under(&self, under: &Under, facts: &Facts) -> Option<(String, [f32; 3])> {
+    fn place_under(&self, under: &Under, facts: &Facts) -> Option<(String, [f64; 3])> {
         let object = self.running.objects.get(under.object)?;
         let pose = facts.hand.poses.get(under.object)?;
-        let at = pose.inverse().transform_point3(under.position) / object.scale;
-        Some((object.name.clone(), at.to_array()))
+        let origins = facts.hand.origins.get(under.object).copied();
+        let at = pose.inverse().transform_point3(under.position).as_dvec3();
+        let at = origins.unwrap_or_default().in_file(at, object.scale);
+        let at = short(at, facts.hand.radius / object.scale);
+        Some((object.name.clone(), at))
     }
 
     /// A click with the tool for food.
@@ -357,6 +361,7 @@ pub fn placed(
     edited: &Settings,
     running: &[FoodSettings],
     marks: &[Mark],
+    origins: &[Origins],
     poses: &[Affine3A],
     radius: f32,
 ) -> Vec<(Vec3, f32)> {
@@ -376,7 +381,8 @@ pub fn placed(
         }
         let object = edited.object_of(food).unwrap_or(0);
         let scale = edited.objects.get(object).map_or(1.0, |o| o.scale);
-        let place = scale * Vec3::from_array(food.at);
+        let origins = origins.get(object).copied().unwrap_or_default();
+        let place = origins.on_surface(food.at, scale);
         let pose = poses.get(object);
         let place = pose.map_or(place, |pose| pose.transform_point3(place));
         (place, food.size.max(LEAST_SIZE) * radius)
@@ -441,7 +447,7 @@ mod tests {
         let mut edited = Settings::default();
         edited.objects[0].scale = 2.0;
         let food = |x: f32| FoodSettings {
-            at: [x, 0.0, 0.0],
+            at: [x.into(), 0.0, 0.0],
             size: 0.1,
             ..FoodSettings::default()
         };
@@ -460,7 +466,7 @@ mod tests {
         let marks = [mark(2.1), mark(4.1), mark(7.0)];
         let mut places = |foods: &[FoodSettings]| {
             edited.foods = foods.to_vec();
-            placed(&edited, &running, &marks, &poses, 3.0)
+            placed(&edited, &running, &marks, &[], &poses, 3.0)
         };
         let at = |x: f32, size: f32| (Vec3::new(x, 1.0, 0.0), size);
         assert_eq!(places(&running), [2.1, 4.1, 7.0].map(|x| at(x, 0.25)));

@@ -4,13 +4,14 @@
 use egui::{Color32, Pos2, Rect, Response, Stroke, Ui, vec2};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
+use myxo::scene::motion::Origins;
 use myxo::scene::settings::ObjectSettings;
 
 use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, are_asked_for, note_value};
 use super::super::theme;
-use super::handles::{along_axis, angle_round, length_of_pixel, on_plane, shift, turn};
-use super::{Held, Work};
+use super::handles::{along_axis, angle_round, length_of_pixel, on_plane, shift, stay, turn};
+use super::{HandFacts, Held, Work};
 
 /// Points from the middle to the end of an arrow.
 const ARROW: f32 = 84.0;
@@ -48,6 +49,8 @@ pub struct Grab {
     handle: Handle,
     /// The object as it was.
     object: ObjectSettings,
+    /// Where its coordinates are counted from.
+    origins: Origins,
     /// Where its middle was, world space.
     middle: Vec3,
     /// Where the pointer was, pixels of the picture.
@@ -199,6 +202,7 @@ impl Interface {
             self.hands.grab = Some(Grab {
                 handle,
                 object: settings.clone(),
+                origins: facts.hand.origins.get(object).copied().unwrap_or_default(),
                 middle,
                 from: to_pixel(at),
                 ring: RING * screen.length_of_point(&camera, middle),
@@ -221,7 +225,7 @@ impl Interface {
                 }
                 told = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
-                let (moved, way) = grab.moved(&camera, screen.size(), facts.hand.time, to, step);
+                let (moved, way) = grab.moved(&camera, screen.size(), &facts.hand, to, step);
                 if self.edited.objects[object] != moved {
                     self.edited.objects[object] = moved;
                     commands.push(Command::Apply);
@@ -358,16 +362,16 @@ fn mark(ui: &Ui, name: &str, at: Pos2) {
 const TURN_STEP: f32 = 15.0;
 
 impl Grab {
-    /// The object as the pointer has it, at a time of the objects' motion, and how far that is in words; in steps of a length,
-    /// or smoothly.
+    /// The object as the pointer has it, and how far that is in words; in steps of a length, or smoothly.
     fn moved(
         &self,
         camera: &Camera,
         size: Vec2,
-        time: f64,
+        hand: &HandFacts,
         to: Vec2,
         step: Option<f32>,
     ) -> (ObjectSettings, String) {
+        let (time, radius) = (hand.time, hand.radius);
         let mut object = self.object.clone();
         let told = match self.handle {
             Handle::Move(axis) => {
@@ -375,7 +379,7 @@ impl Grab {
                     .map(|pixel| along_axis(camera, size, pixel, self.middle, AXES[axis]));
                 let way = to - from;
                 let way = step.map_or(way, |step| rounded(way, step));
-                shift(&mut object, time, way * AXES[axis]);
+                shift(&mut object, time, (way * AXES[axis]).as_dvec3(), radius);
                 format!("{} {way:+.2}", NAMES[axis])
             }
             Handle::Plane => {
@@ -385,7 +389,7 @@ impl Grab {
                 if let Some(step) = step {
                     way = way.to_array().map(|way| rounded(way, step)).into();
                 }
-                shift(&mut object, time, way);
+                shift(&mut object, time, way.as_dvec3(), radius);
                 format!("{:+.2} {:+.2} {:+.2}", way.x, way.y, way.z)
             }
             Handle::Turn(axis) => {
@@ -397,6 +401,7 @@ impl Grab {
                 }
                 let radians = f64::from(angle).to_radians();
                 turn(&mut object, time, AXES[axis].as_dvec3(), radians);
+                stay(&mut object, &self.object, time, [self.origins; 2], radius);
                 format!("{} {angle:+.0}°", NAMES[axis])
             }
             Handle::Scale => String::new(),

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::scene::motion::pose_at;
+use myxo::scene::motion::{Origins, pose_at, pose_from, short};
 use myxo::scene::settings::{ModelAnimation, ObjectSettings};
 
 /// How far along an axis through `middle` the place is that lies nearest to what a pixel shows.
@@ -64,8 +64,9 @@ pub fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 
 }
 
 /// Moves an object by a way in the world, whatever its motion makes of its position: that is affine, so three places tell.
-pub fn shift(object: &mut ObjectSettings, time: f64, way: Vec3) {
-    let place = |position: [f32; 3]| {
+/// `radius` is the scene's.
+pub fn shift(object: &mut ObjectSettings, time: f64, way: DVec3, radius: f32) {
+    let place = |position: [f64; 3]| {
         let mut other = object.clone();
         other.position = position;
         still_model(&mut other);
@@ -74,11 +75,30 @@ pub fn shift(object: &mut ObjectSettings, time: f64, way: Vec3) {
     let origin = place([0.0; 3]);
     let [x, y, z] =
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| place(axis) - origin);
-    let way = way.as_dvec3();
     // A rotation, so its transpose takes back.
-    let back = DVec3::new(x.dot(way), y.dot(way), z.dot(way)).as_vec3();
-    let position = Vec3::from_array(object.position) + back;
-    object.position = position.to_array();
+    let back = DVec3::new(x.dot(way), y.dot(way), z.dot(way));
+    object.position = short(DVec3::from_array(object.position) + back, radius);
+}
+
+/// Changes an object whose surface is far from its own origin about the surface: where that is counted from stays where
+/// it is. `origins` are those of the object before and after.
+pub fn stay(
+    object: &mut ObjectSettings,
+    before: &ObjectSettings,
+    time: f64,
+    origins: [Origins; 2],
+    radius: f32,
+) {
+    if origins.iter().all(|origins| origins.surface == DVec3::ZERO) {
+        return;
+    }
+    let place = |object: &ObjectSettings, origins| {
+        let mut object = object.clone();
+        still_model(&mut object);
+        pose_from(&object, None, time, origins).translation
+    };
+    let way = place(before, &origins[0]) - place(object, &origins[1]);
+    shift(object, time, way, radius);
 }
 
 /// Turns an object about an axis of the world, whatever stands round its rotation.
@@ -129,11 +149,11 @@ mod tests {
         let before = mover();
         let time = 3.7;
         let mut after = before.clone();
-        let way = Vec3::new(0.2, -0.4, 0.7);
-        shift(&mut after, time, way);
+        let way = DVec3::new(0.2, -0.4, 0.7);
+        shift(&mut after, time, way, 1.0);
         let moved =
             pose_at(&after, None, time).translation - pose_at(&before, None, time).translation;
-        assert!(moved.as_vec3().distance(way) < 1e-5, "{moved}");
+        assert!(moved.distance(way) < 1e-6, "{moved}");
         assert_eq!(after.motion, before.motion, "and goes on moving");
     }
 

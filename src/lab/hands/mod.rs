@@ -20,6 +20,7 @@ mod work;
 use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
+use myxo::scene::motion::Origins;
 use myxo::scene::settings::{FoodSettings, ObjectSettings};
 use myxo::sim::paint::Brush;
 
@@ -84,6 +85,8 @@ pub struct HandFacts {
     pub under: Option<Under>,
     /// World from object, one an object.
     pub poses: Vec<Affine3A>,
+    /// Where coordinates are counted from, one an object.
+    pub origins: Vec<Origins>,
     /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
     pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 use myxo::render::Camera;
 use myxo::scene::Scene;
+use myxo::scene::motion::short;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 
 use super::super::interface::{Command, Interface};
@@ -51,6 +52,7 @@ impl Lab {
             return;
         };
         let radius = stage.scene.radius;
+        let origins = stage.scene.origins.clone();
         let points = places_of(stage).into_iter().flatten();
         let place = beside(&self.interface.view.camera, points, NEW_OBJECT * radius);
         let settings = self.interface.live_settings();
@@ -66,6 +68,7 @@ impl Lab {
                     ..ObjectSettings::default()
                 }],
                 radius: 0.0,
+                origin: None,
                 // Food and a start may name objects that are not there.
                 foods: Vec::new(),
                 particles: ParticleSettings::default(),
@@ -73,7 +76,11 @@ impl Lab {
             };
             let alone = Scene::from_settings(mesh.clone(), alone, folder.clone())?;
             let scale = NEW_OBJECT * radius / alone.radius;
-            let position: Vec3 = place - scale * alone.center;
+            // From where both scenes count to where the object's own origin goes.
+            let [here, there] = [&origins, &alone.origins].map(|origins| origins[0].world);
+            let middle = there + alone.center.as_dvec3();
+            let position = here + place.as_dvec3() - f64::from(scale) * middle;
+            let position = short(position, radius);
             let settings = with_object(&settings, &mesh, scale, position);
             Ok(Scene::from_settings(name, settings, folder)?)
         });
@@ -210,11 +217,11 @@ impl Lab {
 }
 
 /// The settings with one object more.
-pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: Vec3) -> Settings {
+pub fn with_object(settings: &Settings, mesh: &str, scale: f32, position: [f64; 3]) -> Settings {
     let mut settings = settings.clone();
     settings.objects.push(ObjectSettings {
         mesh: mesh.to_owned(),
-        position: position.to_array(),
+        position,
         scale,
         ..Default::default()
     });
@@ -245,7 +252,7 @@ pub fn with_copy(settings: &Settings, object: usize, way: Vec3, time: f64) -> Se
     let mut settings = settings.clone();
     let mut copy = settings.objects[object].clone();
     copy.name = name_of_copy(&settings.objects, &copy.name);
-    shift(&mut copy, time, way);
+    shift(&mut copy, time, way.as_dvec3(), settings.radius);
     settings.objects.push(copy);
     settings
 }

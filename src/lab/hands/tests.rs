@@ -6,7 +6,7 @@ use myxo::scene::motion::pose_at;
 use myxo::scene::settings::{Settings, Start};
 
 fn two() -> Settings {
-    let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, Vec3::X);
+    let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
     for (object, name) in settings.objects.iter_mut().zip(["ring", "box"]) {
         object.name = name.to_owned();
     }

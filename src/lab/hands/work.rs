@@ -3,6 +3,7 @@
 use glam::Vec2;
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
 use myxo::render::camera::Ray;
+use myxo::scene::motion::Origins;
 use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
@@ -19,6 +20,7 @@ use super::super::under_way::Left;
 use super::super::window::Lab;
 use super::depths::dabs_seen;
 use super::food::placed;
+use super::handles::stay;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
 use super::{HandFacts, Ticket, Under, Work, is_mesh, mesh_name};
@@ -171,8 +173,16 @@ impl Lab {
                 None => self.interface.hands.answer(ticket, None),
             },
             Work::Scale(object, factor) => {
+                let hand = &self.clocks.facts.hand;
+                let origins = hand.origins.get(object).copied().unwrap_or_default();
+                let grown = Origins {
+                    surface: f64::from(factor) * origins.surface,
+                    ..origins
+                };
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
+                    let before = object.clone();
                     object.scale *= factor;
+                    stay(object, &before, hand.time, [origins, grown], hand.radius);
                     self.interface.begin_renewal();
                     self.renew();
                 }
@@ -379,10 +389,12 @@ impl Lab {
                 &self.interface.edited,
                 &settings.foods,
                 &setup.pantry.marks,
+                &setup.origins,
                 &poses,
                 setup.radius,
             ),
             poses,
+            origins: setup.origins.clone(),
             time: simulation.time(),
             mean_trail: (mean as f32).clamp(1e-3, 1e4),
             radius: setup.radius,

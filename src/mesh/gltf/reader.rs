@@ -14,6 +14,7 @@ use super::scene::{INSTANCING, Scene, Shown, copies};
 use super::skin::Skin;
 use super::{accessor, damaged, is_compression, note_unapplied};
 use crate::mesh::error::MeshProblem;
+use crate::mesh::origin::steps_across;
 use crate::mesh::soup::{MOST_TRIANGLES, Soup};
 
 /// Collects the triangles of one file.
@@ -192,6 +193,12 @@ impl<'a> Reader<'a> {
             .into_iter()
             .map(DVec3::from_array)
             .collect();
+        let stored_steps = &mut self.soup.seen.stored_steps;
+        *stored_steps = stored_steps
+            .iter()
+            .copied()
+            .chain(steps_across(&positions))
+            .min();
         let indices: Vec<u32> = match &indices {
             Some(indices) => accessor::whole_numbers::<1>(&mut self.buffers, indices)?
                 .into_iter()

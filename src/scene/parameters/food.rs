@@ -19,7 +19,7 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         unit: "mesh units",
         help: "Where it lies: the nearest point of the object's surface to this place, in the coordinates of the object's mesh, before its scale, rotation and position.",
         effect: Effect::Live,
-        kind: vector!(at, (-1e9, 1e9)),
+        kind: place!(at),
     },
     Parameter {
         key: "radius",

@@ -53,7 +53,24 @@ macro_rules! text {
 
 macro_rules! vector {
     ($($field:ident).+, $range:expr) => {
-        Kind::Vector { range: $range, get: |s| s.$($field).+, set: |s, value| s.$($field).+ = value }
+        Kind::Vector {
+            range: $range,
+            is_double: false,
+            get: |s| s.$($field).+.map(f64::from),
+            set: |s, value| s.$($field).+ = value.map(|value| value as f32),
+        }
+    };
+}
+
+/// A place, which may be far from the origin.
+macro_rules! place {
+    ($($field:ident).+) => {
+        Kind::Vector {
+            range: (-1e9, 1e9),
+            is_double: true,
+            get: |s| s.$($field).+,
+            set: |s, value| s.$($field).+ = value,
+        }
     };
 }
 

@@ -14,7 +14,7 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         unit: "world units",
         help: "Where the object's origin stands.",
         effect: Effect::Live,
-        kind: vector!(position, (-1e9, 1e9)),
+        kind: place!(position),
     },
     Parameter {
         key: "rotation",
@@ -110,7 +110,7 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         unit: "world units",
         help: "What the orbit goes round.",
         effect: Effect::Live,
-        kind: vector!(motion.orbit_center, (-1e9, 1e9)),
+        kind: place!(motion.orbit_center),
     },
     Parameter {
         key: "motion.swing",
@@ -166,7 +166,7 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         unit: "world units",
         help: "What spin and swing turn about, counted from the object's origin along its own axes.",
         effect: Effect::Live,
-        kind: vector!(motion.pivot, (-1e9, 1e9)),
+        kind: place!(motion.pivot),
     },
     Parameter {
         key: "motion.model",

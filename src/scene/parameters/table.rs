@@ -28,6 +28,19 @@ pub static PARAMETERS: &[Parameter] = &[
         kind: real!(radius, (0.0, 1e9), (0.0, 10.0), Logarithmic),
     },
     Parameter {
+        key: "origin",
+        name: "Scene origin",
+        unit: "world units",
+        help: "What world coordinates are counted from in single precision. A scene that does not say it gets zero, or a place amid its objects if they are far from zero, as in map coordinates.",
+        effect: Effect::Restart,
+        kind: Kind::Vector {
+            range: (-1e9, 1e9),
+            is_double: true,
+            get: |s| s.origin.unwrap_or_default(),
+            set: |s, origin| s.origin = Some(origin),
+        },
+    },
+    Parameter {
         key: "particles.count",
         name: "Particle count",
         unit: "particles",

@@ -13,7 +13,7 @@ pub struct FoodSettings {
     /// The name of the object that it lies on; may be empty where there is only one.
     pub object: String,
     /// In the object's own coordinates, as its mesh has them: the nearest point of its surface is the place.
-    pub at: [f32; 3],
+    pub at: [f64; 3],
     /// How far along the surface it is sensed, in scene radii.
     pub radius: f32,
     /// What a sensor reads more where it lies, in trail units; negative repels.

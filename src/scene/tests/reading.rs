@@ -59,10 +59,12 @@ fn nudge<T>(parameter: &Parameter<T>, target: &mut T) {
             let text = format!("{} ä\"b", get(target));
             set(target, text);
         }
-        Kind::Vector { range, get, set } => {
+        Kind::Vector {
+            range, get, set, ..
+        } => {
             set(
                 target,
-                get(target).map(|c| (c + 0.125).clamp(range.0 as f32, range.1 as f32)),
+                get(target).map(|c| (c + 0.125).clamp(range.0, range.1)),
             );
         }
     }

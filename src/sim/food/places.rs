@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::SurfacePoint;
 use crate::rng::{Purpose, random};
+use crate::scene::motion::Origins;
 use crate::scene::settings::{FoodSettings, Settings};
 use crate::sim::params::seed_word;
 use crate::sim::start::{AreaTable, nearest_point, share, uniform_in_triangle};
@@ -18,10 +19,15 @@ const CANDIDATES: u32 = 4096;
 ///
 /// # Errors
 /// When a named one is farther from its object than it reaches.
-pub fn places(settings: &Settings, surface: &Surface, radius: f32) -> Result<Vec<FoodPlace>> {
+pub fn places(
+    settings: &Settings,
+    surface: &Surface,
+    origins: &[Origins],
+    radius: f32,
+) -> Result<Vec<FoodPlace>> {
     let named = settings.foods.iter().enumerate();
     let mut places: Vec<FoodPlace> = named
-        .map(|(i, food)| named_place(i, food, settings, surface, radius))
+        .map(|(i, food)| named_place(i, food, settings, surface, origins, radius))
         .collect::<Result<_>>()?;
     places.extend(scattered(settings, surface, radius));
     Ok(places)
@@ -32,6 +38,7 @@ fn named_place(
     food: &FoodSettings,
     settings: &Settings,
     surface: &Surface,
+    origins: &[Origins],
     radius: f32,
 ) -> Result<FoodPlace> {
     let object = settings.object_of(food).ok_or_else(|| {
@@ -41,7 +48,7 @@ fn named_place(
         ))
     })?;
     let scale = settings.objects[object].scale;
-    let at = scale * Vec3::from_array(food.at);
+    let at = origins[object].on_surface(food.at, scale);
     let (point, nearest) = nearest_on_object(surface, at, object as u32);
     let off = nearest.distance(at.as_dvec3());
     let length = |share: f32| f64::from(share * radius);
@@ -54,7 +61,7 @@ fn named_place(
         amount: food.amount,
     };
     if off > place.reach() {
-        let [x, y, z] = (nearest / f64::from(scale)).as_vec3().to_array();
+        let [x, y, z] = origins[object].in_file(nearest, scale).to_array();
         return Err(Error::Invalid(format!(
             "food.{i}.at is {:.3} scene radii away from {}, farther than the food reaches: \
              the nearest place on it is [{x:.4}, {y:.4}, {z:.4}]",

@@ -53,7 +53,7 @@ fn settings(objects: &[&str], foods: &[(&str, [f32; 3], u32)]) -> Settings {
         .map(|(i, name)| ObjectSettings {
             name: (*name).to_owned(),
             mesh: "builtin:icosphere?subdivisions=2".to_owned(),
-            position: [2.5 * i as f32, 0.0, 0.0],
+            position: [2.5 * i as f64, 0.0, 0.0],
             scale: 1.0,
             ..ObjectSettings::default()
         })
@@ -61,7 +61,7 @@ fn settings(objects: &[&str], foods: &[(&str, [f32; 3], u32)]) -> Settings {
     settings.foods = (foods.iter())
         .map(|(object, at, amount)| FoodSettings {
             object: (*object).to_owned(),
-            at: *at,
+            at: at.map(f64::from),
             amount: *amount,
             size: 0.3,
             ..FoodSettings::default()
@@ -140,7 +140,13 @@ fn food_that_moves_keeps_what_is_left() {
     let z = [0.0, 0.0, 1.0];
     let kept = |foods: &[(&str, [f32; 3], u32)]| {
         let (surface, atlas) = (&before.surface, &before.atlas);
-        let places = places(&settings(&["ball"], foods), surface, before.radius).unwrap();
+        let places = places(
+            &settings(&["ball"], foods),
+            surface,
+            &before.origins,
+            before.radius,
+        )
+        .unwrap();
         let control = Control::default();
         let pantry = Pantry::new(surface, atlas, places, None, &control).unwrap();
         pantry.kept(&before.pantry, &[10, 20])
@@ -169,7 +175,7 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
             ("ball", X, 51),
         ],
     );
-    let places = places(&after, &before.surface, before.radius).unwrap();
+    let places = places(&after, &before.surface, &before.origins, before.radius).unwrap();
     let control = Control::default();
     let (surface, atlas) = (&before.surface, &before.atlas);
     let pantry = Pantry::new(surface, atlas, places, Some(&before.pantry), &control).unwrap();

@@ -11,7 +11,7 @@ fn setup(meshes: &[(&str, [f32; 3])]) -> Setup {
     settings.objects = (meshes.iter())
         .map(|(mesh, position)| ObjectSettings {
             mesh: format!("builtin:{mesh}"),
-            position: *position,
+            position: position.map(f64::from),
             ..ObjectSettings::default()
         })
         .collect();

@@ -151,7 +151,7 @@ fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result
     if let [problem, ..] = &foods::problems(settings)[..] {
         return Err(Error::Invalid(problem.clone()));
     }
-    let places = places(settings, &setup.surface, setup.radius)?;
+    let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
     if places == setup.pantry.places {
         return Ok(None);
     }

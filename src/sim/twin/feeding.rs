@@ -50,7 +50,7 @@ impl Simulation {
     /// When a food lies off its object, or they reach too many texels.
     pub fn put_food(&mut self, settings: &Settings) -> Result<()> {
         let setup = &self.setup;
-        let places = places(settings, &setup.surface, setup.radius)?;
+        let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
         let pantry = Pantry::new(
             &setup.surface,
             &setup.atlas,

@@ -164,7 +164,8 @@ impl Simulation {
         self.movement
             .set_dt(self.settings.time.dt, self.step.saturating_sub(1));
         let objects = &self.settings.objects;
-        let poses = self.movement.poses(objects, &self.setup.tracks, self.step);
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
+        let poses = self.movement.poses(objects, tracks, origins, self.step);
         self.poses_before = std::mem::replace(&mut self.poses, poses);
         params.update_distances(
             &mut self.planner,
@@ -419,7 +420,8 @@ impl Simulation {
         self.movement = movement.expect("the poses are sound");
         let objects = &self.settings.objects;
         let last = snapshot.step.saturating_sub(1);
-        let poses = self.movement.poses(objects, &self.setup.tracks, last);
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
+        let poses = self.movement.poses(objects, tracks, origins, last);
         let strategy = self.settings.strategy();
         let state = arranged(snapshot.clone(), &self.setup, &poses, strategy);
         self.poses.clone_from(&snapshot.last_poses);

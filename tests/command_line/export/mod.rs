@@ -7,11 +7,13 @@ use std::io::Cursor;
 use std::path::Path;
 
 use crate::common::{Gpu, TRIO, gpu, scene_of_several};
-use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3};
 use image::RgbImage;
 use myxo::export::{Colors, Export, ExportFile, ExportOnTheWay, Format, Watch};
 use myxo::gpu::Frames;
+use myxo::mesh::Mesh;
 use myxo::mesh::surface::NONE;
+use myxo::scene::settings::{FoodSettings, ObjectSettings};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::paint::NO_GO_BELOW;
 use myxo::sim::{Simulation, Snapshot};
@@ -473,6 +475,108 @@ fn moving_scene_of_two() -> Scene {
         settings.atlas.size = 128;
         settings.objects[1].motion.swing = [0.0, 0.0, 40.0];
     })
+}
+
+/// Two scenes that are alike, one of them far away: by the coordinates of a mesh's file, and by where an object stands.
+fn alike(by: DVec3) -> Scene {
+    let ball = Mesh::builtin("builtin:icosphere?subdivisions=2").unwrap();
+    let file = tempfile::Builder::new().suffix(".obj").tempfile().unwrap();
+    let mut text = String::new();
+    for position in &ball.positions {
+        let [x, y, z] = (position.as_dvec3() + by).to_array();
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for corners in &ball.corners {
+        let [a, b, c] = corners.map(|corner| corner + 1);
+        text += &format!("f {a} {b} {c}\n");
+    }
+    std::fs::write(file.path(), text).unwrap();
+    let mut settings = moving_scene_of_two().settings;
+    settings.origin = None;
+    settings.objects[0] = ObjectSettings {
+        name: "ball".to_owned(),
+        mesh: file.path().to_str().unwrap().to_owned(),
+        ..ObjectSettings::default()
+    };
+    settings.objects[1].position = (by + DVec3::new(1.25, 0.5, 0.0)).to_array();
+    settings.foods.push(FoodSettings {
+        object: "ball".to_owned(),
+        at: (by + DVec3::Y).to_array(),
+        ..FoodSettings::default()
+    });
+    Scene::from_settings("alike".to_owned(), settings, ".".into()).unwrap()
+}
+
+/// What is exported has the coordinates that the scene has, in double precision where single is too coarse. Would catch: an
+/// export that writes places as the device has them, counted from the scene's origin.
+#[test]
+fn exports_have_the_coordinates_of_a_scene_far_away() {
+    let Some(gpu) = gpu() else { return };
+    let far = DVec3::new(512_512.0, -1024.0, 5_412_352.0);
+    let [near, afar] = [DVec3::ZERO, far].map(|by| Run::of(&gpu, alike(by), 12));
+    assert_eq!(near.snapshot.hash(), afar.snapshot.hash());
+    let [arrays, arrays_afar] =
+        [&near, &afar].map(|run| Arrays::read(&run.bytes(Format::Npz, Colors::Texture)));
+
+    let n = near.snapshot.particles.len();
+    let foods = 1;
+    for (name, count) in [("particle_position", n), ("food_position", foods)] {
+        let places = arrays.all::<[f32; 3]>(name, "<f4", &[count, 3]);
+        let places_afar = arrays_afar.all::<[f64; 3]>(name, "<f8", &[count, 3]);
+        for (place, place_afar) in places.iter().zip(&places_afar) {
+            let expected = Vec3::from(*place).as_dvec3() + far;
+            assert_eq!(DVec3::from(*place_afar), expected, "{name}");
+        }
+    }
+    let v = near.simulation.setup().surface.positions.len();
+    let vertices = arrays_afar.all::<[f64; 3]>("vertex_position", "<f8", &[v, 3]);
+    let objects = arrays_afar.all::<i32>("vertex_object", "<i4", &[v]);
+    let poses = arrays_afar.all::<[[f64; 4]; 4]>("world_from_object", "<f8", &[2, 4, 4]);
+    let near_poses = near.simulation.world_from_object();
+    for (i, (vertex, object)) in vertices.iter().zip(objects).enumerate() {
+        let local = near.simulation.setup().surface.positions[i];
+        let expected = near_poses[object as usize]
+            .transform_point3(local)
+            .as_dvec3()
+            + far;
+        let pose = DMat4::from_cols_array_2d(&poses[object as usize]).transpose();
+        let found = pose.transform_point3(DVec3::from(*vertex));
+        assert!(found.distance(expected) < 1e-6, "{found}, not {expected}");
+    }
+
+    let (model, _) = parts(&afar.bytes(Format::Glb, Colors::Vertex));
+    let json = model.document.into_json();
+    let (model, _) = parts(&near.bytes(Format::Glb, Colors::Vertex));
+    let nodes = model.document.into_json().nodes.into_iter().zip(json.nodes);
+    for (node, node_afar) in nodes {
+        let [from, to] =
+            [node, node_afar].map(|node| DVec3::from(node.translation.unwrap().map(f64::from)));
+        // The crate reads them in single precision.
+        assert!((to - from).distance(far) < 0.5, "{from} became {to}");
+    }
+
+    let ply = afar.bytes(Format::Ply, Colors::Vertex);
+    let begin = ply
+        .windows(11)
+        .position(|word| word == b"end_header\n")
+        .unwrap()
+        + 11;
+    assert!(
+        ply[..begin]
+            .windows(17)
+            .any(|line| line == b"property double x")
+    );
+    let x = f64::from_le_bytes(ply[begin..begin + 8].try_into().unwrap());
+    assert!((x - far.x).abs() < 2.0, "{x}");
+
+    let text = afar.export().scene_file();
+    assert!(
+        text.contains("origin = [\n    512512.0,")
+            || text.contains("origin = [512512.0, -1024.0, 5412352.0]"),
+        "{text}"
+    );
+    assert!(text.contains("512513.25"), "where an object stands: {text}");
+    gpu.finish();
 }
 
 /// A scene file of the state begins with the poses that the objects have, and they go on the same way.

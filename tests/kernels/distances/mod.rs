@@ -24,7 +24,7 @@ fn scene(objects: &[(&str, [f32; 3], [f32; 3])], change: impl FnOnce(&mut Settin
         .iter()
         .map(|&(mesh, position, rotation)| ObjectSettings {
             mesh: mesh.to_owned(),
-            position,
+            position: position.map(f64::from),
             rotation,
             ..ObjectSettings::default()
         })
@@ -128,7 +128,7 @@ fn distance_kernels_agree_with_their_twins() {
 fn moved(scene: &Scene, object: usize, by: [f32; 3]) -> Settings {
     let mut settings = scene.settings.clone();
     for (place, by) in settings.objects[object].position.iter_mut().zip(by) {
-        *place += by;
+        *place += f64::from(by);
     }
     settings
 }

@@ -5,7 +5,7 @@ mod gizmo;
 mod objects;
 mod slow;
 
-use glam::Affine3A;
+use glam::{Affine3A, DVec3};
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
@@ -13,6 +13,10 @@ use super::super::super::hands::{Tool, Under, Which};
 use super::*;
 
 const LEFT: PointerButton = PointerButton::Primary;
+
+fn single(place: [f64; 3]) -> Vec3 {
+    DVec3::from_array(place).as_vec3()
+}
 
 fn button(pos: Pos2, pressed: bool) -> Event {
     Event::PointerButton {
@@ -239,7 +243,7 @@ fn hands_work_in_every_view_of_the_surface() {
         assert_eq!(harness.interface.hands.selected, Some(0), "{word}");
         let from = middle(&mut harness);
         dragged(&mut harness, from, from + vec2(80.0, 0.0));
-        let position = Vec3::from_array(harness.interface.edited.objects[0].position);
+        let position = single(harness.interface.edited.objects[0].position);
         assert!(position.length() > 0.1, "{word}: {position}");
         assert_eq!(harness.interface.view.camera, camera, "{word}");
         // Food.
@@ -350,7 +354,7 @@ fn a_dragged_object_goes_along_and_undo_brings_it_back() {
     let from = middle(&mut harness);
     let commands = dragged(&mut harness, from, from + vec2(80.0, 0.0));
     assert!(commands.len() > 2 && commands.iter().all(|command| *command == Command::Apply));
-    let position = Vec3::from_array(harness.interface.edited.objects[0].position);
+    let position = single(harness.interface.edited.objects[0].position);
     assert!(position.dot(camera.right()) > 0.1, "{position}");
     assert!(position.dot(camera.up()).abs() < 1e-3, "{position}");
     assert_eq!(harness.interface.view.camera, camera);

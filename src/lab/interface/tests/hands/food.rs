@@ -63,7 +63,7 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     let mut harness = harness();
     harness.press(Key::O);
     let food = |x: f32| FoodSettings {
-        at: [x, 0.0, 0.0],
+        at: [x.into(), 0.0, 0.0],
         ..FoodSettings::default()
     };
     let interface = &mut harness.interface;
@@ -116,7 +116,7 @@ fn seen(harness: &mut Harness, events: Vec<Event>, border: f32) -> Vec<Command> 
         ..under()
     });
     let foods = harness.interface.edited.foods.iter();
-    hand.foods = foods.map(|food| (Vec3::from_array(food.at), 0.1)).collect();
+    hand.foods = foods.map(|food| (single(food.at), 0.1)).collect();
     commands
 }
 
@@ -128,7 +128,7 @@ fn with_food() -> Harness {
     let at = harness.facts.hand.under.as_ref().expect("it has looked");
     let food = FoodSettings {
         object: harness.interface.edited.objects[0].name.clone(),
-        at: at.position.to_array(),
+        at: at.position.as_dvec3().to_array(),
         ..FoodSettings::default()
     };
     for settings in [
@@ -142,16 +142,16 @@ fn with_food() -> Harness {
 }
 
 /// Where the food lies, points from where it was pressed.
-fn way_of(harness: &Harness, from: [f32; 3]) -> Vec2 {
-    let at = Vec3::from_array(harness.interface.edited.foods[0].at);
-    100.0 * (at - Vec3::from_array(from)).truncate()
+fn way_of(harness: &Harness, from: [f64; 3]) -> Vec2 {
+    let at = single(harness.interface.edited.foods[0].at);
+    100.0 * (at - single(from)).truncate()
 }
 
 #[test]
 fn food_is_dragged_over_the_surface_and_to_another_object() {
     let mut harness = with_food();
     let first = harness.interface.edited.foods[0].clone();
-    let border = first.at[0] + 0.5;
+    let border = first.at[0] as f32 + 0.5;
     let camera = harness.interface.view.camera;
     let way = vec2(80.0, 30.0);
     let mut commands = seen(&mut harness, vec![button(IN_PICTURE, true)], border);

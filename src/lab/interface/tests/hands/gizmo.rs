@@ -49,13 +49,13 @@ fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
     let off = |harness: &Harness| {
         let position = harness.interface.edited.objects[0].position;
         let off = position.map(|x| (10.0 * x - (10.0 * x).round()).abs());
-        off.into_iter().fold(0.0, f32::max)
+        off.into_iter().fold(0.0, f64::max)
     };
     assert!(off(&harness) > 0.02, "{}", off(&harness));
     let held = Modifiers::CTRL.plus(Modifiers::COMMAND);
     harness.frame(vec![Event::ModifiersChanged(held)]);
     assert!(off(&harness) < 1e-3, "{}", off(&harness));
-    let position = Vec3::from_array(harness.interface.edited.objects[0].position);
+    let position = single(harness.interface.edited.objects[0].position);
     assert!(position.length() > 0.09, "{position}");
     harness.frame(vec![button(to, false)]);
     harness.frame(vec![]);

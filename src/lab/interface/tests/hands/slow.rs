@@ -13,7 +13,7 @@ fn in_one_frame(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
 }
 
 fn position(harness: &Harness) -> Vec3 {
-    Vec3::from_array(harness.interface.edited.objects[0].position)
+    single(harness.interface.edited.objects[0].position)
 }
 
 #[test]

@@ -1,0 +1,83 @@
+//! Where coordinates are counted from. Single precision has 24 bits: of a model a metre wide that stands 5,000 km from
+//! the origin, as in map coordinates, it would keep steps of half a metre. So what is far from the origin is counted
+//! from a place nearby, chosen in double precision before anything is rounded.
+
+use glam::DVec3;
+
+/// In extents of a model or scene: what reaches no farther from the origin is counted from the origin itself. Single
+/// precision loses five bits there at the most.
+const NEAR: f64 = 16.0;
+
+/// In extents: how far apart the places are that coordinates can be counted from. A scene about the origin that is
+/// moved by a multiple keeps every bit.
+const APART: f64 = 8.0;
+
+/// A grid of stored coordinates is worth a word if it has fewer steps across a model.
+const FINE: f64 = 65_536.0;
+
+/// Where coordinates in a box are counted from: the origin, or if the box is small and far away, a place near its middle.
+/// That is a multiple of a power of two, so that differences from it are exact in double precision.
+#[must_use]
+pub fn near(low: DVec3, high: DVec3) -> DVec3 {
+    let extent = (high - low).max_element();
+    let farthest = low.abs().max(high.abs()).max_element();
+    // A box that is not finite is refused elsewhere, and a point has no extent.
+    if !farthest.is_finite() || extent <= 0.0 || farthest <= NEAR * extent {
+        return DVec3::ZERO;
+    }
+    let apart = (APART * extent).log2().ceil().exp2();
+    (low.midpoint(high) / apart).round() * apart
+}
+
+/// How many steps of single precision lie across coordinates that were stored so, if they are few because the
+/// coordinates are far from the origin.
+pub(crate) fn steps_across(stored: &[DVec3]) -> Option<usize> {
+    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let both = |(low, high): (DVec3, DVec3), &p: &DVec3| (low.min(p), high.max(p));
+    let (low, high) = stored.iter().fold(empty, both);
+    if near(low, high) == DVec3::ZERO {
+        return None;
+    }
+    // The axis that counts is the one with the coarsest steps.
+    let farthest = low.abs().max(high.abs()).max_element() as f32;
+    let step = f64::from(farthest.next_up() - farthest);
+    let steps = (high - low).max_element() / step;
+    (steps < FINE).then_some(steps as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn about(middle: DVec3, half: f64) -> DVec3 {
+        near(middle - half, middle + half)
+    }
+
+    /// Would catch: a scene near the origin that is counted from elsewhere, so that its bits change; a far one that is
+    /// not; and a place that moves with less than the whole scene.
+    #[test]
+    fn what_is_far_is_counted_from_a_multiple_of_a_power_of_two() {
+        assert_eq!(about(DVec3::splat(15.0), 0.5), DVec3::ZERO);
+        assert_eq!(about(DVec3::splat(1e7), 1e6), DVec3::ZERO);
+        // Extent 3 takes multiples of 32.
+        let far = DVec3::new(512_345.0, 231.0, -5_412_345.0);
+        let origin = about(far, 1.5);
+        assert_eq!(origin, DVec3::new(512_352.0, 224.0, -5_412_352.0));
+        let moved = about(far + DVec3::new(-1e7, 3.2e6, 32.0), 1.5);
+        assert_eq!(moved - origin, DVec3::new(-1e7, 3.2e6, 32.0));
+        for nothing in [DVec3::INFINITY, DVec3::NAN] {
+            assert_eq!(near(nothing, nothing), DVec3::ZERO);
+        }
+        assert_eq!(about(DVec3::splat(1e9), 0.0), DVec3::ZERO);
+    }
+
+    /// Would catch: a sentence about lost digits where none are lost, or none where they are.
+    #[test]
+    fn stored_steps_are_counted_where_they_are_few() {
+        let at = |x: f64| [DVec3::X * x, DVec3::X * (x + 6.0)];
+        // Single precision has steps of 0.5 from 2^22 on.
+        assert_eq!(steps_across(&at(5_412_345.0)), Some(12));
+        assert_eq!(steps_across(&at(1000.0)), None);
+        assert_eq!(steps_across(&at(-3.0)), None);
+    }
+}
