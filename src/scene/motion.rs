@@ -150,7 +150,7 @@ impl Origins {
 /// A place in decimals down to a ten-millionth of the scene's radius: single precision knows no more of it.
 #[must_use]
 pub fn short(place: DVec3, radius: f32) -> [f64; 3] {
-    let digits = 7 - f64::from(radius).log10().floor() as i32;
+    let digits = (7.0 - f64::from(radius).log10().floor()).clamp(-30.0, 15.0) as i32;
     let up = 10.0_f64.powi(digits.abs());
     place.to_array().map(|x| match digits >= 0 {
         true => (x * up).round() / up,

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::{Gpu, by_id, gpu, set_up};
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
-use myxo::scene::settings::{ObjectSettings, Settings, Start};
+use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::Pose;
@@ -390,7 +390,6 @@ fn a_scene_far_away_keeps_its_bits() {
             settings.objects[1].position = (by + DVec3::new(1.75, 0.25, 0.0)).to_array();
             settings.objects[1].motion.orbit_center = by.to_array();
             settings.objects[0].position = by.to_array();
-            settings.particles.start = Start::Point;
         })
     };
     let run = |by: DVec3| {
