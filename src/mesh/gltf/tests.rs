@@ -757,6 +757,7 @@ fn what_is_not_applied_is_in_the_report() {
         "ADOBE_materials_clearcoat_tint",
         "CESIUM_RTC",
         "EXT_materials_bump",
+        "KHR_technique_webgl",
         "KHR_techniques_webgl",
         "NV_materials_mdl",
     ];
