@@ -50,24 +50,24 @@ const FILES: &[Foreign] = &[
     // blender: two scenes, of which the second is the one to show.
     foreign!("blender_scenes.glb", 144 triangles, 0 open, area 14.169335,
         [-1.25, -0.433_012_7, -1.25], [1.25, 0.433_012_7, 1.25], &[]),
-    // blender: a morph target at 0.7, then a posed skin whose armature mirrors.
+    // blender: a morph target at 0.7, then a posed skin whose armature mirrors; it faces outwards by its node alone.
     foreign!("blender_posed.glb", 80 triangles, 0 open, area 27.517546,
         [1.789_854, 2.646_016, -4.675_092], [4.673_692, 7.215_017, -2.058_704],
-        &["1 closed part that faced inwards, turned"]),
+        &[]),
     // blender: morph targets of weights 1, 0 and 0.5, as sparse accessors without a buffer view beneath.
     foreign!("blender_sparse.glb", 120 triangles, 0 open, area 14.219434,
         [-1.0, -1.0, -1.0], [1.299_038, 2.5, 1.0], &[]),
-    // numpy: joints in numbers of 16 bits, matrices in centimetres, a skinned node with a transform of its own.
+    // numpy: joints in numbers of 16 bits that scale by a hundred, a skinned node with a transform of its own.
     foreign!("fbx2gltf_posed.glb", 80 triangles, 0 open, area 27.556743,
         [1.789_854, 2.646_018, -4.675_091], [4.673_691, 7.215_017, -2.058_705], &[]),
     // numpy: positions of 16 bits that only the inverse bind matrices bring to size.
     foreign!("gltfpack_posed.glb", 80 triangles, 0 open, area 27.519385,
         [1.79, 2.645_984, -4.675_002], [4.673_734, 7.215_052, -2.058_777],
-        &["1 closed part that faced inwards, turned"]),
-    // numpy: positions and morph target quantized alike, as normalized numbers, and weights of bytes.
+        &[]),
+    // numpy: positions and a morph target as normalized numbers of 16 bits, weights as normalized bytes.
     foreign!("gltf_transform_posed.glb", 80 triangles, 0 open, area 27.520845,
         [1.789_742, 2.645_873, -4.675_061], [4.673_802, 7.215_166, -2.058_65],
-        &["1 closed part that faced inwards, turned"]),
+        &[]),
     // numpy: instances with scales of their own, one of them mirrored.
     foreign!("gltf_transform_instances.glb", 132 triangles, 0 open, area 123.28862,
         [-3.252_592, -2.512_584, -4.627_43], [17.250_7, 5.933_362, 4.480_143], &[]),
