@@ -361,8 +361,8 @@ fn bad_ply_files_are_explained() {
                 "line 2 cannot be read, the format is ascii or binary",
             ),
             (
-                edited("element vertex 8", "Blah blah"),
-                "line 3 cannot be read, it is not a line of a PLY header: `Blah blah`",
+                edited("element face 6", "Blah blah"),
+                "line 7 cannot be read, it is not a line of a PLY header: `Blah blah`",
             ),
             (
                 edited("ply\n", "plx\n"),

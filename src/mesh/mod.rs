@@ -21,6 +21,8 @@ pub mod builtin;
 mod edges;
 mod embedded;
 mod error;
+#[cfg(test)]
+mod foreign_files;
 pub mod gear;
 mod gltf;
 mod load;

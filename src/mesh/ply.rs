@@ -3,6 +3,8 @@
 //! Counts in the file are never believed: nothing is allocated for them, and every round of a loop over them takes a
 //! value from the file, so that a count beyond it ends where the file ends.
 
+mod values;
+
 use std::collections::HashSet;
 
 use glam::{DVec3, Vec2};
@@ -11,7 +13,8 @@ use super::error::MeshProblem;
 use super::origin::steps_across;
 use super::report::counted;
 use super::soup::{MOST_TRIANGLES, Soup};
-use super::text::{self, bad_line, bad_number, beginning};
+use super::text::{self, bad_line, beginning};
+use values::Values;
 
 /// Whether a file begins as all PLY files do.
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
@@ -36,27 +39,11 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
             "the PLY header is UTF-16 text and announces binary values".to_owned(),
         ));
     }
-    let mut values = header.values(bytes);
-    let mut model = Model {
-        vertex_count: header.count("vertex"),
-        face_count: header.count("face"),
-        ..Model::default()
-    };
-    for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" => model.read_vertices(element, &mut values)?,
-            "face" => model.read_faces(element, &mut values)?,
-            "tristrips" => model.read_strips(element, &mut values)?,
-            name => {
-                values.skip_all(element)?;
-                // Without properties no values stand behind the count.
-                if name == "edge" && !element.properties.is_empty() {
-                    model.edges = usize::try_from(element.count).unwrap_or(usize::MAX);
-                }
-            }
-        }
+    let soup = header.read_values(Values::new(&header, bytes));
+    match (&soup, Values::of_rows(&header, bytes)) {
+        (Err(_), Some(rows)) => header.read_values(rows).or(soup),
+        _ => soup,
     }
-    model.into_soup()
 }
 
 /// A type of number.
@@ -154,6 +141,9 @@ enum Encoding {
     Big,
 }
 
+/// Words that begin lines of a header, other than remarks.
+const KEYWORDS: &[&str] = &["format", "element", "property", "end_header"];
+
 struct Header {
     encoding: Encoding,
     elements: Vec<Element>,
@@ -194,6 +184,8 @@ impl Header {
             let bad = |why: &str| bad_line(number, why, line.trim());
             match words[..] {
                 [] | ["ply" | "comment" | "obj_info", ..] => {}
+                // Blender 2.47 left out the word `comment`.
+                [word, ..] if elements.is_empty() && !KEYWORDS.contains(&word) => {}
                 ["end_header", ..] => {
                     return Ok(Self {
                         encoding: encoding.ok_or_else(|| bad("there is no `format` line above"))?,
@@ -235,19 +227,35 @@ impl Header {
         }
     }
 
+    fn read_values(&self, mut values: Values<'_>) -> Result<Soup, MeshProblem> {
+        let mut model = Model {
+            vertex_count: self.count("vertex"),
+            face_count: self.count("face"),
+            ..Model::default()
+        };
+        for element in &self.elements {
+            match element.name.as_str() {
+                "vertex" => model.read_vertices(element, &mut values)?,
+                "face" => model.read_faces(element, &mut values)?,
+                "tristrips" => model.read_strips(element, &mut values)?,
+                name => {
+                    values.skip_all(element)?;
+                    // Without properties no values stand behind the count.
+                    if name == "edge" && !element.properties.is_empty() {
+                        model.edges = usize::try_from(element.count).unwrap_or(usize::MAX);
+                    }
+                }
+            }
+        }
+        let mut soup = model.into_soup()?;
+        soup.seen.longer_rows = values.longer_rows;
+        Ok(soup)
+    }
+
     /// How many elements of a name it counts.
     fn count(&self, name: &str) -> u64 {
         let element = self.elements.iter().find(|element| element.name == name);
         element.map_or(0, |element| element.count)
-    }
-
-    fn values<'a>(&self, bytes: &'a [u8]) -> Values<'a> {
-        Values {
-            encoding: self.encoding,
-            bytes,
-            at: self.bytes,
-            line: self.lines + 1,
-        }
     }
 }
 
@@ -263,158 +271,6 @@ fn property(words: &[&str]) -> Option<Property> {
         length,
         kind: Kind::named(kind)?,
     })
-}
-
-/// The values behind the header, one after the other. In text, lines have no meaning.
-struct Values<'a> {
-    encoding: Encoding,
-    bytes: &'a [u8],
-    at: usize,
-    line: usize,
-}
-
-impl Values<'_> {
-    /// The next number, `None` at the end of the file. In double precision all but the largest 64-bit integers are exact.
-    fn next(&mut self, kind: Kind) -> Result<Option<f64>, MeshProblem> {
-        match self.encoding {
-            Encoding::Text => self.next_word(),
-            Encoding::Little => Ok(self.next_bytes(kind, false)),
-            Encoding::Big => Ok(self.next_bytes(kind, true)),
-        }
-    }
-
-    fn next_bytes(&mut self, kind: Kind, is_big: bool) -> Option<f64> {
-        let size = kind.size();
-        let mut bytes = [0; 8];
-        bytes[..size].copy_from_slice(self.bytes.get(self.at..)?.get(..size)?);
-        self.at += size;
-        if is_big {
-            bytes[..size].reverse();
-        }
-        let [a, b, c, d, ..] = bytes;
-        Some(match kind {
-            Kind::I8 => i8::from_le_bytes([a]).into(),
-            Kind::U8 => a.into(),
-            Kind::I16 => i16::from_le_bytes([a, b]).into(),
-            Kind::U16 => u16::from_le_bytes([a, b]).into(),
-            Kind::I32 => i32::from_le_bytes([a, b, c, d]).into(),
-            Kind::U32 => u32::from_le_bytes([a, b, c, d]).into(),
-            Kind::I64 => i64::from_le_bytes(bytes) as f64,
-            Kind::U64 => u64::from_le_bytes(bytes) as f64,
-            Kind::F32 => f32::from_le_bytes([a, b, c, d]).into(),
-            Kind::F64 => f64::from_le_bytes(bytes),
-        })
-    }
-
-    fn next_word(&mut self) -> Result<Option<f64>, MeshProblem> {
-        while let Some(byte) = self.bytes.get(self.at)
-            && byte.is_ascii_whitespace()
-        {
-            // CR alone ends a line, too.
-            let ends_line = match byte {
-                b'\n' => true,
-                b'\r' => self.bytes.get(self.at + 1) != Some(&b'\n'),
-                _ => false,
-            };
-            self.line += usize::from(ends_line);
-            self.at += 1;
-        }
-        let rest = &self.bytes[self.at..];
-        let length = rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len());
-        if length == 0 {
-            return Ok(None);
-        }
-        let word = &rest[..length];
-        let number = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        let number = number.ok_or_else(|| {
-            let word = String::from_utf8_lossy(&word[..length.min(100)]);
-            bad_number(self.line, "not a number", &word)
-        })?;
-        self.at += length;
-        Ok(Some(number))
-    }
-
-    /// One number of an element.
-    fn number(&mut self, kind: Kind, element: &Element, index: u64) -> Result<f64, MeshProblem> {
-        self.next(kind)?.ok_or_else(|| {
-            MeshProblem::Damaged(format!(
-                "the header counts {} elements `{}`, and the file ends in number {index}, at byte {}",
-                element.count,
-                beginning(&element.name),
-                self.bytes.len()
-            ))
-        })
-    }
-
-    /// How many numbers a list holds.
-    fn length(&mut self, kind: Kind, element: &Element, index: u64) -> Result<u64, MeshProblem> {
-        let length = self.number(kind, element, index)?;
-        if !(length >= 0.0 && length.fract() == 0.0) {
-            return Err(MeshProblem::Damaged(format!(
-                "a list of element `{}` number {index} has the length {length}",
-                beginning(&element.name)
-            )));
-        }
-        Ok(length as u64)
-    }
-
-    /// Reads one element: single numbers into `numbers`, by property, and the lists with the given places.
-    fn read(
-        &mut self,
-        element: &Element,
-        index: u64,
-        numbers: &mut Vec<f64>,
-        lists: &mut [(Option<usize>, &mut Vec<f64>)],
-    ) -> Result<(), MeshProblem> {
-        numbers.clear();
-        for (place, property) in element.properties.iter().enumerate() {
-            let Some(length) = property.length else {
-                numbers.push(self.number(property.kind, element, index)?);
-                continue;
-            };
-            numbers.push(0.0);
-            let length = self.length(length, element, index)?;
-            let mut list = lists
-                .iter_mut()
-                .find(|(wanted, _)| *wanted == Some(place))
-                .map(|(_, list)| &mut **list);
-            if let Some(list) = &mut list {
-                list.clear();
-            }
-            for _ in 0..length {
-                let number = self.number(property.kind, element, index)?;
-                if let Some(list) = &mut list {
-                    list.push(number);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Skips an element and all others of its kind.
-    fn skip_all(&mut self, element: &Element) -> Result<(), MeshProblem> {
-        // Without properties there is nothing to skip, however many there are.
-        if element.properties.is_empty() {
-            return Ok(());
-        }
-        let left = self.bytes.len() - self.at;
-        if let Some(size) = element.size()
-            && self.encoding != Encoding::Text
-            && let Ok(count) = usize::try_from(element.count)
-            && let Some(bytes) = count.checked_mul(size).filter(|&bytes| bytes <= left)
-        {
-            self.at += bytes;
-            return Ok(());
-        }
-        let mut numbers = Vec::new();
-        for index in 0..element.count {
-            self.read(element, index, &mut numbers, &mut [])?;
-        }
-        Ok(())
-    }
 }
 
 /// Names of the list of vertices in a face.

@@ -64,6 +64,8 @@ pub struct MeshReport {
     pub points: usize,
     /// Lines of an OBJ file that describe curves and free-form surfaces; left out.
     pub free_form_lines: usize,
+    /// Lines of a PLY file with more values than its header names; the rest of each is left out.
+    pub longer_rows: usize,
     /// Bytes behind the triangles that a binary STL file counts; left out.
     pub trailing_bytes: usize,
     /// STL text ends without `endsolid`.
@@ -215,6 +217,11 @@ impl MeshReport {
             self.free_form_lines,
             "line of curves or free-form surfaces, ignored",
             "lines of curves or free-form surfaces, ignored",
+        );
+        note(
+            self.longer_rows,
+            "line with more values than the PLY header names, the rest ignored",
+            "lines with more values than the PLY header names, the rest ignored",
         );
         note(
             self.trailing_bytes,

@@ -711,6 +711,12 @@ fn ply_text_may_be_written_in_many_ways() {
             latin(text.replace("element v", "comment Fläche\nelement v")),
         ),
         (
+            "a remark without the word for it",
+            "c.ply",
+            text.replace("element v", "Created by Blender3D 247\nelement v")
+                .into_bytes(),
+        ),
+        (
             "points at the end",
             "c.ply",
             text.replace("-1 ", "-1. ").into_bytes(),
@@ -774,6 +780,33 @@ fn ply_text_may_be_written_in_many_ways() {
     let mut cr = cr.as_bytes().to_vec();
     cr.extend([b'\n', 0, 0, 9, 0, 0, 9, 9, 9, 3, 0, 1, 2]);
     assert_eq!(mesh("cr.ply", &cr).positions[0], Vec3::new(10.0, 0.0, 0.0));
+}
+
+/// MeshLab once wrote faces with more values than its header named. They are left out where each element has a line of its
+/// own; a line that joins two or lacks a value is refused, and none takes values from the next.
+#[test]
+fn values_that_a_ply_header_does_not_name_are_left_out() {
+    let text = String::from_utf8(cube_ply(Encoding::Ascii)).unwrap();
+    let (header, rows) = text.split_at(text.find("end_header\n").unwrap() + 11);
+    let longer: String = rows
+        .lines()
+        .map(|row| row.to_owned() + " 9 1 1 1 1 1\n")
+        .collect();
+    for ends in ["\n", "\r\n", "\r", "\n\n"] {
+        let longer = header.to_owned() + &longer.replace('\n', ends);
+        let cube = mesh("c.ply", longer.as_bytes());
+        assert_cube(&cube, ends);
+        let note = "14 lines with more values than the PLY header names, the rest ignored";
+        assert_eq!(cube.report.oddities(), [note], "{ends:?}");
+    }
+    let joined = longer.replacen('\n', " ", 1);
+    let shorter = longer
+        .replacen(" 9 1 1 1 1 1", "", 1)
+        .replacen("-1 ", "", 1);
+    for rows in [joined, shorter] {
+        let text = header.to_owned() + &rows;
+        assert!(try_mesh("c.ply", text.as_bytes(), Extent::Scene).is_err());
+    }
 }
 
 /// A face's own texture coordinates come before those of vertices, and incomplete ones are left out.

@@ -55,6 +55,7 @@ const HARMLESS: &[&str] = &[
     "KHR_node_hoverability",
     "KHR_node_selectability",
     "KHR_physics_rigid_bodies",
+    "KHR_technique_webgl",
     "KHR_techniques_webgl",
     "KHR_texture_",
     "KHR_xmp",

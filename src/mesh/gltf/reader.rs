@@ -43,6 +43,9 @@ struct Places<'s> {
     world_from_mesh: Vec<DMat4>,
     /// Instead of these places, for primitives with joints.
     skin: Option<&'s Skin>,
+    /// Whether the node mirrors, which turns the winding of a skinned mesh, too (glTF 2.0, 3.7.2.1): files whose joints
+    /// mirror back what is stored mirrored rely on it.
+    is_node_mirrored: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -122,6 +125,7 @@ impl<'a> Reader<'a> {
             weights,
             world_from_mesh,
             skin,
+            is_node_mirrored: shown.world_from_node.determinant() < 0.0,
         };
         self.add_mesh(mesh, &places)?;
         self.skins = skins;
@@ -232,8 +236,8 @@ impl<'a> Reader<'a> {
             None => None,
         };
         if let Some(posed) = posed {
-            shape.positions = posed.positions;
-            return self.append(&shape, DMat4::IDENTITY, posed.is_mirrored);
+            shape.positions = posed;
+            return self.append(&shape, DMat4::IDENTITY, places.is_node_mirrored);
         }
         for &world_from_mesh in &places.world_from_mesh {
             let is_mirrored = world_from_mesh.determinant() < 0.0;
@@ -373,6 +377,7 @@ impl Places<'_> {
             weights: Vec::new(),
             world_from_mesh: vec![DMat4::IDENTITY],
             skin: None,
+            is_node_mirrored: false,
         }
     }
 }

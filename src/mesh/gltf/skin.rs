@@ -12,15 +12,8 @@ use crate::mesh::error::MeshProblem;
 pub(super) struct Skin {
     /// Its place in the file.
     place: String,
-    /// From the mesh as it was bound to where each joint takes it, and -1 where that mirrors.
-    world_from_bound: Vec<(DMat4, f64)>,
-}
-
-/// A mesh that its joints have placed.
-pub(super) struct Posed {
-    pub(super) positions: Vec<DVec3>,
-    /// Whether joints mirror more of it than they do not.
-    pub(super) is_mirrored: bool,
+    /// From the mesh as it was bound to where each joint takes it.
+    world_from_bound: Vec<DMat4>,
 }
 
 impl Skin {
@@ -52,7 +45,7 @@ impl Skin {
                     return Err(damaged(format!("matrix {index} of {place} is not finite")));
                 }
             }
-            world_from_bound.push((transform, transform.determinant().signum()));
+            world_from_bound.push(transform);
         }
         Ok(Self {
             place: skin.place.clone(),
@@ -69,9 +62,8 @@ impl Skin {
         buffers: &mut Buffers<'_>,
         attributes: &Part<'_>,
         bound: &[DVec3],
-    ) -> Result<Option<Posed>, MeshProblem> {
+    ) -> Result<Option<Vec<DVec3>>, MeshProblem> {
         let mut sums = vec![(DVec3::ZERO, 0.0); bound.len()];
-        let mut volume = 0.0;
         let mut sets = 0;
         while let (Some(joints), Some(weights)) = (
             attributes.get(&format!("JOINTS_{sets}")),
@@ -101,7 +93,7 @@ impl Skin {
                             weights.place
                         )));
                     }
-                    let Some((transform, sign)) = self.world_from_bound.get(joint as usize) else {
+                    let Some(transform) = self.world_from_bound.get(joint as usize) else {
                         return Err(damaged(format!(
                             "{} names joint {joint} at vertex {vertex}, and {} has {}",
                             joints.place,
@@ -111,7 +103,6 @@ impl Skin {
                     };
                     *sum += weight * transform.transform_point3(bound[vertex]);
                     *total += weight;
-                    volume += weight * sign;
                 }
             }
         }
@@ -123,9 +114,6 @@ impl Skin {
             .zip(bound)
             .map(|(&(sum, total), &bound)| if total == 0.0 { bound } else { sum / total })
             .collect();
-        Ok(Some(Posed {
-            positions,
-            is_mirrored: volume < 0.0,
-        }))
+        Ok(Some(positions))
     }
 }

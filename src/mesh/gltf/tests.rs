@@ -481,6 +481,10 @@ fn morph_targets_have_their_default_weights() {
 /// Skins: each line says what it alone catches. Joint 1 takes the upper corners 4 up, in most of them.
 #[test]
 fn skins_have_the_pose_of_the_nodes() {
+    let mirror = |model: &mut Model| {
+        model.json["nodes"][1] = json!({"scale": [-1, 1, 1]});
+        model.json["nodes"][2] = json!({"scale": [-1, 1, 1], "translation": [0, 4, 0]});
+    };
     let matrix = |x: f64, y: f64, z: f64| {
         [
             1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, y, z, 1.0,
@@ -576,10 +580,18 @@ fn skins_have_the_pose_of_the_nodes() {
             one_box([-0.5; 3], [0.5, 2.5, 0.5]),
         ),
         (
-            "joints that mirror turn the winding",
+            "joints that mirror do not turn the winding",
+            changed(&mirror),
+            Measures {
+                volume: -24.0,
+                ..column(5.0)
+            },
+        ),
+        (
+            "a node that mirrors turns it, though its transform does not count",
             changed(&|model| {
-                model.json["nodes"][1] = json!({"scale": [-1, 1, 1]});
-                model.json["nodes"][2] = json!({"scale": [-1, 1, 1], "translation": [0, 4, 0]});
+                mirror(model);
+                model.json["nodes"][0]["scale"] = json!([3, 3, -3]);
             }),
             column(5.0),
         ),
@@ -757,6 +769,7 @@ fn what_is_not_applied_is_in_the_report() {
         "ADOBE_materials_clearcoat_tint",
         "CESIUM_RTC",
         "EXT_materials_bump",
+        "KHR_technique_webgl",
         "KHR_techniques_webgl",
         "NV_materials_mdl",
     ];
