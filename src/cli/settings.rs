@@ -43,14 +43,16 @@ fn compare(key: &str, first: &Value, second: &Value, lines: &mut Vec<String>) {
         (Value::Null, Value::Object(_)) if !ends_with_number(key) => {
             compare(key, &json!({}), second, lines);
         }
-        (Value::Null, Value::Object(_) | Value::Array(_)) => {
-            lines.push(format!("{key} is in the second only"));
-        }
-        (Value::Object(_) | Value::Array(_), Value::Null) => {
-            lines.push(format!("{key} is in the first only"));
-        }
+        (Value::Null, b) if has_keys(b) => lines.push(format!("{key} is in the second only")),
+        (a, Value::Null) if has_keys(a) => lines.push(format!("{key} is in the first only")),
         (a, b) => lines.push(format!("{key} = {}, which was {}", shown(b), shown(a))),
     }
+}
+
+/// Is it an object of the scene, a food, or a list of these?
+fn has_keys(value: &Value) -> bool {
+    let list = value.as_array();
+    value.is_object() || list.is_some_and(|list| list.iter().any(Value::is_object))
 }
 
 fn ends_with_number(key: &str) -> bool {
