@@ -49,8 +49,8 @@ pub struct Grab {
     handle: Handle,
     /// The object as it was.
     object: ObjectSettings,
-    /// Where its coordinates are counted from.
-    origins: Origins,
+    /// What it is turned about, as origins of its coordinates.
+    pivot: Origins,
     /// Where its middle was, world space.
     middle: Vec3,
     /// Where the pointer was, pixels of the picture.
@@ -185,7 +185,7 @@ impl Interface {
         };
         let screen = Screen::of(ui, response.rect);
         let camera = self.view.camera;
-        let middle = Vec3::from(pose.translation);
+        let middle = pose.transform_point3(facts.hand.middle_of(object));
         let Some(shape) = Shape::of(screen, &camera, middle) else {
             return false;
         };
@@ -202,7 +202,7 @@ impl Interface {
             self.hands.grab = Some(Grab {
                 handle,
                 object: settings.clone(),
-                origins: facts.hand.origins.get(object).copied().unwrap_or_default(),
+                pivot: facts.hand.pivot_of(object),
                 middle,
                 from: to_pixel(at),
                 ring: RING * screen.length_of_point(&camera, middle),
@@ -401,7 +401,7 @@ impl Grab {
                 }
                 let radians = f64::from(angle).to_radians();
                 turn(&mut object, time, AXES[axis].as_dvec3(), radians);
-                stay(&mut object, &self.object, time, [self.origins; 2], radius);
+                stay(&mut object, &self.object, time, [self.pivot; 2], radius);
                 format!("{} {angle:+.0}°", NAMES[axis])
             }
             Handle::Scale => String::new(),

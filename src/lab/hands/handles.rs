@@ -80,24 +80,24 @@ pub fn shift(object: &mut ObjectSettings, time: f64, way: DVec3, radius: f32) {
     object.position = short(DVec3::from_array(object.position) + back, radius);
 }
 
-/// Changes an object whose surface is far from its own origin about the surface: where that is counted from stays where
-/// it is. `origins` are those of the object before and after.
+/// Moves an object that was turned or scaled about its own origin, so that another place of it stays where it was, if its
+/// surface is far from that origin. The place is given as the origins of coordinates counted from it, before and after.
 pub fn stay(
     object: &mut ObjectSettings,
     before: &ObjectSettings,
     time: f64,
-    origins: [Origins; 2],
+    pivots: [Origins; 2],
     radius: f32,
 ) {
-    if origins.iter().all(|origins| origins.surface == DVec3::ZERO) {
+    if pivots.iter().all(|pivot| pivot.surface == DVec3::ZERO) {
         return;
     }
-    let place = |object: &ObjectSettings, origins| {
+    let place = |object: &ObjectSettings, pivot| {
         let mut object = object.clone();
         still_model(&mut object);
-        pose_from(&object, None, time, origins).translation
+        pose_from(&object, None, time, pivot).translation
     };
-    let way = place(before, &origins[0]) - place(object, &origins[1]);
+    let way = place(before, &pivots[0]) - place(object, &pivots[1]);
     shift(object, time, way, radius);
 }
 
@@ -170,6 +170,35 @@ mod tests {
             assert!(off < 1e-5, "{off}");
             assert_eq!(after.position, before.position);
         }
+    }
+
+    /// Would catch: an object in map coordinates that is turned or scaled about an origin kilometres away.
+    #[test]
+    fn what_is_far_from_its_own_origin_turns_and_grows_where_it_is() {
+        let before = mover();
+        let time = 3.7;
+        let far = DVec3::new(512_345.5, 230.0, 5_412_345.25);
+        let pivot = |scale: f64| Origins {
+            world: far,
+            surface: scale * far,
+        };
+        let place =
+            |object: &ObjectSettings, pivot| pose_from(object, None, time, &pivot).translation;
+        let mut turned = before.clone();
+        turn(&mut turned, time, DVec3::Y, 0.4);
+        stay(&mut turned, &before, time, [pivot(1.0); 2], 1.0);
+        let off = place(&turned, pivot(1.0)) - place(&before, pivot(1.0));
+        assert!(off.length() < 1e-5, "{off}");
+        let mut grown = before.clone();
+        grown.scale = 2.0;
+        stay(&mut grown, &before, time, [pivot(1.0), pivot(2.0)], 1.0);
+        let off = place(&grown, pivot(2.0)) - place(&before, pivot(1.0));
+        assert!(off.length() < 1e-5, "{off}");
+        // Near its origin it turns about that.
+        let mut near = before.clone();
+        near.scale = 2.0;
+        stay(&mut near, &before, time, [Origins::default(); 2], 1.0);
+        assert_eq!(near.position, before.position);
     }
 
     #[test]

@@ -87,6 +87,9 @@ pub struct HandFacts {
     pub poses: Vec<Affine3A>,
     /// Where coordinates are counted from, one an object.
     pub origins: Vec<Origins>,
+    /// Where handles are and what they turn and scale about, counted from there: the object's own origin, or if its
+    /// surface is far from that, the middle of its box.
+    pub middles: Vec<Vec3>,
     /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
     pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.
@@ -97,6 +100,19 @@ pub struct HandFacts {
     pub radius: f32,
     /// Reach of signed distances, scene radii.
     pub reach: f32,
+}
+
+impl HandFacts {
+    /// What an object is turned and scaled about, as origins of its coordinates.
+    fn pivot_of(&self, object: usize) -> Origins {
+        let mut origins = self.origins.get(object).copied().unwrap_or_default();
+        origins.surface += self.middle_of(object).as_dvec3();
+        origins
+    }
+
+    fn middle_of(&self, object: usize) -> Vec3 {
+        self.middles.get(object).copied().unwrap_or_default()
+    }
 }
 
 /// What needs the simulation.

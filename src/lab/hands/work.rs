@@ -1,6 +1,6 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
-use glam::Vec2;
+use glam::{DVec3, Vec2, Vec3};
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
@@ -174,7 +174,7 @@ impl Lab {
             },
             Work::Scale(object, factor) => {
                 let hand = &self.clocks.facts.hand;
-                let origins = hand.origins.get(object).copied().unwrap_or_default();
+                let origins = hand.pivot_of(object);
                 let grown = Origins {
                     surface: f64::from(factor) * origins.surface,
                     ..origins
@@ -395,6 +395,12 @@ impl Lab {
             ),
             poses,
             origins: setup.origins.clone(),
+            middles: (setup.origins.iter().zip(&setup.distance.trees.objects))
+                .map(|(origins, tree)| match origins.surface == DVec3::ZERO {
+                    true => Vec3::ZERO,
+                    false => tree.low.midpoint(tree.high),
+                })
+                .collect(),
             time: simulation.time(),
             mean_trail: (mean as f32).clamp(1e-3, 1e4),
             radius: setup.radius,
