@@ -8,25 +8,41 @@ use glam::DVec3;
 /// precision loses five bits there at the most.
 const NEAR: f64 = 16.0;
 
-/// In extents: how far apart the places are that coordinates can be counted from. A scene about the origin that is
+/// In extents: how far apart the places are that a scene's coordinates can be counted from. One about the origin that is
 /// moved by a multiple keeps every bit.
 const APART: f64 = 8.0;
 
 /// A grid of stored coordinates is worth a word if it has fewer steps across a model.
 const FINE: f64 = 65_536.0;
 
-/// Where coordinates in a box are counted from: the origin, or if the box is small and far away, a place near its middle.
-/// That is a multiple of a power of two, so that differences from it are exact in double precision.
+/// Where the coordinates of a mesh in a box are counted from: the origin, or if the box is small and far away, its middle.
+/// So a mesh about the origin that is moved, and whose coordinates are decimals, keeps nearly all of them to the bit.
 #[must_use]
-pub fn near(low: DVec3, high: DVec3) -> DVec3 {
+pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
+    if is_afar(low, high) {
+        low.midpoint(high)
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// Where the coordinates of a scene in a box are counted from: the origin, or if the box is small and far away, a place
+/// near its middle. That is a multiple of a power of two, so that the difference from it is exact where a scene is moved
+/// by such a multiple.
+#[must_use]
+pub fn of_scene(low: DVec3, high: DVec3) -> DVec3 {
+    if !is_afar(low, high) {
+        return DVec3::ZERO;
+    }
+    let apart = (APART * (high - low).max_element()).log2().ceil().exp2();
+    (low.midpoint(high) / apart).round() * apart
+}
+
+fn is_afar(low: DVec3, high: DVec3) -> bool {
     let extent = (high - low).max_element();
     let farthest = low.abs().max(high.abs()).max_element();
     // A box that is not finite is refused elsewhere, and a point has no extent.
-    if !farthest.is_finite() || extent <= 0.0 || farthest <= NEAR * extent {
-        return DVec3::ZERO;
-    }
-    let apart = (APART * extent).log2().ceil().exp2();
-    (low.midpoint(high) / apart).round() * apart
+    farthest.is_finite() && extent > 0.0 && farthest > NEAR * extent
 }
 
 /// How many steps of single precision lie across coordinates that were stored so, if they are few because the
@@ -35,7 +51,7 @@ pub(crate) fn steps_across(stored: &[DVec3]) -> Option<usize> {
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let both = |(low, high): (DVec3, DVec3), &p: &DVec3| (low.min(p), high.max(p));
     let (low, high) = stored.iter().fold(empty, both);
-    if near(low, high) == DVec3::ZERO {
+    if !is_afar(low, high) {
         return None;
     }
     // The axis that counts is the one with the coarsest steps.
@@ -50,7 +66,7 @@ mod tests {
     use super::*;
 
     fn about(middle: DVec3, half: f64) -> DVec3 {
-        near(middle - half, middle + half)
+        of_scene(middle - half, middle + half)
     }
 
     /// Would catch: a scene near the origin that is counted from elsewhere, so that its bits change; a far one that is
@@ -66,7 +82,8 @@ mod tests {
         let moved = about(far + DVec3::new(-1e7, 3.2e6, 32.0), 1.5);
         assert_eq!(moved - origin, DVec3::new(-1e7, 3.2e6, 32.0));
         for nothing in [DVec3::INFINITY, DVec3::NAN] {
-            assert_eq!(near(nothing, nothing), DVec3::ZERO);
+            assert_eq!(of_scene(nothing, nothing), DVec3::ZERO);
+            assert_eq!(of_mesh(nothing, nothing), DVec3::ZERO);
         }
         assert_eq!(about(DVec3::splat(1e9), 0.0), DVec3::ZERO);
     }

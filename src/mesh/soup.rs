@@ -41,7 +41,7 @@ impl Soup {
             }
             (low, high) = (low.min(position), high.max(position));
         }
-        origin::near(low, high)
+        origin::of_mesh(low, high)
     }
 
     /// Adds a polygon of vertices that exist, cut into triangles; `uvs` are those of its corners.

@@ -472,7 +472,7 @@ fn origins(
                             (low.min(place), high.max(place))
                         })
                     });
-            origin::near(low, high)
+            origin::of_scene(low, high)
         },
         DVec3::from_array,
     );
