@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long mutants bench atlases gallery pictures guide window window-times clean
+.PHONY: help demo test long fuzz mutants bench atlases gallery pictures guide window window-times clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -29,10 +29,17 @@ test: ## set up what is missing, and run every test with Vulkan's validation lay
 	@.ci/setup test
 	@.ci/test $(ONLY)
 
-long: ## run the long proofs: built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics (an hour)
+long: fuzz ## run the long proofs: fuzz targets, built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics (an hour)
 	@.ci/setup test
 	MYXO_CHECK=1 MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
 		cargo test --release --test simulation -- --ignored --nocapture
+
+# Seconds for each target.
+FUZZ_SECONDS ?= 60
+
+fuzz: ## look for files that break a reader: OBJ, glTF, PLY, STL, scenes, checkpoints, maps (a minute each); finds go to tests/fuzz/corpus
+	@.ci/setup demo
+	@.ci/fuzz $(FUZZ_SECONDS)
 
 mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)
 	@.ci/setup test

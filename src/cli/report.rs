@@ -1,8 +1,6 @@
 //! The report of a headless run: what ran where, how it ended, and what it cost, as JSON.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 use glam::Affine3A;
@@ -10,7 +8,7 @@ use myxo::gpu::{CopyBandwidth, Statistics};
 use myxo::scene::motion::short;
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::{Setup, Snapshot};
-use myxo::{Error, Result};
+use myxo::{Error, Result, regular_file};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -410,14 +408,11 @@ impl Report {
 
     /// Reads a report that `--report` or `--json` has written.
     pub fn read(path: &Path) -> Result<Self> {
-        let mut text = Vec::new();
-        File::open(path)
-            .and_then(|file| file.take(LARGEST).read_to_end(&mut text))
-            .map_err(|source| Error::Io {
-                action: "read",
-                path: path.to_owned(),
-                source,
-            })?;
+        let text = regular_file::read(path, LARGEST).map_err(|source| Error::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        })?;
         serde_json::from_slice(&text).map_err(|error| {
             let is_of_two = serde_json::from_slice::<Value>(&text)
                 .is_ok_and(|json| json["first"].is_object() && json["second"].is_object());

@@ -8,6 +8,7 @@ use ash::{ext, vk};
 
 use super::ContextOptions;
 use super::error::{Check, GpuError, GpuResult};
+use super::manifests;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -34,9 +35,8 @@ impl Messages {
 
 /// Why the loader has no driver, as far as one can know from outside.
 fn no_driver() -> String {
-    let chosen = |name: &'static str| Some((name, std::env::var_os(name)?));
-    let chosen = chosen("VK_DRIVER_FILES").or_else(|| chosen("VK_ICD_FILENAMES"));
-    match chosen.filter(|(_, files)| !files.is_empty()) {
+    match manifests::chosen() {
+        _ if let Some(problem) = manifests::problem() => problem,
         Some((name, files)) => {
             format!(
                 "{name} is {}, and no driver is found there",
@@ -44,6 +44,18 @@ fn no_driver() -> String {
             )
         }
         None => "no driver is installed".to_owned(),
+    }
+}
+
+/// The loader fails, which most often is the fault of a manifest that it reads.
+fn loader_failed(call: &'static str) -> impl FnOnce(vk::Result) -> GpuError {
+    move |source| match manifests::problem() {
+        Some(reason) => GpuError::NoVulkan { reason },
+        None => GpuError::Vulkan {
+            call,
+            object: "the loader".to_owned(),
+            source,
+        },
     }
 }
 
@@ -76,7 +88,7 @@ impl Instance {
         }
         // SAFETY: no preconditions.
         let available = unsafe { entry.enumerate_instance_extension_properties(None) }
-            .check("vkEnumerateInstanceExtensionProperties", "the loader")?;
+            .map_err(loader_failed("vkEnumerateInstanceExtensionProperties"))?;
         let has = |name: &CStr| {
             available
                 .iter()
@@ -87,7 +99,7 @@ impl Instance {
         if options.validation {
             // SAFETY: no preconditions.
             let installed = unsafe { entry.enumerate_instance_layer_properties() }
-                .check("vkEnumerateInstanceLayerProperties", "the loader")?;
+                .map_err(loader_failed("vkEnumerateInstanceLayerProperties"))?;
             if !installed
                 .iter()
                 .any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
@@ -146,11 +158,7 @@ impl Instance {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoVulkan {
                 reason: no_driver(),
             },
-            source => GpuError::Vulkan {
-                call: "vkCreateInstance",
-                object: "the instance".to_owned(),
-                source,
-            },
+            source => loader_failed("vkCreateInstance")(source),
         })?;
         let mut instance = Self {
             messenger: None,

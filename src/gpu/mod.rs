@@ -33,6 +33,7 @@ mod image;
 mod info;
 mod instance;
 mod kernel;
+mod manifests;
 mod module;
 mod pass;
 mod pipelines;

@@ -141,7 +141,7 @@ impl Lab {
         if map.is_empty() || runs.is_some_and(|runs| runs.areas == scene.settings.areas) {
             return Ok(());
         }
-        let map = AreaMap::open(scene.settings.areas.map.as_ref())?;
+        let map = AreaMap::open(scene.settings.areas.map.as_ref(), scene.settings.atlas.size)?;
         let stage = self.stage.as_ref();
         if let Some(stage) =
             stage.filter(|stage| stage.scene.settings.atlas == scene.settings.atlas)

@@ -50,9 +50,13 @@ impl Mesh {
     /// # Errors
     /// When there is no such mesh or parameter, or a value is out of its range; the message names the right ones.
     pub fn builtin(name: &str) -> Result<Mesh, MeshError> {
+        Self::builtin_within(name, MOST_TRIANGLES as u64)
+    }
+
+    pub(super) fn builtin_within(name: &str, most: u64) -> Result<Mesh, MeshError> {
         let whole = name.strip_prefix("builtin:").unwrap_or(name);
         let (name, query) = whole.split_once('?').unwrap_or((whole, ""));
-        let mut parameters = Parameters::parse(name, query)?;
+        let mut parameters = Parameters::parse(name, query, most)?;
         let mesh = match name {
             "cube" => {
                 let divisions = parameters.count("divisions", 1, 1, 1024)?;
@@ -101,7 +105,7 @@ impl Mesh {
                 })?;
                 gear(&wheel)
             }
-            _ if let Some(model) = embedded::model(name) => model?,
+            _ if let Some(model) = embedded::model(name, most) => model?,
             _ => {
                 let names = BUILTINS.iter().map(|(name, _)| *name);
                 return Err(MeshError::UnknownBuiltin {
@@ -112,6 +116,8 @@ impl Mesh {
             }
         };
         parameters.finish()?;
+        // Wheels have at most some millions, which is known only now.
+        parameters.limit(mesh.corners.len() as u64)?;
         Ok(mesh)
     }
 }
@@ -121,10 +127,12 @@ struct Parameters<'a> {
     mesh: &'a str,
     given: Vec<(&'a str, &'a str)>,
     known: Vec<&'static str>,
+    /// Triangles that there is room for.
+    most: u64,
 }
 
 impl<'a> Parameters<'a> {
-    fn parse(mesh: &'a str, query: &'a str) -> Result<Self, MeshError> {
+    fn parse(mesh: &'a str, query: &'a str, most: u64) -> Result<Self, MeshError> {
         let mut given = Vec::new();
         for part in query.split('&').filter(|part| !part.is_empty()) {
             match part.split_once('=') {
@@ -141,6 +149,7 @@ impl<'a> Parameters<'a> {
             mesh,
             given,
             known: Vec::new(),
+            most,
         })
     }
 
@@ -191,18 +200,25 @@ impl<'a> Parameters<'a> {
 
     /// Refuses so many triangles before any is made.
     fn limit(&self, triangles: u64) -> Result<(), MeshError> {
-        if triangles <= MOST_TRIANGLES as u64 {
+        let problem = if triangles > MOST_TRIANGLES as u64 {
+            format!(
+                "it would have {triangles} triangles, and {MOST_TRIANGLES} are the most that can be numbered: ask for fewer"
+            )
+        } else if triangles > self.most {
+            format!(
+                "it would have {triangles} triangles, and the atlas has room for {} more: raise atlas.size, or ask for fewer",
+                self.most
+            )
+        } else {
             return Ok(());
-        }
+        };
         Err(MeshError::Parameter {
             name: self.mesh.to_owned(),
-            problem: format!(
-                "it would have {triangles} triangles, and {MOST_TRIANGLES} are the most that can be numbered: ask for fewer"
-            ),
+            problem,
         })
     }
 
-    fn finish(self) -> Result<(), MeshError> {
+    fn finish(&self) -> Result<(), MeshError> {
         let Some((key, _)) = self.given.first() else {
             return Ok(());
         };

@@ -14,11 +14,17 @@ const MODELS: &[(&str, &[u8])] = &[
 ];
 
 /// The model with this name, if there is one.
-pub(super) fn model(name: &str) -> Option<Result<Mesh, MeshError>> {
+pub(super) fn model(name: &str, most: u64) -> Option<Result<Mesh, MeshError>> {
     let (name, bytes) = MODELS.iter().find(|(model, _)| *model == name)?;
     // The path is for the ending, and for messages; nothing is read from it.
     let path = format!("builtin:{name}.glb");
-    Some(from_bytes(name, Path::new(&path), bytes, Extent::Scene))
+    Some(from_bytes(
+        name,
+        Path::new(&path),
+        bytes,
+        Extent::Scene,
+        most,
+    ))
 }
 
 #[cfg(test)]

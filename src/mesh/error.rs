@@ -120,6 +120,16 @@ pub enum MeshProblem {
         /// How many there may be.
         most: u64,
     },
+    /// More triangles than the scene's atlas has room for.
+    #[error(
+        "{count} triangles, and the atlas has room for {most} more: raise atlas.size, or simplify the model"
+    )]
+    NoRoom {
+        /// How many there are.
+        count: u64,
+        /// How many there may be.
+        most: u64,
+    },
     /// Coordinates that float32 arithmetic cannot multiply.
     #[error(
         "coordinates reach {farthest:e}, and float32 walks need them below 1e12: scale the model down"

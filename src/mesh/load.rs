@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use super::error::MeshProblem;
-use super::soup::Soup;
+use super::soup::{MOST_TRIANGLES, Soup};
 use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
 
 /// No model, and no file that a model names, is read beyond this size.
@@ -29,7 +29,7 @@ impl Mesh {
     /// # Errors
     /// When the file cannot be read, is damaged, or has nothing to walk on; the message says where and what to do.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, MeshError> {
-        load(path.as_ref(), Extent::Scene)
+        load(path.as_ref(), Extent::Scene, MOST_TRIANGLES as u64)
     }
 
     /// Loads a model without any transform: of a glTF file the first primitive of the first mesh, with its positions as
@@ -38,7 +38,22 @@ impl Mesh {
     /// # Errors
     /// As [`Mesh::load`].
     pub fn load_raw(path: impl AsRef<Path>) -> Result<Self, MeshError> {
-        load(path.as_ref(), Extent::FirstPrimitive)
+        load(path.as_ref(), Extent::FirstPrimitive, MOST_TRIANGLES as u64)
+    }
+
+    /// Reads a model that is in memory. The ending of `path` says of what kind it is, and its folder is where files that a
+    /// glTF model names lie; `path` itself is not read.
+    ///
+    /// # Errors
+    /// As [`Mesh::load`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, MeshError> {
+        from_bytes(
+            &name_of(path),
+            path,
+            bytes,
+            Extent::Scene,
+            MOST_TRIANGLES as u64,
+        )
     }
 
     /// A built-in mesh (`builtin:NAME`) or a file, relative to a folder.
@@ -46,9 +61,18 @@ impl Mesh {
     /// # Errors
     /// As [`Mesh::builtin`] and [`Mesh::load`].
     pub fn open(name_or_path: &str, folder: &Path) -> Result<Self, MeshError> {
+        Self::open_within(name_or_path, folder, MOST_TRIANGLES as u64)
+    }
+
+    /// The same, if it has no more triangles than `most`. Where there are more is known before they are made or joined, which
+    /// takes most of the time and memory.
+    ///
+    /// # Errors
+    /// As [`Mesh::open`], and when it has more triangles.
+    pub fn open_within(name_or_path: &str, folder: &Path, most: u64) -> Result<Self, MeshError> {
         match name_or_path.strip_prefix("builtin:") {
-            Some(name) => Self::builtin(name),
-            None => Self::load(folder.join(name_or_path)),
+            Some(name) => Self::builtin_within(name, most),
+            None => load(&folder.join(name_or_path), Extent::Scene, most),
         }
     }
 }
@@ -73,22 +97,32 @@ impl RigidTrack {
             let problem = "only glTF models (.glb, .gltf) have animations to follow".to_owned();
             return Err(bad(MeshProblem::Animation(problem)));
         }
-        let bytes = read(&path)?;
+        Self::from_bytes(&path, &read(&path)?).map_err(bad)
+    }
+
+    /// The same of a glTF or GLB model that is in memory; `path` is as for [`Mesh::from_bytes`].
+    ///
+    /// # Errors
+    /// As [`RigidTrack::open`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, MeshProblem> {
         let folder = path.parent().unwrap_or(Path::new(""));
         // The second wall against what strangers write, as for triangles.
-        catch_unwind(AssertUnwindSafe(|| gltf::read_track(&bytes, folder)))
+        catch_unwind(AssertUnwindSafe(|| gltf::read_track(bytes, folder)))
             .unwrap_or_else(|panic| Err(MeshProblem::Panicked(panic_text(panic.as_ref()))))
-            .map_err(bad)
     }
 }
 
-fn load(path: &Path, extent: Extent) -> Result<Mesh, MeshError> {
+fn load(path: &Path, extent: Extent, most: u64) -> Result<Mesh, MeshError> {
     let bytes = read(path)?;
-    let name = path.file_stem().map_or_else(
+    from_bytes(&name_of(path), path, &bytes, extent, most)
+}
+
+/// What people call a model: the name of its file without its ending.
+fn name_of(path: &Path) -> String {
+    path.file_stem().map_or_else(
         || "mesh".to_owned(),
         |stem| stem.to_string_lossy().into_owned(),
-    );
-    from_bytes(&name, path, &bytes, extent)
+    )
 }
 
 /// Makes a mesh of a model whose bytes are given; `path` is as for [`parse`].
@@ -97,10 +131,16 @@ pub(crate) fn from_bytes(
     path: &Path,
     bytes: &[u8],
     extent: Extent,
+    most: u64,
 ) -> Result<Mesh, MeshError> {
     // The readers are written not to panic; this is the second wall, because models come from strangers.
     let parsed = catch_unwind(AssertUnwindSafe(|| {
-        Mesh::from_soup(name, parse(path, bytes, extent)?)
+        if let Some(count) = stl::declared_triangles(bytes) {
+            check_count(count, most)?;
+        }
+        let soup = parse(path, bytes, extent)?;
+        check_count(soup.triangles.len() as u64, most)?;
+        Mesh::from_soup(name, soup)
     }));
     let problem = match parsed {
         Ok(Ok(mesh)) => return Ok(mesh),
@@ -111,6 +151,13 @@ pub(crate) fn from_bytes(
         place: path.display().to_string(),
         problem,
     })
+}
+
+fn check_count(count: u64, most: u64) -> Result<(), MeshProblem> {
+    if count <= most {
+        return Ok(());
+    }
+    Err(MeshProblem::NoRoom { count, most })
 }
 
 /// Reads the triangles of a model whose bytes are given; `path` says of what kind it is, and where files that it names

@@ -32,6 +32,12 @@ fn binary_size(bytes: &[u8]) -> Option<u64> {
     Some(HEADER as u64 + TRIANGLE as u64 * u64::from(binary_count(bytes)?))
 }
 
+/// How many triangles a file has that is a binary one beyond doubt, because it is as long as its header says.
+pub(crate) fn declared_triangles(bytes: &[u8]) -> Option<u64> {
+    (binary_size(bytes) == Some(bytes.len() as u64))
+        .then(|| binary_count(bytes).unwrap_or(0).into())
+}
+
 /// Whether a file that is not as long as its binary header says is text: it begins with `solid`, soon there is a facet
 /// or the end, and it has no NUL bytes where a binary file has its header and its count.
 fn is_text(bytes: &[u8]) -> bool {

@@ -23,6 +23,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::mesh::surface::Surface;
 use crate::mesh::{Mesh, RigidTrack, origin};
+use crate::regular_file;
 
 pub use error::SceneError;
 pub use settings::Settings;
@@ -115,7 +116,7 @@ impl Scene {
                 name
             }
             Source::File => {
-                let text = std::fs::read_to_string(scene).map_err(|source| SceneError::Read {
+                let text = regular_file::read_text(scene).map_err(|source| SceneError::Read {
                     path: scene.to_owned(),
                     source,
                 })?;
@@ -149,16 +150,18 @@ impl Scene {
     /// Loads the meshes of settings that have been read or changed. Relative mesh paths begin at `folder`.
     ///
     /// # Errors
-    /// When a value is out of range, or a mesh cannot be loaded.
+    /// When a value is out of range, a mesh cannot be loaded, or the atlas has no room for all triangles.
     pub fn from_settings(
         name: String,
         settings: Settings,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
         check_ranges(&name, &settings)?;
-        let mut meshes = Vec::with_capacity(settings.objects.len());
+        let mut meshes: Vec<Mesh> = Vec::with_capacity(settings.objects.len());
+        let mut room = most_triangles(&settings);
         for (i, object) in settings.objects.iter().enumerate() {
-            let mesh = Mesh::open(&object.mesh, &folder).map_err(|source| SceneError::Object {
+            let mesh = Mesh::open_within(&object.mesh, &folder, room);
+            let mesh = mesh.map_err(|source| SceneError::Object {
                 object: if object.name.is_empty() {
                     format!("object.{i}")
                 } else {
@@ -166,6 +169,7 @@ impl Scene {
                 },
                 source,
             })?;
+            room -= mesh.corners.len() as u64;
             meshes.push(mesh);
         }
         let tracks = tracks(&name, &settings.objects, &folder)?;
@@ -315,6 +319,9 @@ fn overridden(
     })
 }
 
+/// On average. Every built-in scene has several texels a triangle.
+const MOST_TRIANGLES_A_TEXEL: u64 = 16;
+
 /// Before the names of what comes with the program.
 pub(crate) const BUILTIN: &str = "builtin:";
 
@@ -354,6 +361,13 @@ impl Source {
             _ => Err(SceneError::unknown_scene(scene)),
         }
     }
+}
+
+/// How many triangles a scene has room for in its atlas. Where several share a texel, particles are told apart no more; with
+/// more than these, none of what takes long is begun.
+fn most_triangles(settings: &Settings) -> u64 {
+    let texels = u64::from(settings.atlas.size).pow(2);
+    texels * MOST_TRIANGLES_A_TEXEL
 }
 
 /// Names the nameless after their meshes, and keeps names apart.

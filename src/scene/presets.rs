@@ -11,6 +11,7 @@ use super::builtin;
 use super::error::SceneError;
 use super::parameters::{Kind, PARAMETERS, Parameter};
 use super::settings::Settings;
+use crate::regular_file;
 
 /// The sections of scene files that a look consists of. Of the last it has the colours of the trail alone.
 const SECTIONS: [&str; 4] = ["physarum", "trail", "feeding", PICTURE];
@@ -100,7 +101,7 @@ pub(super) fn text_of(wanted: &str) -> Result<Cow<'static, str>, SceneError> {
     if !is_toml && !path.is_file() {
         return Err(SceneError::unknown_preset(wanted));
     }
-    let text = std::fs::read_to_string(path).map_err(|source| SceneError::ReadPreset {
+    let text = regular_file::read_text(path).map_err(|source| SceneError::ReadPreset {
         path: path.to_owned(),
         source,
     })?;

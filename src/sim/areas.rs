@@ -10,9 +10,10 @@
 
 use std::path::{Path, PathBuf};
 
-use image::{GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
+use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 
 use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
+use super::texture_map;
 use super::twin::exchange_seams;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
@@ -21,6 +22,9 @@ use crate::scene::BUILTIN;
 use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
 use crate::whole_file::WholeFile;
+
+/// Its name in messages.
+const WHAT: &str = "area map";
 
 /// All of a colour.
 const FULL: f32 = u16::MAX as f32;
@@ -36,27 +40,30 @@ impl AreaMap {
     /// Reads a PNG: a file, or `builtin:NAME` for one that comes with the program.
     ///
     /// # Errors
-    /// When there is no such file or name, or it is no picture.
-    pub fn open(path: &Path) -> Result<Self> {
+    /// When there is no such file or name, it is no picture, or it has more pixels than maps for an atlas of this size may have.
+    pub fn open(path: &Path, atlas_size: u32) -> Result<Self> {
         let name = path.to_str().and_then(|path| path.strip_prefix(BUILTIN));
-        let bytes = match name {
-            Some(name) => builtin(name)?.to_vec(),
-            None => std::fs::read(path).map_err(|source| Error::Io {
-                action: "read",
-                path: path.to_owned(),
-                source,
-            })?,
-        };
-        let picture = image::load_from_memory(&bytes).map_err(|error| {
-            Error::Invalid(format!(
-                "{}: the area map must be a PNG: {error}",
-                path.display()
-            ))
-        })?;
-        Ok(Self {
+        let picture = match name {
+            Some(name) => texture_map::decode(path, WHAT, builtin(name)?, atlas_size),
+            None => texture_map::read(path, WHAT, atlas_size),
+        }?;
+        Ok(Self::of(path, picture))
+    }
+
+    /// The same of a PNG that is in memory; `path` is its name in messages.
+    ///
+    /// # Errors
+    /// When it is no picture, or it has more pixels than maps for an atlas of this size may have.
+    pub fn from_bytes(path: &Path, bytes: &[u8], atlas_size: u32) -> Result<Self> {
+        let picture = texture_map::decode(path, WHAT, bytes, atlas_size)?;
+        Ok(Self::of(path, picture))
+    }
+
+    fn of(path: &Path, picture: DynamicImage) -> Self {
+        Self {
             path: path.to_owned(),
             pixels: picture.into_rgba16(),
-        })
+        }
     }
 
     /// What sensors read more, one a texel, gutters filled: of each texel that a triangle owns, what the pixel at its centre
@@ -277,14 +284,17 @@ mod tests {
         let bias = painted(&atlas);
         let strength = write(&path, &bias, &atlas).unwrap().unwrap();
         assert_eq!(strength, 80.0);
-        let again = AreaMap::open(&path).unwrap().bias(&atlas, strength);
+        let again = AreaMap::open(&path, 61).unwrap().bias(&atlas, strength);
         for (texel, (was, is)) in bias.iter().zip(again.unwrap()).enumerate() {
             // Gutters may mix what is no-go with what is not.
             let near = 2e-5 * was.abs().max(strength);
             assert!((was - is).abs() <= near, "{was} became {is} at {texel}");
         }
         // Twice as strong as it says.
-        let twice = AreaMap::open(&path).unwrap().bias(&atlas, 160.0).unwrap();
+        let twice = AreaMap::open(&path, 61)
+            .unwrap()
+            .bias(&atlas, 160.0)
+            .unwrap();
         let texel = owned(&atlas).nth(4).unwrap();
         assert_eq!(twice[texel as usize], 160.0);
     }
@@ -300,7 +310,10 @@ mod tests {
         bias[wall as usize] = NO_GO;
         let usual = AreaSettings::default().strength;
         assert_eq!(write(&path, &bias, &atlas).unwrap(), Some(usual));
-        let again = AreaMap::open(&path).unwrap().bias(&atlas, usual).unwrap();
+        let again = AreaMap::open(&path, 61)
+            .unwrap()
+            .bias(&atlas, usual)
+            .unwrap();
         assert!(owned(&atlas).all(|texel| again[texel as usize] == bias[texel as usize]));
     }
 
@@ -346,7 +359,7 @@ mod tests {
         let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
         let path = folder.path().join("areas.png");
         write(&path, &painted(&atlas), &atlas).unwrap();
-        let bias = AreaMap::open(&path).unwrap().bias(&atlas, 0.0).unwrap();
+        let bias = AreaMap::open(&path, 61).unwrap().bias(&atlas, 0.0).unwrap();
         let owned = || owned(&atlas).map(|texel| bias[texel as usize]);
         assert!(owned().all(|value| value == 0.0 || value == NO_GO));
         assert!(owned().any(|value| value == NO_GO));
@@ -358,7 +371,7 @@ mod tests {
         let path = folder.path().join("half.png");
         let left = ImageBuffer::from_fn(2, 1, |x, _| Rgb([0u8, 255 * (1 - x as u8), 0]));
         left.save(&path).unwrap();
-        let bias = AreaMap::open(&path).unwrap().bias(&atlas, 5.0).unwrap();
+        let bias = AreaMap::open(&path, 61).unwrap().bias(&atlas, 5.0).unwrap();
         for texel in owned(&atlas) {
             let is_left = 2 * (texel % atlas.pitch) + 1 < atlas.size;
             assert_eq!(bias[texel as usize], if is_left { 5.0 } else { 0.0 });
@@ -387,12 +400,12 @@ mod tests {
     fn what_is_wrong_with_a_map_is_said() {
         let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
         let said = |name: &str| {
-            let map = AreaMap::open(&folder.path().join(name));
+            let map = AreaMap::open(&folder.path().join(name), 61);
             let said = map.and_then(|map| map.bias(&atlas, 1.0)).unwrap_err();
             said.to_string()
         };
         assert!(said("none.png").contains("none.png"));
-        let builtin = AreaMap::open(Path::new("builtin:maize")).unwrap_err();
+        let builtin = AreaMap::open(Path::new("builtin:maize"), 61).unwrap_err();
         assert!(builtin.to_string().contains("there is maze"), "{builtin}");
         std::fs::write(folder.path().join("text.png"), "green").unwrap();
         assert!(said("text.png").contains("text.png: the area map must be a PNG"));

@@ -6,7 +6,6 @@
 //! that was painted, if any was, and what is left of each food, as they lie in memory, then the CRC-32 of all that precedes
 //! it (u32).
 
-use std::fs::File;
 use std::io::{BufWriter, Read as _, Write};
 use std::path::{Path, PathBuf};
 
@@ -18,6 +17,7 @@ use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
 use crate::error::{Error, Result};
+use crate::regular_file;
 use crate::scene::file::Reader;
 use crate::scene::parameters::{Effect, PARAMETERS, Parameter};
 use crate::scene::settings::Settings;
@@ -116,6 +116,7 @@ impl Checkpoint {
             ));
         }
         self.snapshot.validate(setup)?;
+        self.snapshot.check_ranges(setup)?;
         self.snapshot.movement_of(now.objects.len())?;
         self.snapshot.check_food(setup.pantry.places.len())?;
         let of_the_state =
@@ -202,7 +203,7 @@ impl Checkpoint {
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         let mut begins = [0; MAGIC.len()];
-        File::open(path).is_ok_and(|mut file| file.read_exact(&mut begins).is_ok())
+        regular_file::open(path).is_ok_and(|(mut file, _)| file.read_exact(&mut begins).is_ok())
             && begins == *MAGIC
     }
 
@@ -228,12 +229,16 @@ impl Checkpoint {
             path: path.to_owned(),
             source,
         })?;
-        Self::parse(&bytes).map_err(|problem| {
+        Self::from_bytes(&bytes).map_err(|problem| {
             Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
         })
     }
 
-    fn parse(bytes: &[u8]) -> Result<Self, String> {
+    /// Reads what a file holds.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let cut_short = || "the file is cut short: it was not written to its end".to_owned();
         if bytes.get(..MAGIC.len()) != Some(MAGIC) {
             return Err("it is not a checkpoint of myxo".to_owned());
@@ -298,9 +303,9 @@ impl Checkpoint {
     }
 }
 
-/// The whole file if it begins with `magic`, or else its beginning only: whatever else it is may have no end.
+/// The whole file if it begins with `magic`, or else its beginning only: whatever else it is may be very large.
 fn read_like(path: &Path, magic: &[u8]) -> std::io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
+    let (mut file, _) = regular_file::open(path)?;
     let mut bytes = Vec::new();
     (&file).take(magic.len() as u64).read_to_end(&mut bytes)?;
     if bytes == magic {
@@ -442,7 +447,7 @@ mod tests {
                 "version 9",
             ),
         ] {
-            let problem = Checkpoint::parse(&bytes).unwrap_err();
+            let problem = Checkpoint::from_bytes(&bytes).unwrap_err();
             assert!(problem.contains(expected), "{name}: {problem}");
         }
     }

@@ -14,6 +14,7 @@ mod simulation;
 mod snapshot;
 mod state;
 mod surroundings;
+mod texture_map;
 mod turns;
 
 pub mod areas;

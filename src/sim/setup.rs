@@ -77,7 +77,8 @@ impl Setup {
         let masks = Masks::open(scene)?;
         let areas = &settings.areas;
         // Its path is whole since the scene was made.
-        let map = (!areas.map.is_empty()).then(|| AreaMap::open(areas.map.as_ref()));
+        let map =
+            (!areas.map.is_empty()).then(|| AreaMap::open(areas.map.as_ref(), settings.atlas.size));
         let map = map.transpose()?;
         let foods = places(settings, &scene.surface, &scene.origins, scene.radius)?;
         let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;

@@ -1,10 +1,10 @@
 //! The whole state of a simulation on the host: what is hashed, checked, written to checkpoints and exported.
 
-use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::distance::KeptPair;
 use super::movement::{MOST_STEPS, Movement, SavedMovement, is_rigid};
+use super::paint::{GREATEST, NO_GO};
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Pose, Transfer};
@@ -128,7 +128,7 @@ impl Snapshot {
     /// # Errors
     /// When poses are damaged, or are those of another number of objects.
     pub fn movement_of(&self, objects: usize) -> Result<Movement, String> {
-        let movement = self.movement.restore();
+        let movement = self.movement.restore(self.step);
         let there = self.movement.object_count();
         let last = &self.last_poses;
         let are_sound = [there, last.len()] == [objects; 2] && last.iter().all(is_rigid);
@@ -140,8 +140,7 @@ impl Snapshot {
         let there = self.distance_poses.len();
         let is_sound = |pair: &KeptPair| {
             let objects = objects as u32;
-            let pose = DAffine3::from(&pair.other_from_object);
-            pair.object < objects && pair.other < objects && pose.is_finite()
+            pair.object < objects && pair.other < objects && is_rigid(&pair.other_from_object)
         };
         if ![0, objects].contains(&there)
             || !self.distance_poses.iter().all(is_rigid)
@@ -347,6 +346,38 @@ impl Snapshot {
         Ok(())
     }
 
+    /// Checks that steps can go on from here: no number is so large that arithmetic with it leaves single precision. Every
+    /// state that a simulation has come to is far from that, but a checkpoint may hold any numbers. What
+    /// [`validate`](Self::validate) checks holds.
+    ///
+    /// # Errors
+    /// Names the first number that is out of its range.
+    pub fn check_ranges(&self, setup: &Setup) -> Result<(), String> {
+        // A walk leaves no more than a step's length, and a step is 10 scene radii at most.
+        let most_pending = MOST_PENDING * setup.radius;
+        let mut both = self.particles.iter().zip(&self.motions);
+        if let Some((particle, motion)) = both.find(|(_, motion)| motion.pending > most_pending) {
+            return Err(format!(
+                "particle {} has {} pending, and at most {most_pending} is possible",
+                particle.id, motion.pending
+            ));
+        }
+        let mut trail = self.trail.iter().enumerate();
+        if let Some((texel, value)) = trail.find(|(_, value)| **value > MOST_LOADED_TRAIL) {
+            return Err(format!(
+                "the trail is {value} at texel {texel}, and at most {MOST_LOADED_TRAIL:e} can be gone on from"
+            ));
+        }
+        let mut bias = self.bias.iter().enumerate();
+        let possible = NO_GO * BLENDED..=GREATEST * BLENDED;
+        if let Some((texel, value)) = bias.find(|(_, value)| !possible.contains(*value)) {
+            return Err(format!(
+                "the bias is {value} at texel {texel}, and {NO_GO:e} to {GREATEST:e} is possible"
+            ));
+        }
+        self.transfers.check_ranges(&self.particles, most_pending)
+    }
+
     /// What all particles have deposited in the last step: each one, fed ones more.
     #[must_use]
     pub fn deposit_count(&self) -> u64 {
@@ -377,6 +408,15 @@ impl Snapshot {
 
 /// No trail grows so dense; sums over texels stay finite below it.
 const MOST_TRAIL: f32 = 1e30;
+
+/// Trail that can be gone on from: rounding in later steps stays below [`MOST_TRAIL`].
+const MOST_LOADED_TRAIL: f32 = 0.1 * MOST_TRAIL;
+
+/// Scene radii. Changes of speeds and sizes while it runs have room below.
+const MOST_PENDING: f32 = 1e9;
+
+/// Gutters hold weighted sums of other texels, whose weights are 1 in sum but for rounding.
+const BLENDED: f32 = 1.001;
 
 /// Tells a texel's bias from its trail.
 const BIAS: u32 = 0xb1a5;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{UVec2, Vec3};
 
+use super::movement::FARTHEST;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::turns::Turn;
@@ -106,6 +107,38 @@ impl TransferState {
             return Ok(());
         }
         self.validate_windows(particles, &flying, setup, objects)
+    }
+
+    /// Checks that arithmetic with the numbers of those in flight stays in single precision.
+    ///
+    /// # Errors
+    /// Names the first number that is out of its range.
+    pub(super) fn check_ranges(
+        &self,
+        particles: &[Particle],
+        most_rest: f32,
+    ) -> Result<(), String> {
+        let is_possible = |transfer: &&Transfer| {
+            f64::from(transfer.position.abs().max_element()) <= FARTHEST
+                && (0.0..=most_rest).contains(&transfer.rest)
+        };
+        match self
+            .in_flight
+            .iter()
+            .find(|transfer| !is_possible(transfer))
+        {
+            None => Ok(()),
+            Some(Transfer {
+                particle,
+                position,
+                rest,
+                ..
+            }) => Err(format!(
+                "particle {} is in flight at {position} with {rest} to walk: coordinates up to {FARTHEST:e}, and 0 to \
+                 {most_rest} to walk, are possible",
+                particles[*particle as usize].id
+            )),
+        }
     }
 
     /// Whoever was selected was refused, has arrived or is under way, as long as so many are counted.

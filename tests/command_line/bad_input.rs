@@ -1,6 +1,8 @@
 //! Everything that people and machines do to the program: each gives one clear message that says what to do, a
 //! non-zero exit code, and no half-written file under a final name.
 
+use std::path::Path;
+
 use crate::program::{
     self, Folder, done, failed, failure, myxo, no_device, path, program, refusal, refused,
     short_render as render, text,
@@ -51,6 +53,46 @@ fn without_a_driver_the_package_is_named() {
         }
     }
     assert_eq!(folder.names(), ["in.csv"]);
+}
+
+/// A driver's manifest that is cut short is named, in a variable or in a folder in which the loader looks, where it keeps the loader
+/// from all other drivers, too. The loader alone says "a host memory allocation has failed", if it fails at all.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_manifest_of_a_driver_that_is_cut_short_is_named() {
+    let folder = Folder::new();
+    std::fs::create_dir_all(folder.file("vulkan/icd.d")).expect("it can be made");
+    let cut = folder.with(
+        "vulkan/icd.d/cut.json",
+        "{ \"ICD\": { \"api_version\": \"1.1.2",
+    );
+    let chosen: (&str, &Path) = ("VK_DRIVER_FILES", &cut);
+    for (name, value) in [chosen, ("XDG_DATA_HOME", folder.path())] {
+        let output = program()
+            .args([
+                "render",
+                "cube",
+                "--steps",
+                "1",
+                "--out",
+                path(&folder.file("cube.png")),
+            ])
+            .env_remove("VK_DRIVER_FILES")
+            .env_remove("VK_ICD_FILENAMES")
+            .env(name, value)
+            .output()
+            .expect("the program starts");
+        // Some loaders go on without a driver that others stumble over.
+        if name == "XDG_DATA_HOME" && output.status.success() {
+            continue;
+        }
+        let message = failure(&output);
+        let says = format!(
+            "myxo: no Vulkan: the manifest {} is damaged or cut short: ",
+            cut.display()
+        );
+        assert!(message.starts_with(&says), "{message}");
+    }
 }
 
 /// Where the device is the processor, what it has is the machine's memory, and setting up takes as much again.

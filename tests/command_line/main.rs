@@ -21,4 +21,6 @@ mod profile;
 mod query;
 mod runs;
 mod shaders;
+#[cfg(unix)]
+mod special_files;
 mod views;

@@ -33,7 +33,7 @@ fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
 /// The layers, lowest first; a layer uses only those in earlier rows. `mesh` and `gpu` share a row: neither knows
 /// the other.
 const LAYERS: &[&[&str]] = &[
-    &["commit", "error", "rng", "whole_file"],
+    &["commit", "error", "regular_file", "rng", "whole_file"],
     &["mesh", "gpu"],
     &["scene"],
     &["sim"],

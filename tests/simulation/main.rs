@@ -5,6 +5,7 @@ mod common;
 #[path = "../program/mod.rs"]
 mod program;
 
+mod altered;
 mod areas;
 mod diffusion;
 mod food;

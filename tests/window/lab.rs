@@ -452,7 +452,7 @@ impl Lab {
         Masks::open(&scene).expect("so can the pictures that it begins on");
         let map = &scene.settings.areas.map;
         if !map.is_empty() {
-            AreaMap::open(map.as_ref()).expect("and its areas");
+            AreaMap::open(map.as_ref(), scene.settings.atlas.size).expect("and its areas");
         }
         let read = Scene::read(&file, &Overrides::default());
         read.expect("it has just been read").1

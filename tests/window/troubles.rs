@@ -2,7 +2,9 @@
 //! says what happened, nothing hangs, and nothing half-written has a name.
 
 use std::fs::File;
-use std::process::{Command, Stdio};
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use crate::hand::Does;
@@ -262,10 +264,8 @@ fn a_window_that_is_closed_tells_what_did_not_come() {
     let lab = Lab::open(&[path(&file)]);
     lab.key_until("space", "it is held", "playing", false);
     lab.pick("ball");
-    // Whoever reads a pipe that nobody writes into waits, so what is loaded now does not come.
-    std::fs::remove_file(&mask).expect("it is there");
-    let made = Command::new("mkfifo").arg(&mask).status();
-    assert!(made.expect("it is installed").success());
+    // Opening a file waits while another process has a lease on it, so what is loaded now does not come.
+    let mut leased = leased(&mask);
     let count = "particles.count";
     lab.find(count);
     lab.type_until(count, 0.9, "4000", count, "4000");
@@ -286,6 +286,32 @@ fn a_window_that_is_closed_tells_what_did_not_come() {
     ] {
         assert!(said.contains(told), "{told}: {said}");
     }
+    leased.kill().expect("it waits for its input to end");
+    leased.wait().expect("it was killed");
+}
+
+/// A process with a lease on a file. Linux lets others wait for it for 45 s, unless told otherwise.
+fn leased(file: &Path) -> Child {
+    let script = "import fcntl, signal, sys\n\
+                  signal.signal(signal.SIGIO, signal.SIG_IGN)\n\
+                  file = open(sys.argv[1], 'r+b')\n\
+                  fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_WRLCK)\n\
+                  print('leased', flush=True)\n\
+                  sys.stdin.read()\n";
+    let mut process = Command::new("python3")
+        .args(["-c", script])
+        .arg(file)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python3 is installed");
+    let mut told = String::new();
+    let output = process.stdout.take().expect("it is piped");
+    BufReader::new(output)
+        .read_line(&mut told)
+        .expect("it is text");
+    assert_eq!(told, "leased\n");
+    process
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::{DAffine3, DMat4};
 use myxo::mesh::Mesh;
-use myxo::{Error, Result};
+use myxo::{Error, Result, regular_file};
 use serde::Deserialize;
 
 use super::table::Table;
@@ -104,7 +104,7 @@ impl PlacedMesh {
 
 impl File {
     fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
+        let text = regular_file::read_text(path).map_err(|source| Error::Io {
             action: "read",
             path: path.to_owned(),
             source,

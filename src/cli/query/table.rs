@@ -4,7 +4,10 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
-use myxo::{Error, Result};
+use myxo::{Error, Result, regular_file};
+
+/// Files of more bytes are not read.
+const LARGEST: u64 = 2 << 30;
 
 /// What `--in` and `--out` call the standard input and output.
 const STANDARD: &str = "-";
@@ -38,7 +41,7 @@ impl Table {
         if path.as_os_str() == STANDARD {
             std::io::stdin().lock().read_to_end(&mut bytes).map(|_| ())
         } else {
-            std::fs::read(path).map(|content| bytes = content)
+            regular_file::read(path, LARGEST).map(|content| bytes = content)
         }
         .map_err(|source| Error::Io {
             action: "read",

@@ -295,3 +295,63 @@ fn a_bare_builtin_mesh_is_a_scene() {
         Scene::load(Path::new("builtin:capsule"), &Overrides::default()).expect("it is built in");
     assert_eq!((scene.name.as_str(), scene.meshes.len()), ("capsule", 1));
 }
+
+/// A torus of 20 million triangles takes half a minute and gigabytes to be made and joined; without the check it is refused
+/// after that, or laid out in a texture in which many of them share each texel.
+#[test]
+fn more_triangles_than_the_atlas_has_room_for_are_refused_before_they_are_made() {
+    let load = |size: u32, meshes: &[&str]| {
+        let mut settings = Settings::default();
+        settings.atlas.size = size;
+        let objects = meshes.iter().map(|&mesh| ObjectSettings {
+            mesh: mesh.to_owned(),
+            ..ObjectSettings::default()
+        });
+        settings.objects = objects.collect();
+        Scene::from_settings("many".to_owned(), settings, "".into())
+    };
+    let begun = std::time::Instant::now();
+    for (size, meshes, words) in [
+        (
+            1024,
+            &["builtin:torus?major=3163&minor=3163"][..],
+            "20009138 triangles, and the atlas has room for 16777216 more: raise atlas.size",
+        ),
+        (
+            16,
+            &["builtin:cube", "builtin:icosphere"],
+            "20480 triangles, and the atlas has room for 4084 more",
+        ),
+        (16, &["builtin:suzanne"], "14842 triangles, and"),
+        (16, &["builtin:gear"], "triangles, and the atlas has room"),
+    ] {
+        let error = load(size, meshes).expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
+    load(36, &["builtin:icosphere"]).expect("16 triangles a texel");
+}
+
+/// As above, for files: the header of a binary STL file tells the count, and other files are refused as soon as they are read.
+#[test]
+fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = 5000_u32;
+    let mut stl = vec![0; 80];
+    stl.extend(count.to_le_bytes());
+    // Facets without numbers: none of them is looked at.
+    stl.resize(84 + 50 * count as usize, 0xff);
+    let mut obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
+    obj += &"f 1 2 3\n".repeat(count as usize);
+    for (name, bytes) in [("many.stl", stl.as_slice()), ("many.obj", obj.as_bytes())] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let overrides = Overrides {
+            set: vec!["atlas.size=16".to_owned()],
+            ..Overrides::default()
+        };
+        let error = Scene::load(&path, &overrides).expect_err(name).to_string();
+        let words = "5000 triangles, and the atlas has room for 4096 more: raise atlas.size";
+        assert!(error.contains(words), "{error}");
+    }
+}

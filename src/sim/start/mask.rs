@@ -3,15 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use glam::Vec2;
-use image::{GrayImage, ImageReader};
+use image::{DynamicImage, GrayImage};
 
 use super::{area, triangles_of};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
+use crate::sim::texture_map;
 
 /// Finer masks are read as if they had so many pixels a side.
 const FINEST: u32 = 2048;
+
+/// Its name in messages.
+const WHAT: &str = "start mask";
 
 /// A picture of the texture.
 #[derive(Clone, Debug)]
@@ -24,31 +28,32 @@ impl Mask {
     /// Reads a PNG. What is transparent counts as black.
     ///
     /// # Errors
-    /// When there is no such file, or it is no picture.
-    pub fn open(path: &Path) -> Result<Self> {
-        let io = |source| Error::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        };
-        let reader = ImageReader::open(path).map_err(io)?;
-        let reader = reader.with_guessed_format().map_err(io)?;
-        let picture = reader.decode().map_err(|error| {
-            Error::Invalid(format!(
-                "{}: the start mask must be a PNG: {error}",
-                path.display()
-            ))
-        })?;
+    /// When there is no such file, it is no picture, or it has more pixels than masks for an atlas of this size may have.
+    pub fn open(path: &Path, atlas_size: u32) -> Result<Self> {
+        let picture = texture_map::read(path, WHAT, atlas_size)?;
+        Ok(Self::of_picture(path, picture))
+    }
+
+    /// The same of a PNG that is in memory; `path` is its name in messages.
+    ///
+    /// # Errors
+    /// When it is no picture, or it has more pixels than masks for an atlas of this size may have.
+    pub fn from_bytes(path: &Path, bytes: &[u8], atlas_size: u32) -> Result<Self> {
+        let picture = texture_map::decode(path, WHAT, bytes, atlas_size)?;
+        Ok(Self::of_picture(path, picture))
+    }
+
+    fn of_picture(path: &Path, picture: DynamicImage) -> Self {
         let picture = picture.into_luma_alpha8();
         let (width, height) = picture.dimensions();
         let pixels = GrayImage::from_fn(width, height, |x, y| {
             let [light, alpha] = picture.get_pixel(x, y).0;
             image::Luma([(u16::from(light) * u16::from(alpha) / 255) as u8])
         });
-        Ok(Self {
+        Self {
             path: path.to_owned(),
             pixels,
-        })
+        }
     }
 
     /// A mask that is in memory; `name` is for messages.
@@ -267,18 +272,18 @@ mod tests {
         );
         let folder = tempfile::tempdir().unwrap();
         let none = folder.path().join("none.png");
-        let error = Mask::open(&none).unwrap_err().to_string();
+        let error = Mask::open(&none, 64).unwrap_err().to_string();
         assert!(
             error.contains("cannot read") && error.contains("none.png"),
             "{error}"
         );
         std::fs::write(&none, "no picture").unwrap();
-        let error = Mask::open(&none).unwrap_err().to_string();
+        let error = Mask::open(&none, 64).unwrap_err().to_string();
         assert!(error.contains("must be a PNG"), "{error}");
         let clear =
             image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba([255, 255, 255, 255 * x as u8]));
         clear.save(&none).unwrap();
-        let mask = Mask::open(&none).unwrap();
+        let mask = Mask::open(&none, 64).unwrap();
         assert_eq!(mask.light(Vec2::new(0.2, 0.5)), 0.0);
         assert_eq!(mask.light(Vec2::new(0.8, 0.5)), 1.0);
     }

@@ -25,7 +25,10 @@ impl Masks {
     pub fn open(scene: &Scene) -> Result<Self> {
         let open = |start: &StartSettings<'_>| -> Result<Option<Mask>> {
             match start.place {
-                Start::Mask => Mask::open(&scene.folder.join(start.mask)).map(Some),
+                Start::Mask => {
+                    let path = scene.folder.join(start.mask);
+                    Mask::open(&path, scene.settings.atlas.size).map(Some)
+                }
                 _ => Ok(None),
             }
         };

@@ -1,0 +1,95 @@
+//! Input files: only regular files of a bounded size are read. A pipe or a device may never end, and opening a pipe waits
+//! until another program writes to it.
+
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// Scene files and presets are text, and no longer than this.
+pub const MOST_TEXT: u64 = 64 << 20;
+
+/// Opens a regular file, and gives its length in bytes.
+///
+/// # Errors
+/// When it cannot be opened, or is a folder, a pipe or a device.
+pub fn open(path: &Path) -> io::Result<(File, u64)> {
+    let metadata = path.metadata()?;
+    if metadata.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if !metadata.is_file() {
+        return Err(io::Error::other("it is not a regular file"));
+    }
+    Ok((File::open(path)?, metadata.len()))
+}
+
+/// Reads a regular file of at most so many bytes.
+///
+/// # Errors
+/// As for [`open`], and when it is longer.
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let (file, length) = open(path)?;
+    if length > most {
+        return Err(too_long(length, most));
+    }
+    let mut bytes = Vec::with_capacity(length as usize);
+    // Some regular files have no length, such as those of /proc.
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(too_long(bytes.len() as u64, most));
+    }
+    Ok(bytes)
+}
+
+/// Reads a scene file or a preset.
+///
+/// # Errors
+/// As for [`read`], and when it is not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read(path, MOST_TEXT)?)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
+}
+
+fn too_long(length: u64, most: u64) -> io::Error {
+    io::Error::other(format!(
+        "it has {length} bytes, and at most {most} are read"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without the check of the kind of file, reading the device or the pipe does not end; without that of the length, a file
+    /// of a terabyte that takes no room on the disk fills the memory.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn only_regular_files_of_a_bounded_size_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.expect("it is installed").success());
+        let sparse = folder.path().join("sparse");
+        File::create(&sparse).unwrap().set_len(1 << 40).unwrap();
+        let binary = folder.path().join("binary");
+        std::fs::write(&binary, [0xff, 0xfe, 0]).unwrap();
+        for (path, words) in [
+            (Path::new("/dev/zero"), "not a regular file"),
+            (&pipe, "not a regular file"),
+            (folder.path(), "is a directory"),
+            (&sparse, "it has 1099511627776 bytes, and at most 67108864"),
+            (&binary, "it is not UTF-8 text"),
+            (&folder.path().join("none"), "No such file"),
+        ] {
+            let error = read_text(path).unwrap_err().to_string();
+            assert!(error.contains(words), "{}: {error}", path.display());
+        }
+        assert_eq!(read(&binary, 3).unwrap(), [0xff, 0xfe, 0]);
+        assert!(read(&binary, 2).is_err());
+        assert!(
+            read_text(Path::new("/proc/self/status"))
+                .unwrap()
+                .contains("Pid")
+        );
+    }
+}

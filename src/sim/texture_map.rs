@@ -1,0 +1,132 @@
+//! Pictures that lie over the whole texture (masks and area maps), read from PNG files that anybody may have made: the kind of
+//! file, its length and the size that its header declares are checked before any pixel is decoded.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::codecs::png::PngDecoder;
+use image::{DynamicImage, ImageDecoder, Limits};
+
+use crate::error::{Error, Result};
+use crate::regular_file;
+use crate::scene::parameters::grouped;
+
+/// Pictures may always have so many pixels a side; where the atlas is larger, as many as it has texels.
+const MOST_SIDE: u32 = 8192;
+/// RGBA with 16 bits each.
+const LARGEST_PIXEL: u64 = 8;
+/// Bytes of texts and colour profiles that a PNG file may have on top.
+const OTHER_PARTS: u64 = 16 << 20;
+
+/// Reads a PNG file. `what` is its name in messages, such as `start mask`; `atlas_size` is that of the scene.
+pub(super) fn read(path: &Path, what: &str, atlas_size: u32) -> Result<DynamicImage> {
+    let bytes = regular_file::read(path, most_bytes(most_side(atlas_size)));
+    let bytes = bytes.map_err(|source| Error::Io {
+        action: "read",
+        path: path.to_owned(),
+        source,
+    })?;
+    decode(path, what, &bytes, atlas_size)
+}
+
+/// The same of bytes that are in memory.
+pub(super) fn decode(
+    path: &Path,
+    what: &str,
+    bytes: &[u8],
+    atlas_size: u32,
+) -> Result<DynamicImage> {
+    let no_picture = |error| {
+        Error::Invalid(format!(
+            "{}: the {what} must be a PNG: {error}",
+            path.display()
+        ))
+    };
+    let most = most_side(atlas_size);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(most_bytes(most));
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(no_picture)?;
+    let (width, height) = decoder.dimensions();
+    if width.max(height) > most {
+        let [width, height, most, size] =
+            [width, height, most, atlas_size].map(|count| grouped(count.into()));
+        return Err(Error::Invalid(format!(
+            "{}: the {what} has {width} x {height} pixels, and at most {most} x {most} are read with atlas.size = {size}: \
+             scale it down",
+            path.display()
+        )));
+    }
+    DynamicImage::from_decoder(decoder).map_err(no_picture)
+}
+
+fn most_side(atlas_size: u32) -> u32 {
+    atlas_size.max(MOST_SIDE)
+}
+
+/// What a picture of so many pixels a side takes, in memory and, as good as uncompressed, in its file.
+fn most_bytes(side: u32) -> u64 {
+    u64::from(side).pow(2) * LARGEST_PIXEL + OTHER_PARTS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A PNG file of one grey channel whose header declares these sides; it holds no pixels.
+    fn declaring(width: u32, height: u32) -> Vec<u8> {
+        let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+        let mut chunk = |kind: &[u8], data: &[u8]| {
+            bytes.extend((data.len() as u32).to_be_bytes());
+            let content = [kind, data].concat();
+            bytes.extend(&content);
+            bytes.extend(crc32fast::hash(&content).to_be_bytes());
+        };
+        let sides = [width, height].map(u32::to_be_bytes);
+        chunk(b"IHDR", &[sides.as_flattened(), &[8, 0, 0, 0, 0]].concat());
+        chunk(b"IDAT", &[]);
+        chunk(b"IEND", &[]);
+        bytes
+    }
+
+    /// Without the comparison of the declared sides, these files of 60 bytes allocate up to 16 EiB or are refused by a message
+    /// of the decoder that does not say what to do.
+    #[test]
+    fn a_picture_that_declares_too_many_pixels_is_refused_by_its_header() {
+        for (width, height, size, words) in [
+            (
+                65_535,
+                65_535,
+                1024,
+                "65,535 x 65,535 pixels, and at most 8192 x 8192",
+            ),
+            (0x7fff_ffff, 1, 1024, "scale it down"),
+            (1, 8193, 64, "at most 8192"),
+            (
+                32_769,
+                9,
+                32_768,
+                "at most 32,768 x 32,768 are read with atlas.size = 32,768",
+            ),
+            // The size is allowed, and pixels are missing.
+            (8192, 8192, 64, "the start mask must be a PNG"),
+            (0, 4, 64, "the start mask must be a PNG"),
+        ] {
+            let bytes = declaring(width, height);
+            let error = decode("a.png".as_ref(), "start mask", &bytes, size).unwrap_err();
+            let text = error.to_string();
+            assert!(
+                text.starts_with("a.png: ") && text.contains(words),
+                "{text}"
+            );
+        }
+    }
+
+    /// The largest picture that the program writes itself has 48 bits a pixel; the decoder's usual limit of 512 MiB is below
+    /// what such a map of a large atlas takes.
+    #[test]
+    fn the_limit_on_memory_has_room_for_the_map_of_every_atlas() {
+        for size in [16, 8192, 32_768] {
+            assert!(most_bytes(most_side(size)) > u64::from(size).pow(2) * 6);
+        }
+    }
+}

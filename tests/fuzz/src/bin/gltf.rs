@@ -1,0 +1,4 @@
+//! See `gltf` in `lib.rs`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| myxo_fuzz::gltf(bytes));
