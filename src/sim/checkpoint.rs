@@ -258,6 +258,7 @@ impl Checkpoint {
         let Some((body, crc)) = bytes.split_last_chunk::<4>() else {
             return Err(cut_short());
         };
+        rest = rest.strip_suffix(crc).ok_or_else(cut_short)?;
         let length = u32::from_le_bytes(
             take(&mut rest, 4)
                 .ok_or_else(cut_short)?
@@ -296,8 +297,8 @@ impl Checkpoint {
                 },
             },
         };
-        if rest.len() != crc.len() {
-            return Err(format!("it has {} bytes too many", rest.len() - crc.len()));
+        if !rest.is_empty() {
+            return Err(format!("it has {} bytes too many", rest.len()));
         }
         Ok(checkpoint)
     }

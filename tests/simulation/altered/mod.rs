@@ -355,7 +355,8 @@ fn alter_header(parts: &mut Parts, draws: &mut Draws) -> String {
             format!("pose of object {object} has {:e} at {at}", pose[at])
         }
         _ => {
-            let keys: Vec<String> = header.as_object().unwrap().keys().cloned().collect();
+            let keys = header.as_object().unwrap().keys();
+            let keys: Vec<String> = keys.filter(|key| *key != "movement").cloned().collect();
             let key = &keys[draws.below(keys.len())];
             header[key] = json!(number);
             format!("{key} {number}")
