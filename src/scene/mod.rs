@@ -321,6 +321,8 @@ fn overridden(
 
 /// On average. Every built-in scene has several texels a triangle.
 const MOST_TRIANGLES_A_TEXEL: u64 = 16;
+/// So many take a second, and what the atlas says of them names the size that has room.
+const FEW_TRIANGLES: u64 = 1 << 20;
 
 /// Before the names of what comes with the program.
 pub(crate) const BUILTIN: &str = "builtin:";
@@ -367,7 +369,7 @@ impl Source {
 /// more than these, none of what takes long is begun.
 fn most_triangles(settings: &Settings) -> u64 {
     let texels = u64::from(settings.atlas.size).pow(2);
-    texels * MOST_TRIANGLES_A_TEXEL
+    (texels * MOST_TRIANGLES_A_TEXEL).max(FEW_TRIANGLES)
 }
 
 /// Names the nameless after their meshes, and keeps names apart.

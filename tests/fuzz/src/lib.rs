@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use myxo::mesh::surface::Surface;
 use myxo::mesh::{Mesh, MeshError, MeshProblem, RigidTrack};
-use myxo::scene::settings::{ObjectSettings, Settings};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::areas::AreaMap;
 use myxo::sim::checkpoint::Checkpoint;
@@ -81,7 +81,7 @@ pub fn scene(bytes: &[u8]) {
     let again = read(&settings.to_toml()).expect("what is written can be read");
     assert_eq!(again, settings);
     // What takes long by its size alone, and files of this machine.
-    if settings.objects.len() > 4 || settings.foods.len() > 8 {
+    if settings.objects.len() > 4 || settings.food_count() > 8 {
         return;
     }
     for object in &mut settings.objects {
@@ -116,6 +116,14 @@ pub fn scene_of_checkpoints() -> Scene {
         })
         .to_vec();
     settings.objects[0].motion.spin = [0.0, 60.0, 0.0];
+    settings.objects[0].name = "a".to_owned();
+    settings.foods.push(FoodSettings {
+        object: "a".to_owned(),
+        at: [0.0, 1.0, 0.0],
+        amount: 50,
+        size: 0.2,
+        ..FoodSettings::default()
+    });
     Scene::from_settings("two".to_owned(), settings, "".into()).expect("it is right")
 }
 

@@ -14,6 +14,7 @@ use crate::program::Folder;
 use myxo::gpu::Frames;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::network::Network;
 use myxo::sim::{Setup, Simulation};
 use serde_json::json;
 
@@ -120,6 +121,9 @@ impl Trial {
         let state = self.simulation.snapshot().unwrap();
         state.validate(&self.setup).unwrap();
         state.check_ranges(&self.setup).unwrap();
+        // What reports say of it.
+        assert!(state.trail_mass(&self.setup).is_finite());
+        let _ = (state.hash(), Network::of(&state, &self.setup));
         None
     }
 
