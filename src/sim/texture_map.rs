@@ -2,10 +2,11 @@
 //! file, its length and the size that its header declares are checked before any pixel is decoded.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use image::codecs::png::PngDecoder;
-use image::{DynamicImage, ImageDecoder, Limits};
+use image::{DynamicImage, Limits};
 
 use crate::error::{Error, Result};
 use crate::regular_file;
@@ -36,17 +37,14 @@ pub(super) fn decode(
     bytes: &[u8],
     atlas_size: u32,
 ) -> Result<DynamicImage> {
-    let no_picture = |error| {
+    let no_picture = |problem: String| {
         Error::Invalid(format!(
-            "{}: the {what} must be a PNG: {error}",
+            "{}: the {what} must be a PNG: {problem}",
             path.display()
         ))
     };
     let most = most_side(atlas_size);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(most_bytes(most));
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(no_picture)?;
-    let (width, height) = decoder.dimensions();
+    let (width, height) = declared(bytes).unwrap_or_default();
     if width.max(height) > most {
         let [width, height, most, size] =
             [width, height, most, atlas_size].map(|count| grouped(count.into()));
@@ -56,7 +54,45 @@ pub(super) fn decode(
             path.display()
         )));
     }
-    DynamicImage::from_decoder(decoder).map_err(no_picture)
+    if !has_whole_colors(bytes) {
+        return Err(no_picture("its palette ends within a colour".to_owned()));
+    }
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(most_bytes(most));
+    let decode = || {
+        let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits)?;
+        DynamicImage::from_decoder(decoder)
+    };
+    // The second wall against what strangers write, as for models.
+    match catch_unwind(AssertUnwindSafe(decode)) {
+        Ok(picture) => picture.map_err(|error| no_picture(error.to_string())),
+        Err(_) => Err(no_picture(
+            "it led the decoder into a mistake; write it anew with another program".to_owned(),
+        )),
+    }
+}
+
+/// The decoder panics where a palette is no whole number of colours.
+fn has_whole_colors(bytes: &[u8]) -> bool {
+    let mut rest = bytes.get(8..).unwrap_or_default();
+    while let Some((length, chunk)) = rest.split_first_chunk() {
+        let length = u32::from_be_bytes(*length) as usize;
+        if chunk.starts_with(b"PLTE") && !length.is_multiple_of(3) {
+            return false;
+        }
+        // After its kind and its data there is a checksum.
+        let end = length.saturating_add(8);
+        rest = chunk.get(end..).unwrap_or_default();
+    }
+    true
+}
+
+/// The sides that the header of a PNG declares, which is its first chunk.
+fn declared(bytes: &[u8]) -> Option<(u32, u32)> {
+    let header = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")?;
+    let (width, rest) = header.split_first_chunk()?;
+    let (height, _) = rest.split_first_chunk()?;
+    Some((u32::from_be_bytes(*width), u32::from_be_bytes(*height)))
 }
 
 fn most_side(atlas_size: u32) -> u32 {
@@ -119,6 +155,23 @@ mod tests {
                 "{text}"
             );
         }
+    }
+
+    /// Without the check the decoder panics, as a run of the fuzz target found.
+    #[test]
+    fn a_palette_that_ends_within_a_color_is_refused() {
+        let mut bytes = declaring(8, 2);
+        // Of one bit, with a palette.
+        bytes[24..26].copy_from_slice(&[1, 3]);
+        let end = bytes.len() - 12;
+        bytes.splice(end..end, *b"\0\0\0\x08PLTEabcdefghCRC!");
+        let error = decode("a.png".as_ref(), "start mask", &bytes, 64).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("its palette ends within a colour"),
+            "{error}"
+        );
     }
 
     /// The largest picture that the program writes itself has 48 bits a pixel; the decoder's usual limit of 512 MiB is below
