@@ -32,6 +32,10 @@ const FOLDED: f64 = 0.996;
 /// Other borders near one of about its length that are looked at; where there are more, it is left open.
 const MOST_NEAR: usize = 64;
 
+/// The shortest edge and the lowest height that a triangle may have: float32 can still multiply two such lengths'
+/// ratios, and a scene's scale has room below.
+const SMALLEST_LENGTH: f64 = 1e-30;
+
 /// Rounds in which joints that do damage are left out; after them all are.
 const MOST_ROUNDS: usize = 8;
 
@@ -237,7 +241,11 @@ impl<'a> Seams<'a> {
                 |[a, b, c]: [u32; 3]| (self.at(b) - self.at(a)).cross(self.at(c) - self.at(a));
             let damaged: HashSet<u32> = (self.corners.iter())
                 .filter(|corners| corners.iter().any(|corner| first(*corner) != *corner))
-                .filter(|corners| normal(**corners).dot(normal(corners.map(first))) <= 0.0)
+                .filter(|corners| {
+                    let after = corners.map(first);
+                    normal(**corners).dot(normal(after)) <= 0.0
+                        || !has_inside(after.map(|corner| self.at(corner)))
+                })
                 .flatten()
                 .map(|&corner| first(corner))
                 .collect();
@@ -248,6 +256,15 @@ impl<'a> Seams<'a> {
         }
         HashMap::new()
     }
+}
+
+/// Whether a triangle has edges and heights that can be told from zero.
+pub(crate) fn has_inside([a, b, c]: [DVec3; 3]) -> bool {
+    let edges = [b - a, c - b, a - c].map(DVec3::length);
+    let longest = edges[0].max(edges[1]).max(edges[2]);
+    let shortest = edges[0].min(edges[1]).min(edges[2]);
+    let lowest = (b - a).cross(c - a).length() / longest;
+    shortest >= SMALLEST_LENGTH && lowest >= SMALLEST_LENGTH
 }
 
 /// The power of two that a length reaches.

@@ -1,16 +1,12 @@
 //! One vertex for each position, and no triangle without an inside.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::slice::ParallelSliceMut;
 
 use super::MeshReport;
 use super::error::MeshProblem;
 use super::soup::{FARTHEST, MOST_TRIANGLES};
-use super::stitch::stitch;
-
-/// The shortest edge and the lowest height that a triangle may have: float32 can still multiply two such lengths'
-/// ratios, and a scene's scale has room below.
-const SMALLEST_LENGTH: f64 = 1e-30;
+use super::stitch::{has_inside, stitch};
 
 /// Lengths outside of this range overflow or vanish when a float32 kernel multiplies them.
 const EXTENT: std::ops::RangeInclusive<f64> = 1e-12..=FARTHEST;
@@ -151,15 +147,6 @@ fn first_vertices(positions: &[Vec3]) -> Vec<u32> {
         }
     }
     first_at
-}
-
-/// Whether a triangle has edges and heights that can be told from zero.
-fn has_inside([a, b, c]: [DVec3; 3]) -> bool {
-    let edges = [b - a, c - b, a - c].map(DVec3::length);
-    let longest = edges[0].max(edges[1]).max(edges[2]);
-    let shortest = edges[0].min(edges[1]).min(edges[2]);
-    let lowest = (b - a).cross(c - a).length() / longest;
-    shortest >= SMALLEST_LENGTH && lowest >= SMALLEST_LENGTH
 }
 
 fn drop_duplicates(

@@ -55,6 +55,9 @@ const INPUTS: &[(&str, &str, &str)] = &[
     ("the buffer of a glTF model", "bin", "render GLTF --out OUT"),
 ];
 
+/// What a file is instead of a regular one, and how that is made.
+type Kind<'a> = (&'a str, &'a dyn Fn(&Path));
+
 /// A run that does not outlive the test.
 struct Running(Option<Child>);
 
@@ -91,8 +94,7 @@ fn what_is_no_regular_file_is_refused_wherever_files_are_read() {
         assert!(made.expect("it is installed").success());
     };
     let folder_at = |name: &Path| std::fs::create_dir(name).expect("it can be made");
-    let kinds: [(&str, &dyn Fn(&Path)); 3] =
-        [("zero", &device), ("pipe", &pipe), ("folder", &folder_at)];
+    let kinds: [Kind; 3] = [("zero", &device), ("pipe", &pipe), ("folder", &folder_at)];
     for (kind, make) in kinds {
         for (what, ending, arguments) in INPUTS {
             let file = folder.file(format!("{kind}.{ending}"));
