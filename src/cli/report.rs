@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::Affine3A;
 use myxo::gpu::{CopyBandwidth, Statistics};
-use myxo::scene::motion::short;
+use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result, regular_file};
@@ -151,7 +151,7 @@ impl FoodLeft {
             let object = place.object as usize;
             Self {
                 object: objects[object].name.clone(),
-                position: short(
+                position: in_decimals(
                     world_from_object[object]
                         .transform_point3(mark.position)
                         .as_dvec3()

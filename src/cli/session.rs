@@ -105,7 +105,9 @@ impl Session {
             .filter(|mesh| !mesh.report.oddities().is_empty())
             .map(|mesh| format!("{}: {}", mesh.name, mesh.report))
             .collect();
-        oddities.iter().for_each(|text| console::message(text));
+        let coarse = scene.coarse_objects();
+        let messages = oddities.iter().chain(&coarse);
+        messages.for_each(|text| console::message(text));
         let resume = options.state.resume.as_deref();
         let checkpoint = resume.map(Checkpoint::read).transpose()?;
         memory::check(ctx.info(), &scene)?;

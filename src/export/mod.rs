@@ -142,17 +142,11 @@ impl<'a> Export<'a> {
 
     /// Where a place that is counted from the scene's origin lies in the world.
     fn in_world(&self, place: Vec3) -> DVec3 {
-        // The same for all objects.
-        let world = self
-            .scene
-            .origins
-            .first()
-            .map_or(DVec3::ZERO, |origins| origins.world);
-        place.as_dvec3() + world
+        place.as_dvec3() + self.setup.origin()
     }
 
     /// Is the world's origin, or that of a surface, elsewhere? Then places take double precision.
-    fn is_afar(&self) -> bool {
+    fn is_far_from_origin(&self) -> bool {
         let afar = |origins: &Origins| *origins != Origins::default();
         self.scene.origins.iter().any(afar)
     }

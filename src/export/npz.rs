@@ -376,7 +376,7 @@ fn write_objects<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> i
     let origins = &export.scene.origins;
     let rows = export.world_from_object.iter().zip(origins);
     let rows = rows.map(|(pose, origins)| {
-        let pose = DMat4::from(origins.from_zero(double(pose)));
+        let pose = DMat4::from(origins.to_world(double(pose)));
         // NumPy's arrays have rows first.
         pose.transpose().to_cols_array()
     });
@@ -384,7 +384,7 @@ fn write_objects<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> i
     to.array("world_from_object", &[rows.len(), 4, 4], &rows)?;
 
     let shape = [surface.positions.len(), 3];
-    if export.is_afar() {
+    if export.is_far_from_origin() {
         let all = surface.objects.iter().zip(origins);
         let positions = all.flat_map(|(range, origins)| {
             let own = range.vertices.0 as usize..range.vertices.1 as usize;
@@ -486,7 +486,7 @@ impl<W: Write + Seek> Archive<W> {
         shape: &[usize],
         places: &[Vec3],
     ) -> io::Result<()> {
-        if export.is_afar() {
+        if export.is_far_from_origin() {
             let places = of_all(places, |&place| export.in_world(place).to_array());
             self.array(name, shape, &places)
         } else {

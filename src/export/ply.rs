@@ -22,7 +22,11 @@ pub(super) fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()>
     let all = 0..surface.corners.len() as u32;
     let shared = corners::share(surface, atlas, &normals, all, Split::Creases);
     // Single precision has too few digits far from the origin.
-    let number = if export.is_afar() { "double" } else { "float" };
+    let number = if export.is_far_from_origin() {
+        "double"
+    } else {
+        "float"
+    };
     write!(
         out,
         "ply\n\
@@ -50,7 +54,7 @@ pub(super) fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()>
         let place = corners::atlas_position(atlas, corner);
         let trail = trail_at(&export.snapshot.trail, place, atlas.pitch);
         let position = pose.transform_point3(corners::position(surface, corner));
-        if export.is_afar() {
+        if export.is_far_from_origin() {
             for x in export.in_world(position).to_array() {
                 out.write_all(&x.to_le_bytes())?;
             }

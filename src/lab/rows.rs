@@ -1,5 +1,7 @@
 //! One row for each parameter of the table: name, unit, slider, what it does, whether it restarts, and its default.
 
+use std::ops::RangeInclusive;
+
 use egui::{
     Align, Id, Label, Layout, RichText, Sense, Slider, SliderClamping, Ui, UiBuilder, vec2,
 };
@@ -231,9 +233,13 @@ pub fn editor<T>(
             changed
         }
         Kind::Vector {
-            range, get, set, ..
+            range,
+            is_double,
+            get,
+            set,
         } => {
-            let mut components = get(value);
+            let before = get(value);
+            let mut components = before;
             let speed = 0.01;
             ui.horizontal(|ui| {
                 let axes = ["x", "y", "z"];
@@ -246,6 +252,12 @@ pub fn editor<T>(
                         egui::DragValue::new(component)
                             .range(range.0..=range.1)
                             .speed(speed)
+                            .custom_formatter(|number, decimals| match is_double {
+                                true => in_full(number, decimals),
+                                false => {
+                                    egui::emath::format_with_decimals_in_range(number, decimals)
+                                }
+                            })
                             .custom_parser(parse_number)
                             .update_while_editing(false)
                             .prefix(label),
@@ -253,12 +265,21 @@ pub fn editor<T>(
                     .marked(&format!("{key}.{axis}"));
                 }
             });
-            let changed = components != get(value);
-            if changed {
+            if components != before {
                 set(value, components);
             }
-            changed
+            // What is kept in single precision may be what it was.
+            get(value) != before
         }
+    }
+}
+
+/// A number as usual, or where that would lose digits, with all it has: egui writes as many as single precision has.
+fn in_full(number: f64, decimals: RangeInclusive<usize>) -> String {
+    let usual = egui::emath::format_with_decimals_in_range(number, decimals);
+    match usual.parse() {
+        Ok(read) if read == number => usual,
+        _ => format!("{number}"),
     }
 }
 

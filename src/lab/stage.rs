@@ -239,6 +239,7 @@ fn oddities(scene: &Scene) -> impl Iterator<Item = String> {
         let oddities = mesh.report.oddities();
         (!oddities.is_empty()).then(|| format!("{}: {}", mesh.name, oddities.join("; ")))
     });
+    let odd = odd.chain(scene.coarse_objects());
     odd.collect::<BTreeSet<String>>().into_iter()
 }
 

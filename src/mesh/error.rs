@@ -132,7 +132,7 @@ pub enum MeshProblem {
     },
     /// Coordinates that float32 arithmetic cannot multiply.
     #[error(
-        "coordinates reach {farthest:e}, and float32 walks need them below 1e12: scale the model down"
+        "coordinates reach {farthest:e}, and 1e12 is the most: move the model nearer to the origin, or scale it down"
     )]
     TooFar {
         /// The largest coordinate, without its sign.

@@ -12,14 +12,14 @@ const NEAR: f64 = 16.0;
 /// moved by a multiple keeps every bit.
 const APART: f64 = 8.0;
 
-/// A grid of stored coordinates is worth a word if it has fewer steps across a model.
-const FINE: f64 = 65_536.0;
+/// Fewer steps of single precision across a model are reported: details are lost that a picture shows.
+const FEW: f64 = 65_536.0;
 
 /// Where the coordinates of a mesh in a box are counted from: the origin, or if the box is small and far away, its middle.
 /// So a mesh about the origin that is moved, and whose coordinates are decimals, keeps nearly all of them to the bit.
 #[must_use]
 pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
-    if is_afar(low, high) {
+    if is_far_away(low, high) {
         low.midpoint(high)
     } else {
         DVec3::ZERO
@@ -31,34 +31,43 @@ pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
 /// by such a multiple.
 #[must_use]
 pub fn of_scene(low: DVec3, high: DVec3) -> DVec3 {
-    if !is_afar(low, high) {
+    if !is_far_away(low, high) {
         return DVec3::ZERO;
     }
     let apart = (APART * (high - low).max_element()).log2().ceil().exp2();
     (low.midpoint(high) / apart).round() * apart
 }
 
-fn is_afar(low: DVec3, high: DVec3) -> bool {
+fn is_far_away(low: DVec3, high: DVec3) -> bool {
     let extent = (high - low).max_element();
     let farthest = low.abs().max(high.abs()).max_element();
     // A box that is not finite is refused elsewhere, and a point has no extent.
     farthest.is_finite() && extent > 0.0 && farthest > NEAR * extent
 }
 
-/// How many steps of single precision lie across coordinates that were stored so, if they are few because the
-/// coordinates are far from the origin.
-pub(crate) fn steps_across(stored: &[DVec3]) -> Option<usize> {
+/// The lowest and the highest coordinates.
+pub(crate) fn bounds<'a>(positions: impl IntoIterator<Item = &'a DVec3>) -> (DVec3, DVec3) {
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let both = |(low, high): (DVec3, DVec3), &p: &DVec3| (low.min(p), high.max(p));
-    let (low, high) = stored.iter().fold(empty, both);
-    if !is_afar(low, high) {
+    let both = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
+    positions.into_iter().fold(empty, both)
+}
+
+/// How many steps of single precision lie across a box of coordinates that were stored so, if they are few because the
+/// box is far from the origin.
+pub(crate) fn steps_across(low: DVec3, high: DVec3) -> Option<usize> {
+    if !is_far_away(low, high) {
         return None;
     }
+    few_steps(low, high)
+}
+
+/// How many steps of single precision lie across a box, if they are few.
+pub(crate) fn few_steps(low: DVec3, high: DVec3) -> Option<usize> {
     // The axis that counts is the one with the coarsest steps.
     let farthest = low.abs().max(high.abs()).max_element() as f32;
     let step = f64::from(farthest.next_up() - farthest);
     let steps = (high - low).max_element() / step;
-    (steps < FINE).then_some(steps as usize)
+    (steps < FEW).then_some(steps as usize)
 }
 
 #[cfg(test)]
@@ -91,10 +100,10 @@ mod tests {
     /// Would catch: a sentence about lost digits where none are lost, or none where they are.
     #[test]
     fn stored_steps_are_counted_where_they_are_few() {
-        let at = |x: f64| [DVec3::X * x, DVec3::X * (x + 6.0)];
+        let at = |x: f64| steps_across(DVec3::X * x, DVec3::X * (x + 6.0));
         // Single precision has steps of 0.5 from 2^22 on.
-        assert_eq!(steps_across(&at(5_412_345.0)), Some(12));
-        assert_eq!(steps_across(&at(1000.0)), None);
-        assert_eq!(steps_across(&at(-3.0)), None);
+        assert_eq!(at(5_412_345.0), Some(12));
+        assert_eq!(at(1000.0), None);
+        assert_eq!(at(-3.0), None);
     }
 }

@@ -10,7 +10,7 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec2};
 
 use super::error::MeshProblem;
-use super::origin::steps_across;
+use super::origin::{bounds, steps_across};
 use super::report::counted;
 use super::soup::{MOST_TRIANGLES, Soup};
 use super::text::{self, bad_line, beginning};
@@ -39,10 +39,15 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
             "the PLY header is UTF-16 text and announces binary values".to_owned(),
         ));
     }
-    let soup = header.read_values(Values::new(&header, bytes));
-    match (&soup, Values::of_rows(&header, bytes)) {
-        (Err(_), Some(rows)) => header.read_values(rows).or(soup),
-        _ => soup,
+    let mut values = Values::new(&header, bytes);
+    let soup = header.read_values(&mut values);
+    // What makes sense and is all that there is needs no second look.
+    if soup.is_ok() && values.is_at_end() {
+        return soup;
+    }
+    match Values::of_rows(&header, bytes) {
+        Some(mut rows) => header.read_values(&mut rows).or(soup),
+        None => soup,
     }
 }
 
@@ -227,7 +232,7 @@ impl Header {
         }
     }
 
-    fn read_values(&self, mut values: Values<'_>) -> Result<Soup, MeshProblem> {
+    fn read_values(&self, values: &mut Values<'_>) -> Result<Soup, MeshProblem> {
         let mut model = Model {
             vertex_count: self.count("vertex"),
             face_count: self.count("face"),
@@ -235,9 +240,9 @@ impl Header {
         };
         for element in &self.elements {
             match element.name.as_str() {
-                "vertex" => model.read_vertices(element, &mut values)?,
-                "face" => model.read_faces(element, &mut values)?,
-                "tristrips" => model.read_strips(element, &mut values)?,
+                "vertex" => model.read_vertices(element, values)?,
+                "face" => model.read_faces(element, values)?,
+                "tristrips" => model.read_strips(element, values)?,
                 name => {
                     values.skip_all(element)?;
                     // Without properties no values stand behind the count.
@@ -330,7 +335,8 @@ impl Model {
         }
         self.vertex_uvs = uvs;
         if element.properties[x].kind == Kind::F32 && values.encoding != Encoding::Text {
-            self.stored_steps = steps_across(&self.positions);
+            let (low, high) = bounds(&self.positions);
+            self.stored_steps = steps_across(low, high);
         }
         Ok(())
     }

@@ -39,6 +39,8 @@ pub struct MeshReport {
     pub unreferenced_non_finite: usize,
     /// Triangles of which two corners are one vertex; dropped.
     pub repeated_corners: usize,
+    /// Triangles that are so small in a model of this size that single precision changes their shape.
+    pub too_small: usize,
     /// Triangles with three corners and no area; dropped.
     pub without_area: usize,
     /// Triangles with the same corners as an earlier one; dropped.
@@ -150,6 +152,11 @@ impl MeshReport {
             self.repeated_corners,
             "triangle with a corner twice, dropped",
             "triangles with a corner twice, dropped",
+        );
+        note(
+            self.too_small,
+            "triangle too small for single precision in a model of this size, its shape changed: is a vertex far from the others?",
+            "triangles too small for single precision in a model of this size, their shapes changed: is a vertex far from the others?",
         );
         note(
             self.without_area,

@@ -16,6 +16,9 @@ pub(crate) const MOST_TRIANGLES: usize = 1 << 26;
 /// Coordinates reach no farther: beyond, double precision has no digits to spare for models of usual sizes.
 pub(crate) const FARTHEST: f64 = 1e12;
 
+/// Of a triangle's shortest edge: a corner that is moved farther changes how the triangle looks.
+const CHANGED: f64 = 0.01;
+
 /// What a loader read: vertices and triangles in file order, nothing merged and nothing mended.
 #[derive(Debug, Default)]
 pub(crate) struct Soup {
@@ -32,16 +35,30 @@ pub(crate) struct Soup {
 impl Soup {
     /// Where positions are counted from. Vertices without triangles do not count.
     fn origin(&self) -> DVec3 {
-        let mut low = DVec3::INFINITY;
-        let mut high = DVec3::NEG_INFINITY;
-        for &vertex in self.triangles.as_flattened() {
-            let position = self.positions[vertex as usize];
-            if !position.is_finite() {
-                return DVec3::ZERO;
-            }
-            (low, high) = (low.min(position), high.max(position));
+        let used = || self.triangles.as_flattened().iter();
+        let used = || used().map(|&vertex| &self.positions[vertex as usize]);
+        if !used().all(|position| position.is_finite()) {
+            return DVec3::ZERO;
         }
+        let (low, high) = origin::bounds(used());
         origin::of_mesh(low, high)
+    }
+
+    /// Triangles whose shape rounding changes: it moves a corner by more than a part of the shortest edge.
+    fn too_small(&self, rounded: &[Vec3], origin: DVec3) -> usize {
+        let is_changed = |corners: &[u32; 3]| {
+            let exact = corners.map(|vertex| self.positions[vertex as usize] - origin);
+            let moved = [0, 1, 2]
+                .map(|k| exact[k].distance_squared(rounded[corners[k] as usize].as_dvec3()));
+            let edge = |k: usize| exact[k].distance_squared(exact[(k + 1) % 3]);
+            let shortest = edge(0).min(edge(1)).min(edge(2));
+            let farthest = moved[0].max(moved[1]).max(moved[2]);
+            shortest > 0.0 && farthest > CHANGED * CHANGED * shortest
+        };
+        self.triangles
+            .iter()
+            .filter(|corners| is_changed(corners))
+            .count()
     }
 
     /// Adds a polygon of vertices that exist, cut into triangles; `uvs` are those of its corners.
@@ -70,19 +87,21 @@ impl Mesh {
     /// Welds, drops what is degenerate, makes the winding agree, and reports all of it.
     pub(crate) fn from_soup(name: &str, soup: Soup) -> Result<Self, MeshProblem> {
         let origin = soup.origin();
-        let mut report = soup.seen;
-        report.file_triangles = soup.triangles.len();
-        report.file_vertices += soup.positions.len();
         if origin.abs().max_element() > FARTHEST {
             return Err(MeshProblem::TooFar {
                 farthest: origin.abs().max_element(),
             });
         }
-        let positions: Vec<Vec3> = soup
+        let rounded = soup
             .positions
             .iter()
-            .map(|&position| (position - origin).as_vec3())
-            .collect();
+            .map(|&position| (position - origin).as_vec3());
+        let positions: Vec<Vec3> = rounded.collect();
+        let too_small = soup.too_small(&positions, origin);
+        let mut report = soup.seen;
+        report.file_triangles = soup.triangles.len();
+        report.file_vertices += soup.positions.len();
+        report.too_small = too_small;
         let welded = weld(&positions, &soup.triangles, &mut report)?;
         let mut corners = welded.corners;
         let mut groups = EdgeGroups::new(&corners);

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::error::MeshProblem;
-use super::origin::steps_across;
+use super::origin::{bounds, steps_across};
 use super::soup::Soup;
 use super::text::{self, bad_line, bad_number};
 
@@ -82,7 +82,8 @@ fn read_binary(bytes: &[u8]) -> Result<Soup, MeshProblem> {
         }
         add_triangle(&mut soup);
     }
-    soup.seen.stored_steps = steps_across(&soup.positions);
+    let (low, high) = bounds(&soup.positions);
+    soup.seen.stored_steps = steps_across(low, high);
     if soup.triangles.is_empty() {
         return Err(no_facets());
     }

@@ -87,6 +87,14 @@ pub enum SceneError {
         /// What was measured or set.
         radius: f32,
     },
+    /// The objects are too far from the origin.
+    #[error(
+        "the objects reach {farthest:e} world units from the origin, and 4e12 is the most: move them nearer, or scale them down"
+    )]
+    TooFar {
+        /// The greatest coordinate.
+        farthest: f64,
+    },
     /// A model's path is not Unicode, which scene files are written in.
     #[error("{path}: the path is not Unicode, and scene files are: rename it", path = path.display())]
     NotUnicode {

@@ -1,5 +1,8 @@
 //! Scenes: objects, parameters and the files that hold them. [`Scene::load`] turns a name or a file into meshes on
 //! one pooled surface and settings that have been checked; whoever simulates needs to look no further.
+//!
+//! Settings have world coordinates in double precision. What is computed, `sim` and `render` alike, counts them from
+//! [`Origins::world`] in single precision, and calls that world space.
 
 pub mod builtin;
 mod error;
@@ -19,7 +22,7 @@ mod tests;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::{Affine3A, DAffine3, DVec3, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 
 use crate::mesh::surface::Surface;
 use crate::mesh::{Mesh, RigidTrack, origin};
@@ -31,6 +34,9 @@ pub use settings::Settings;
 use file::{Problem, Reader};
 use motion::{Origins, pose_from};
 use settings::{AreaSettings, ObjectSettings};
+
+/// World coordinates reach no farther from zero.
+const FARTHEST: f64 = 4e12;
 
 /// The look of a bare model.
 const MODELS_PRESET: &str = "network";
@@ -51,7 +57,7 @@ pub struct Overrides {
 pub struct Scene {
     /// The built-in's name, or the file's without its ending.
     pub name: String,
-    /// Every parameter; radius and origin are filled in, and every object has a name.
+    /// Every parameter; the radius is filled in, and every object has a name.
     pub settings: Settings,
     /// One mesh for each object, in the mesh's own coordinates.
     pub meshes: Vec<Mesh>,
@@ -216,13 +222,14 @@ impl Scene {
             .map(|(mesh, object)| (mesh, object.scale))
             .collect();
         let surface = Surface::build(&pooled);
-        let origins = origins(&mut settings, &meshes, &tracks, &surface);
+        let origins = origins(&settings, &meshes, &tracks, &surface)?;
         let poses = poses(&settings.objects, &tracks, &origins, 0.0);
         let (center, measured) = bounds(&surface, &poses);
         if settings.radius == 0.0 {
             settings.radius = measured;
         }
-        if !settings.radius.is_normal() || !settings.radius.recip().is_normal() {
+        let is_too_large = f64::from(settings.radius) > parameters::MOST_RADIUS;
+        if !settings.radius.is_normal() || !settings.radius.recip().is_normal() || is_too_large {
             return Err(SceneError::Radius {
                 radius: settings.radius,
             });
@@ -253,7 +260,27 @@ impl Scene {
         poses(&self.settings.objects, &self.tracks, &self.origins, time)
     }
 
-    /// The scene as a file that gives the same wherever it is saved: every key, radius and origin as measured, and mesh
+    /// A sentence for each object that is so small and so far from the others that single precision, which holds the poses
+    /// and places of all of them, has few steps across it at the start.
+    #[must_use]
+    pub fn coarse_objects(&self) -> Vec<String> {
+        let poses = self.world_from_object();
+        let objects = self.settings.objects.iter().zip(&poses).enumerate();
+        let coarse = objects.filter_map(|(i, (object, pose))| {
+            let places = corners(self.surface.bounds(i)).map(|corner| pose.transform_point3(corner).as_dvec3());
+            let places: Vec<DVec3> = places.collect();
+            let (low, high) = origin::bounds(&places);
+            let steps = origin::few_steps(low, high)?;
+            let name = &object.name;
+            Some(format!(
+                "object `{name}` is far from the others for its size: single precision has {steps} steps across it there, \
+                 so its place and what it meets are rounded; what grows on it is not"
+            ))
+        });
+        coarse.collect()
+    }
+
+    /// The scene as a file that gives the same wherever it is saved: every key, the radius as measured, and mesh
     /// paths absolute.
     #[must_use]
     pub fn to_toml(&self) -> String {
@@ -460,13 +487,13 @@ fn poses(
         .collect()
 }
 
-/// Where coordinates are counted from, for each object. Chooses the world's origin where the settings do not say it.
+/// Where coordinates are counted from, for each object: the world's origin is near where the objects are at the start.
 fn origins(
-    settings: &mut Settings,
+    settings: &Settings,
     meshes: &[Mesh],
     tracks: &[Option<RigidTrack>],
     surface: &Surface,
-) -> Vec<Origins> {
+) -> Result<Vec<Origins>, SceneError> {
     let objects = settings.objects.iter().zip(meshes);
     let mut origins: Vec<Origins> = objects
         .map(|(object, mesh)| Origins {
@@ -474,29 +501,26 @@ fn origins(
             ..Origins::default()
         })
         .collect();
-    let world = settings.origin.map_or_else(
-        || {
-            let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            let objects = settings.objects.iter().zip(tracks).zip(&origins);
-            let (low, high) =
-                objects
-                    .enumerate()
-                    .fold(empty, |(low, high), (i, ((object, track), origins))| {
-                        let pose: DAffine3 = pose_from(object, track.as_ref(), 0.0, origins);
-                        corners(surface.bounds(i)).fold((low, high), |(low, high), corner| {
-                            let place = pose.transform_point3(corner.as_dvec3());
-                            (low.min(place), high.max(place))
-                        })
-                    });
-            origin::of_scene(low, high)
-        },
-        DVec3::from_array,
-    );
-    settings.origin = Some(world.to_array());
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    let objects = settings.objects.iter().zip(tracks).zip(&origins);
+    for (i, ((object, track), origins)) in objects.enumerate() {
+        let time = f64::from(settings.time.start);
+        let pose = pose_from(object, track.as_ref(), time, origins);
+        for corner in corners(surface.bounds(i)) {
+            let place = pose.transform_point3(corner.as_dvec3());
+            (low, high) = (low.min(place), high.max(place));
+        }
+    }
+    let farthest = low.abs().max(high.abs()).max_element();
+    if farthest > FARTHEST {
+        return Err(SceneError::TooFar { farthest });
+    }
+    let world = origin::of_scene(low, high);
     for origins in &mut origins {
         origins.world = world;
     }
-    origins
+    Ok(origins)
 }
 
 /// The eight corners of a box.

@@ -115,20 +115,20 @@ pub struct Origins {
 impl Origins {
     /// Where a place in the coordinates of a mesh's file is on the surface, which is scaled.
     #[must_use]
-    pub fn on_surface(&self, place: [f64; 3], scale: f32) -> Vec3 {
+    pub fn from_file(&self, place: [f64; 3], scale: f32) -> Vec3 {
         let scale_up = f64::from(scale);
         scale * (DVec3::from_array(place) - self.surface / scale_up).as_vec3()
     }
 
-    /// The other way round.
+    /// Where a place on the surface, which is scaled, is in the coordinates of the mesh's file.
     #[must_use]
-    pub fn in_file(&self, place: DVec3, scale: f32) -> DVec3 {
+    pub fn to_file(&self, place: DVec3, scale: f32) -> DVec3 {
         (place + self.surface) / f64::from(scale)
     }
 
-    /// The same pose, given from scaled coordinates to world coordinates, as one between what is counted from here.
+    /// A pose from scaled coordinates to world coordinates as one between those that are counted from these origins.
     #[must_use]
-    pub fn from_here(&self, pose: DAffine3) -> DAffine3 {
+    pub fn to_origins(&self, pose: DAffine3) -> DAffine3 {
         let translation = pose.translation - self.world + pose.matrix3 * self.surface;
         DAffine3 {
             translation,
@@ -136,9 +136,9 @@ impl Origins {
         }
     }
 
-    /// The other way round.
+    /// A pose between coordinates that are counted from these origins as one from scaled to world coordinates.
     #[must_use]
-    pub fn from_zero(&self, pose: DAffine3) -> DAffine3 {
+    pub fn to_world(&self, pose: DAffine3) -> DAffine3 {
         let translation = pose.translation + self.world - pose.matrix3 * self.surface;
         DAffine3 {
             translation,
@@ -147,19 +147,23 @@ impl Origins {
     }
 }
 
-/// A place in decimals down to a ten-millionth of the scene's radius: single precision knows no more of it.
+/// A place rounded to decimals, down to a ten-millionth of the scene's radius: what single precision holds of it.
 #[must_use]
-pub fn short(place: DVec3, radius: f32) -> [f64; 3] {
+pub fn in_decimals(place: DVec3, radius: f32) -> [f64; 3] {
     let digits = (7.0 - f64::from(radius).log10().floor()).clamp(-30.0, 15.0) as i32;
     let up = 10.0_f64.powi(digits.abs());
-    place.to_array().map(|x| match digits >= 0 {
-        true => (x * up).round() / up,
-        false => (x / up).round() * up,
+    place.to_array().map(|x| {
+        if digits >= 0 {
+            (x * up).round() / up
+        } else {
+            (x / up).round() * up
+        }
     })
 }
 
 /// Where an object is at a time in seconds: takes its scaled coordinates to world coordinates. `track` is its model's
-/// animation, if it has one and follows it.
+/// animation, if it has one and follows it. Position, pivot and centre of the orbit are taken in single precision, as in a
+/// scene near the origin; see [`pose_from`].
 #[must_use]
 pub fn pose_at(object: &ObjectSettings, track: Option<&RigidTrack>, time: f64) -> DAffine3 {
     pose_from(object, track, time, &Origins::default())

@@ -14,7 +14,7 @@ use super::settings::{PhysarumSettings, Settings};
 pub use food::FOOD_PARAMETERS;
 pub use idle::{why_idle, why_object_idle};
 pub use objects::OBJECT_PARAMETERS;
-pub use table::PARAMETERS;
+pub use table::{MOST_RADIUS, PARAMETERS};
 
 /// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) and
 /// [`FoodSettings`](super::settings::FoodSettings) for the keys of one `[[object]]` or `[[food]]`.

@@ -28,10 +28,6 @@ pub struct Settings {
     pub seed: u64,
     /// The scene radius in world units, by which all lengths are multiplied; 0 measures it from the objects.
     pub radius: f32,
-    /// What world coordinates are counted from in single precision, in world units; none chooses it: zero, or a place
-    /// amid the objects if they are far from zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub origin: Option<[f64; 3]>,
     /// How many particles there are and where they begin.
     pub particles: ParticleSettings,
     /// How particles sense, turn and walk.
@@ -67,7 +63,6 @@ impl Default for Settings {
         Self {
             seed: 7,
             radius: 0.0,
-            origin: None,
             particles: ParticleSettings::default(),
             physarum: PhysarumSettings::default(),
             areas: AreaSettings::default(),

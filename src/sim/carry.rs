@@ -96,6 +96,7 @@ pub fn carried(
             };
         }
     }
+    let snapshot = &*snapshot.counted_from(new.origin());
     let last_poses = from.iter().zip(&new.poses);
     Some(Snapshot {
         step: snapshot.step,
@@ -103,6 +104,7 @@ pub fn carried(
         last_poses: last_poses
             .map(|(from, pose)| from.map_or(*pose, |was| snapshot.last_poses[was]))
             .collect(),
+        origin: new.origin(),
         distance_poses: Vec::new(),
         kept_pairs: Vec::new(),
         particles,

@@ -10,6 +10,7 @@ use std::io::{BufWriter, Read as _, Write};
 use std::path::{Path, PathBuf};
 
 use bytemuck::Pod;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::movement::SavedMovement;
@@ -41,6 +42,9 @@ struct Header {
     bias: u64,
     foods: u64,
     fed_deposit: u32,
+    /// Bits of doubles; older versions counted everything from zero.
+    #[serde(default)]
+    origin: [u64; 3],
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
@@ -146,6 +150,7 @@ impl Checkpoint {
             step,
             movement,
             last_poses,
+            origin,
             distance_poses,
             kept_pairs,
             particles,
@@ -169,6 +174,7 @@ impl Checkpoint {
             bias: bias.len() as u64,
             foods: food.remaining.len() as u64,
             fed_deposit: food.fed_deposit,
+            origin: origin.to_array().map(f64::to_bits),
             scene: self.scene.clone(),
             layout: self.layout,
             movement: movement.clone(),
@@ -288,6 +294,7 @@ impl Checkpoint {
                     flux: array(&mut rest, header.flux).ok_or_else(cut_short)?,
                 },
                 last_poses: array(&mut rest, header.last_poses).ok_or_else(cut_short)?,
+                origin: DVec3::from_array(header.origin.map(f64::from_bits)),
                 distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
                 kept_pairs: array(&mut rest, header.kept_pairs).ok_or_else(cut_short)?,
                 bias: array(&mut rest, header.bias).ok_or_else(cut_short)?,
@@ -352,6 +359,7 @@ mod tests {
                 step: 41,
                 movement: SavedMovement::default(),
                 last_poses: vec![Affine3A::from_rotation_x(0.1).into(); 2],
+                origin: DVec3::new(512_320.0, 0.0, -1e7),
                 distance_poses: vec![Affine3A::from_rotation_y(0.3).into(); 2],
                 kept_pairs: vec![KeptPair {
                     other_from_object: Affine3A::from_rotation_z(0.2).into(),

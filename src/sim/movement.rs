@@ -119,7 +119,7 @@ impl Movement {
         objects
             .map(|(((object, track), origins), outside)| {
                 single(match outside {
-                    Some(pose) => origins.from_here(*pose),
+                    Some(pose) => origins.to_origins(*pose),
                     None => pose_from(object, track.as_ref(), time, origins),
                 })
             })

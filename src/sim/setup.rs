@@ -1,6 +1,8 @@
 //! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from the same setup.
 
+use glam::DVec3;
+
 use super::areas::AreaMap;
 use super::distance::DistanceSetup;
 use super::food::{Pantry, places};
@@ -65,6 +67,15 @@ impl Setup {
     /// the area map cannot be read, or a food lies off its object.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
+    }
+
+    /// Where the world's coordinates are counted from.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        // The same for all objects.
+        self.origins
+            .first()
+            .map_or(DVec3::ZERO, |origins| origins.world)
     }
 
     /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout

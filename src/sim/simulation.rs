@@ -374,6 +374,7 @@ impl Simulation {
             step: self.step,
             movement: self.movement.save(),
             last_poses: self.poses_of_step.clone(),
+            origin: self.setup.origin(),
             distance_poses: self.planner.poses().to_vec(),
             kept_pairs: self.planner.kept(),
             particles: self.ctx.download(&self.state.particles)?,
@@ -423,6 +424,7 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
+        let snapshot = &*snapshot.counted_from(self.setup.origin());
         let movement = snapshot.movement_of(self.settings.objects.len());
         let movement = movement.map_err(Error::Invalid)?;
         let foods = self.setup.pantry.places.len();

@@ -1,9 +1,12 @@
 //! The whole state of a simulation on the host: what is hashed, checked, written to checkpoints and exported.
 
+use std::borrow::Cow;
+
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::distance::KeptPair;
-use super::movement::{MOST_STEPS, Movement, SavedMovement, is_rigid};
+use super::movement::{FARTHEST, MOST_STEPS, Movement, SavedMovement, is_rigid};
 use super::paint::{GREATEST, NO_GO};
 use super::setup::Setup;
 use super::transfers::TransferState;
@@ -27,6 +30,8 @@ pub struct Snapshot {
     pub particles: Vec<Particle>,
     /// Where they are going.
     pub motions: Vec<Motion>,
+    /// Where poses and transfers are counted from, in world coordinates.
+    pub origin: DVec3,
     /// The trail, one a texel, gutters filled.
     pub trail: Vec<f32>,
     /// The last step's deposits, one a texel.
@@ -89,6 +94,7 @@ impl Snapshot {
             transfers: TransferState::default(),
             movement: SavedMovement::default(),
             last_poses: setup.poses.clone(),
+            origin: setup.origin(),
             distance_poses: Vec::new(),
             kept_pairs: Vec::new(),
             bias: setup.bias.clone(),
@@ -104,6 +110,28 @@ impl Snapshot {
         }
     }
 
+    /// The same state, counted from another origin. Its bits stay where that is the same; else poses and transfers are
+    /// rounded once.
+    #[must_use]
+    pub fn counted_from(&self, origin: DVec3) -> Cow<'_, Self> {
+        if origin == self.origin {
+            return Cow::Borrowed(self);
+        }
+        let by = self.origin - origin;
+        let moved = |x: f32, by: f64| (f64::from(x) + by) as f32;
+        let mut state = self.clone();
+        state.origin = origin;
+        for pose in state.last_poses.iter_mut().chain(&mut state.distance_poses) {
+            pose.x.w = moved(pose.x.w, by.x);
+            pose.y.w = moved(pose.y.w, by.y);
+            pose.z.w = moved(pose.z.w, by.z);
+        }
+        for transfer in &mut state.transfers.in_flight {
+            transfer.position = (transfer.position.as_dvec3() + by).as_vec3();
+        }
+        Cow::Owned(state)
+    }
+
     /// Of no scene: what stands for a state that is on its way.
     #[must_use]
     pub fn nothing() -> Self {
@@ -111,6 +139,7 @@ impl Snapshot {
             step: 0,
             movement: SavedMovement::default(),
             last_poses: Vec::new(),
+            origin: DVec3::ZERO,
             distance_poses: Vec::new(),
             kept_pairs: Vec::new(),
             particles: Vec::new(),
@@ -353,6 +382,10 @@ impl Snapshot {
     /// # Errors
     /// Names the first number that is out of its range.
     pub fn check_ranges(&self, setup: &Setup) -> Result<(), String> {
+        let away = self.origin - setup.origin();
+        if !away.is_finite() || away.abs().max_element() > FARTHEST {
+            return Err("its origin is too far from the scene's".to_owned());
+        }
         // A walk leaves no more than a step's length, and a step is 10 scene radii at most.
         let most_pending = MOST_PENDING * setup.radius;
         let mut both = self.particles.iter().zip(&self.motions);
@@ -435,7 +468,27 @@ fn hash_words(words: &[u32]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::{Affine3A, Vec3};
+
     use super::*;
+
+    /// Would catch: a state that is taken up by a scene with another origin and has its objects elsewhere.
+    #[test]
+    fn states_are_counted_from_the_origin_of_the_scene_that_takes_them() {
+        let near = Snapshot {
+            last_poses: vec![Affine3A::from_translation(Vec3::new(0.5, -2.0, 3.0)).into()],
+            distance_poses: vec![Affine3A::from_translation(Vec3::X).into()],
+            ..snapshot()
+        };
+        assert!(matches!(near.counted_from(DVec3::ZERO), Cow::Borrowed(_)));
+        let origin = DVec3::new(64.0, -128.0, 0.25);
+        let moved = near.counted_from(origin).into_owned();
+        let pose = &moved.last_poses[0];
+        assert_eq!([pose.x.w, pose.y.w, pose.z.w], [-63.5, 126.0, 2.75]);
+        assert_eq!(moved.distance_poses[0].x.w, -63.0);
+        assert_eq!(moved.origin, origin);
+        assert_eq!(*moved.counted_from(DVec3::ZERO), near);
+    }
 
     fn snapshot() -> Snapshot {
         let particles: Vec<Particle> = (0..100)
@@ -458,6 +511,7 @@ mod tests {
         Snapshot {
             step: 3,
             last_poses: Vec::new(),
+            origin: DVec3::ZERO,
             distance_poses: Vec::new(),
             kept_pairs: Vec::new(),
             particles,

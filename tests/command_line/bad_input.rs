@@ -207,7 +207,7 @@ fn models_that_are_no_models_are_named_with_what_is_wrong() {
         (
             "huge.obj",
             b"v 1e38 0 0\nv 0 1 0\nv -1e38 0 0\nf 1 2 3\n",
-            "scale the model down",
+            "or scale it down",
         ),
         ("no such.obj", b"", "cannot read "),
     ];

@@ -94,7 +94,7 @@ fn models_far_from_the_origin_lose_nothing() {
     settings.objects[0].position = (-2.0 * far).to_array();
     settings.objects[0].scale = 2.0;
     let scene = Scene::from_meshes("back".to_owned(), settings, vec![mesh], ".".into()).unwrap();
-    assert_eq!(scene.settings.origin, Some([0.0; 3]));
+    assert_eq!(scene.origins[0].world, DVec3::ZERO);
     assert_eq!(scene.world_from_object(), [Affine3A::IDENTITY]);
 }
 

@@ -405,9 +405,9 @@ fn a_scene_far_away_keeps_its_bits() {
         (scene, simulation.world_from_object(), snapshot.hash())
     };
     let (near, poses, hash) = run(DVec3::ZERO);
-    assert_eq!(near.settings.origin, Some([0.0; 3]));
+    assert_eq!(near.origins[0].world, DVec3::ZERO);
     let (afar, poses_afar, hash_afar) = run(far);
-    assert_eq!(afar.settings.origin, Some(far.to_array()));
+    assert_eq!(afar.origins[0].world, far);
     assert_eq!((near.center, near.radius), (afar.center, afar.radius));
     assert_eq!((poses, hash), (poses_afar, hash_afar));
     gpu.finish();

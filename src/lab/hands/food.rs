@@ -2,7 +2,7 @@
 
 use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui};
 use glam::{Affine3A, Vec2, Vec3};
-use myxo::scene::motion::{Origins, short};
+use myxo::scene::motion::{Origins, in_decimals};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
 use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
 use myxo::sim::types::Mark;
@@ -177,8 +177,8 @@ impl Interface {
         let pose = facts.hand.poses.get(under.object)?;
         let origins = facts.hand.origins.get(under.object).copied();
         let at = pose.inverse().transform_point3(under.position).as_dvec3();
-        let at = origins.unwrap_or_default().in_file(at, object.scale);
-        let at = short(at, facts.hand.radius / object.scale);
+        let at = origins.unwrap_or_default().to_file(at, object.scale);
+        let at = in_decimals(at, facts.hand.radius / object.scale);
         Some((object.name.clone(), at))
     }
 
@@ -382,7 +382,7 @@ pub fn placed(
         let object = edited.object_of(food).unwrap_or(0);
         let scale = edited.objects.get(object).map_or(1.0, |o| o.scale);
         let origins = origins.get(object).copied().unwrap_or_default();
-        let place = origins.on_surface(food.at, scale);
+        let place = origins.from_file(food.at, scale);
         let pose = poses.get(object);
         let place = pose.map_or(place, |pose| pose.transform_point3(place));
         (place, food.size.max(LEAST_SIZE) * radius)

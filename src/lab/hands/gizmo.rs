@@ -10,7 +10,9 @@ use myxo::scene::settings::ObjectSettings;
 use super::super::interface::{Command, Facts, Interface};
 use super::super::places::{Marked as _, are_asked_for, note_value};
 use super::super::theme;
-use super::handles::{along_axis, angle_round, length_of_pixel, on_plane, shift, stay, turn};
+use super::handles::{
+    along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
+};
 use super::{HandFacts, Held, Work};
 
 /// Points from the middle to the end of an arrow.
@@ -401,7 +403,7 @@ impl Grab {
                 }
                 let radians = f64::from(angle).to_radians();
                 turn(&mut object, time, AXES[axis].as_dvec3(), radians);
-                stay(&mut object, &self.object, time, [self.pivot; 2], radius);
+                keep_in_place(&mut object, &self.object, time, [self.pivot; 2], radius);
                 format!("{} {angle:+.0}°", NAMES[axis])
             }
             Handle::Scale => String::new(),

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::scene::motion::{Origins, pose_at, pose_from, short};
+use myxo::scene::motion::{Origins, in_decimals, pose_at, pose_from};
 use myxo::scene::settings::{ModelAnimation, ObjectSettings};
 
 /// How far along an axis through `middle` the place is that lies nearest to what a pixel shows.
@@ -77,12 +77,12 @@ pub fn shift(object: &mut ObjectSettings, time: f64, way: DVec3, radius: f32) {
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| place(axis) - origin);
     // A rotation, so its transpose takes back.
     let back = DVec3::new(x.dot(way), y.dot(way), z.dot(way));
-    object.position = short(DVec3::from_array(object.position) + back, radius);
+    object.position = in_decimals(DVec3::from_array(object.position) + back, radius);
 }
 
 /// Moves an object that was turned or scaled about its own origin, so that another place of it stays where it was, if its
 /// surface is far from that origin. The place is given as the origins of coordinates counted from it, before and after.
-pub fn stay(
+pub fn keep_in_place(
     object: &mut ObjectSettings,
     before: &ObjectSettings,
     time: f64,
@@ -186,18 +186,18 @@ mod tests {
             |object: &ObjectSettings, pivot| pose_from(object, None, time, &pivot).translation;
         let mut turned = before.clone();
         turn(&mut turned, time, DVec3::Y, 0.4);
-        stay(&mut turned, &before, time, [pivot(1.0); 2], 1.0);
+        keep_in_place(&mut turned, &before, time, [pivot(1.0); 2], 1.0);
         let off = place(&turned, pivot(1.0)) - place(&before, pivot(1.0));
         assert!(off.length() < 1e-5, "{off}");
         let mut grown = before.clone();
         grown.scale = 2.0;
-        stay(&mut grown, &before, time, [pivot(1.0), pivot(2.0)], 1.0);
+        keep_in_place(&mut grown, &before, time, [pivot(1.0), pivot(2.0)], 1.0);
         let off = place(&grown, pivot(2.0)) - place(&before, pivot(1.0));
         assert!(off.length() < 1e-5, "{off}");
         // Near its origin it turns about that.
         let mut near = before.clone();
         near.scale = 2.0;
-        stay(&mut near, &before, time, [Origins::default(); 2], 1.0);
+        keep_in_place(&mut near, &before, time, [Origins::default(); 2], 1.0);
         assert_eq!(near.position, before.position);
     }
 

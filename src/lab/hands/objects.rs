@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 use myxo::render::Camera;
 use myxo::scene::Scene;
-use myxo::scene::motion::short;
+use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 
 use super::super::interface::{Command, Interface};
@@ -68,7 +68,6 @@ impl Lab {
                     ..ObjectSettings::default()
                 }],
                 radius: 0.0,
-                origin: None,
                 // Food and a start may name objects that are not there.
                 foods: Vec::new(),
                 particles: ParticleSettings::default(),
@@ -80,7 +79,7 @@ impl Lab {
             let [here, there] = [&origins, &alone.origins].map(|origins| origins[0].world);
             let middle = there + alone.center.as_dvec3();
             let position = here + place.as_dvec3() - f64::from(scale) * middle;
-            let position = short(position, radius);
+            let position = in_decimals(position, radius);
             let settings = with_object(&settings, &mesh, scale, position);
             Ok(Scene::from_settings(name, settings, folder)?)
         });

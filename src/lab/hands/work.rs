@@ -20,7 +20,7 @@ use super::super::under_way::Left;
 use super::super::window::Lab;
 use super::depths::dabs_seen;
 use super::food::placed;
-use super::handles::stay;
+use super::handles::keep_in_place;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
 use super::{HandFacts, Ticket, Under, Work, is_mesh, mesh_name};
@@ -182,7 +182,7 @@ impl Lab {
                 if let Some(object) = self.interface.edited.objects.get_mut(object) {
                     let before = object.clone();
                     object.scale *= factor;
-                    stay(object, &before, hand.time, [origins, grown], hand.radius);
+                    keep_in_place(object, &before, hand.time, [origins, grown], hand.radius);
                     self.interface.begin_renewal();
                     self.renew();
                 }

@@ -14,7 +14,7 @@ use super::scene::{INSTANCING, Scene, Shown, copies};
 use super::skin::Skin;
 use super::{accessor, damaged, is_compression, note_unapplied};
 use crate::mesh::error::MeshProblem;
-use crate::mesh::origin::steps_across;
+use crate::mesh::origin::{bounds, steps_across};
 use crate::mesh::soup::{MOST_TRIANGLES, Soup};
 
 /// Collects the triangles of one file.
@@ -23,6 +23,8 @@ pub(super) struct Reader<'a> {
     /// Skins that were needed, by their number.
     skins: BTreeMap<usize, Skin>,
     soup: Soup,
+    /// The box round all positions as the file stores them.
+    stored: (DVec3, DVec3),
     uvs: Vec<[Vec2; 3]>,
     some_primitive_has_uvs: bool,
     every_corner_has_uv: bool,
@@ -54,6 +56,7 @@ impl<'a> Reader<'a> {
             buffers,
             skins: BTreeMap::new(),
             soup: Soup::default(),
+            stored: bounds([]),
             uvs: Vec::new(),
             some_primitive_has_uvs: false,
             every_corner_has_uv: true,
@@ -197,12 +200,10 @@ impl<'a> Reader<'a> {
             .into_iter()
             .map(DVec3::from_array)
             .collect();
-        let stored_steps = &mut self.soup.seen.stored_steps;
-        *stored_steps = stored_steps
-            .iter()
-            .copied()
-            .chain(steps_across(&positions))
-            .min();
+        let (low, high) = &mut self.stored;
+        let own = bounds(&positions);
+        (*low, *high) = (low.min(own.0), high.max(own.1));
+        self.soup.seen.stored_steps = steps_across(*low, *high);
         let indices: Vec<u32> = match &indices {
             Some(indices) => accessor::whole_numbers::<1>(&mut self.buffers, indices)?
                 .into_iter()

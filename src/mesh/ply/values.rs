@@ -82,6 +82,11 @@ impl Values<'_> {
         })
     }
 
+    /// Is there nothing left but white space?
+    pub(super) fn is_at_end(&self) -> bool {
+        self.bytes[self.at..].iter().all(u8::is_ascii_whitespace)
+    }
+
     /// Goes to the next line that holds anything, and tells where it ends.
     fn row(&mut self) -> usize {
         let rest = &self.bytes[self.at..];

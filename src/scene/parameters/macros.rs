@@ -66,7 +66,7 @@ macro_rules! vector {
 macro_rules! place {
     ($($field:ident).+) => {
         Kind::Vector {
-            range: (-1e9, 1e9),
+            range: (-1e12, 1e12),
             is_double: true,
             get: |s| s.$($field).+,
             set: |s, value| s.$($field).+ = value,

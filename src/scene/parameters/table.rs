@@ -6,6 +6,9 @@ use crate::scene::settings::{
     SignRule, Start, Strategy,
 };
 
+/// The largest scene radius: squares of lengths stay far within single precision.
+pub const MOST_RADIUS: f64 = 1e12;
+
 /// Of what is added to sensors.
 const WEIGHTS: (f64, f64) = (-1e6, 1e6);
 
@@ -25,20 +28,7 @@ pub static PARAMETERS: &[Parameter] = &[
         unit: "world units",
         help: "Lengths are multiples of it. 0 measures it: from the centre of the box round all objects to the vertex farthest away.",
         effect: Effect::Restart,
-        kind: real!(radius, (0.0, 1e9), (0.0, 10.0), Logarithmic),
-    },
-    Parameter {
-        key: "origin",
-        name: "Scene origin",
-        unit: "world units",
-        help: "What world coordinates are counted from in single precision. A scene that does not say it gets zero, or a place amid its objects if they are far from zero, as in map coordinates.",
-        effect: Effect::Restart,
-        kind: Kind::Vector {
-            range: (-1e9, 1e9),
-            is_double: true,
-            get: |s| s.origin.unwrap_or_default(),
-            set: |s, origin| s.origin = Some(origin),
-        },
+        kind: real!(radius, (0.0, MOST_RADIUS), (0.0, 10.0), Logarithmic),
     },
     Parameter {
         key: "particles.count",

@@ -126,10 +126,7 @@ fn the_table_and_the_file_have_the_same_keys() {
         }
     }
     // Of motion and of an object's own values, files have only what is said.
-    let mut settings = Settings {
-        origin: Some([0.0; 3]),
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
     for parameter in OBJECT_PARAMETERS {
         nudge(parameter, &mut settings.objects[0]);
     }

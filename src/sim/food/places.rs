@@ -48,7 +48,7 @@ fn named_place(
         ))
     })?;
     let scale = settings.objects[object].scale;
-    let at = origins[object].on_surface(food.at, scale);
+    let at = origins[object].from_file(food.at, scale);
     let (point, nearest) = nearest_on_object(surface, at, object as u32);
     let off = nearest.distance(at.as_dvec3());
     let length = |share: f32| f64::from(share * radius);
@@ -61,7 +61,7 @@ fn named_place(
         amount: food.amount,
     };
     if off > place.reach() {
-        let [x, y, z] = origins[object].in_file(nearest, scale).to_array();
+        let [x, y, z] = origins[object].to_file(nearest, scale).to_array();
         return Err(Error::Invalid(format!(
             "food.{i}.at is {:.3} scene radii away from {}, farther than the food reaches: \
              the nearest place on it is [{x:.4}, {y:.4}, {z:.4}]",

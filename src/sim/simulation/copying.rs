@@ -83,6 +83,7 @@ impl Simulation {
                 step: self.step,
                 movement: self.movement.save(),
                 last_poses: self.poses_of_step.clone(),
+                origin: self.setup.origin(),
                 distance_poses: self.planner.poses().to_vec(),
                 kept_pairs: self.planner.kept(),
                 food: FoodState {

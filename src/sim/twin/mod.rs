@@ -396,6 +396,7 @@ impl Simulation {
             step: self.step,
             movement: self.movement.save(),
             last_poses: self.poses.clone(),
+            origin: self.setup.origin(),
             distance_poses: self.planner.poses().to_vec(),
             kept_pairs: self.planner.kept(),
             particles: self.particles.clone(),
@@ -416,6 +417,7 @@ impl Simulation {
     /// # Panics
     /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
+        let snapshot = &*snapshot.counted_from(self.setup.origin());
         let movement = snapshot.movement_of(self.settings.objects.len());
         self.movement = movement.expect("the poses are sound");
         let objects = &self.settings.objects;
