@@ -277,7 +277,7 @@ pub fn editor<T>(
 /// A number as usual, or where that would lose digits, with all it has: egui writes as many as single precision has.
 fn in_full(number: f64, decimals: RangeInclusive<usize>) -> String {
     let usual = egui::emath::format_with_decimals_in_range(number, decimals);
-    match usual.parse() {
+    match usual.parse::<f64>() {
         Ok(read) if read == number => usual,
         _ => format!("{number}"),
     }
