@@ -321,7 +321,7 @@ fn everything_wrong_is_in_one_error() {
             "line 7: trail.diffusion_distance = 5 is out of range: whole numbers 1 to 4 texels",
             "line 8: trail.colour: no such key; `myxo scenes --keys` lists all of them",
             "line 10: object.0.scale = 0 is out of range: 0.000001 to 1,000,000",
-            "line 11: object.0.position = [1e30, 0, 0] is out of range: three numbers from -1,000,000,000 to 1,000,000,000 world units",
+            "line 11: object.0.position = [1e30, 0, 0] is out of range: three numbers from -1,000,000,000,000 to 1,000,000,000,000 world units",
         ]
     );
 }
