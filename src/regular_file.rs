@@ -1,9 +1,11 @@
 //! Input files: only regular files of a bounded size are read. A pipe or a device may never end, and opening a pipe waits
 //! until another program writes to it.
 
-use std::fs::File;
+use std::collections::BTreeSet;
+use std::fs::{File, Metadata};
 use std::io::{self, Read as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 /// Scene files and presets are text, and no longer than this.
 pub const MOST_TEXT: u64 = 64 << 20;
@@ -14,13 +16,77 @@ pub const MOST_TEXT: u64 = 64 << 20;
 /// When it cannot be opened, or is a folder, a pipe or a device.
 pub fn open(path: &Path) -> io::Result<(File, u64)> {
     let metadata = path.metadata()?;
+    check_kind(&metadata)?;
+    if let Some(identity) = Identity::of(path)
+        && let Ok(mut read) = READ.lock()
+    {
+        read.insert(identity);
+    }
+    Ok((File::open(path)?, metadata.len()))
+}
+
+/// Makes sure that a regular file can be opened for reading. That is not to read it.
+///
+/// # Errors
+/// As for [`open`].
+pub fn check(path: &Path) -> io::Result<()> {
+    check_kind(&path.metadata()?)?;
+    File::open(path).map(|_| ())
+}
+
+fn check_kind(metadata: &Metadata) -> io::Result<()> {
     if metadata.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
     if !metadata.is_file() {
         return Err(io::Error::other("it is not a regular file"));
     }
-    Ok((File::open(path)?, metadata.len()))
+    Ok(())
+}
+
+/// The files that this process has read.
+static READ: Mutex<BTreeSet<Identity>> = Mutex::new(BTreeSet::new());
+
+/// What makes two paths one file: links and `..` do not change it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Identity(Inner);
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Inner {
+    /// Device and number of a file that is there.
+    #[cfg(unix)]
+    There(u64, u64),
+    /// The path, without links, of a file that will be there, or where files have no numbers.
+    Path(PathBuf),
+}
+
+impl Identity {
+    /// That of a file, there or not yet. None for folders, devices and pipes, of which several outputs may go to one.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let Ok(metadata) = path.metadata() else {
+            let whole = std::path::absolute(path).ok()?;
+            let (folder, name) = (whole.parent()?, whole.file_name()?);
+            let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+            return Some(Self(Inner::Path(folder.join(name))));
+        };
+        if !metadata.is_file() {
+            return None;
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt as _;
+            Some(Self(Inner::There(metadata.dev(), metadata.ino())))
+        }
+        #[cfg(not(unix))]
+        path.canonicalize().ok().map(|path| Self(Inner::Path(path)))
+    }
+
+    /// Has this process read the file?
+    #[must_use]
+    pub fn was_read(&self) -> bool {
+        READ.lock().is_ok_and(|read| read.contains(self))
+    }
 }
 
 /// Reads a regular file of at most so many bytes.

@@ -1,13 +1,19 @@
-//! A file that appears under its name only when it is whole: pictures, reports and checkpoints
-//! that are cut short leave nothing behind that looks like a result.
+//! What every file that is written has in common: pictures, reports, checkpoints, exports, preferences.
+//!
+//! - A file appears under its name only when it is whole. What is cut short leaves nothing behind that looks like a result,
+//!   and a file that had the name before stays as it was.
+//! - It is on the disk before it gets its name, and its name is before anything is said of it, so that neither is lost when the
+//!   power fails.
+//! - It replaces a regular file, and keeps that one's owner and permissions. Where the name is a link, the file that it leads to
+//!   is replaced, and the link stays. A device or a pipe is written to, and never replaced.
 //!
 //! The hidden file is locked as long as its process lives. What a killed process has left is therefore known by its
 //! lock being free, and the next file that begins in the folder removes it.
 
 use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
-use std::fs::File;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::fs::{File, Metadata};
+use std::io::{self, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -39,26 +45,55 @@ const RANDOM_LENGTH: usize = 6;
 #[derive(Debug)]
 pub struct WholeFile {
     file: tempfile::NamedTempFile,
+    /// As it was asked for.
     path: PathBuf,
+    place: Place,
+}
+
+/// Where it goes in the end.
+#[derive(Debug)]
+enum Place {
+    /// This name, which is no link.
+    Name(PathBuf),
+    /// A device or a pipe, which gets what was written.
+    Special(File),
 }
 
 impl WholeFile {
     /// Starts the file; its folder is made if there is none.
     ///
     /// # Errors
-    /// When the folder cannot be made or written, or when `path` is a folder itself: all that can be
-    /// known before the work begins.
+    /// When the folder cannot be made or written, when `path` is a folder itself or a file that nobody may write, or when it
+    /// is a pipe that nobody reads: all that can be known before the work begins.
     pub fn create(path: &Path) -> io::Result<Self> {
-        if path.is_dir() {
+        let before = std::fs::metadata(path).ok();
+        if before.as_ref().is_some_and(Metadata::is_dir) {
             return Err(io::Error::new(
                 io::ErrorKind::IsADirectory,
                 "there is a folder of this name",
             ));
         }
-        let name = path
+        if before.as_ref().is_some_and(|before| !before.is_file()) {
+            return Ok(Self {
+                place: Place::Special(open_special(path)?),
+                file: tempfile::NamedTempFile::new().map_err(without_path)?,
+                path: path.to_owned(),
+            });
+        }
+        if before
+            .as_ref()
+            .is_some_and(|before| before.permissions().readonly())
+        {
+            return Err(io::Error::new(
+                io::ErrorKind::PermissionDenied,
+                "the file is read-only",
+            ));
+        }
+        let target = followed(path)?;
+        let name = target
             .file_name()
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
-        let folder = folder_of(path);
+        let folder = folder_of(&target);
         std::fs::create_dir_all(folder)?;
 
         remove_abandoned(folder);
@@ -76,8 +111,14 @@ impl WholeFile {
             lock(file.as_file());
             // Between its making and its locking another process may have taken it for one that was left.
             if file.path().exists() {
-                let path = path.to_owned();
-                return Ok(Self { file, path });
+                if let Some(before) = &before {
+                    keep_permissions(file.as_file(), before)?;
+                }
+                return Ok(Self {
+                    file,
+                    path: path.to_owned(),
+                    place: Place::Name(target),
+                });
             }
         }
     }
@@ -111,12 +152,57 @@ impl WholeFile {
         Ok(())
     }
 
-    /// Gives the file its name, replacing what had it before.
+    /// Gives the file its name, replacing what had it before, or hands the content to the device or pipe of that name.
     ///
     /// # Errors
-    /// When it cannot be renamed; then it is removed.
+    /// When it cannot be brought to the disk or renamed; then it is removed.
     pub fn finish(self) -> io::Result<File> {
-        self.file.persist(&self.path).map_err(|error| error.error)
+        match self.place {
+            Place::Name(target) => {
+                self.file.as_file().sync_all()?;
+                let file = self.file.persist(&target).map_err(|error| error.error)?;
+                sync_folder(folder_of(&target));
+                Ok(file)
+            }
+            Place::Special(special) => {
+                let (mut file, _hidden) = self.file.into_parts();
+                file.seek(SeekFrom::Start(0))?;
+                copy_patiently(&mut file, &special)?;
+                Ok(file)
+            }
+        }
+    }
+
+    /// Gives a file that is not as it was meant to be, such as a film that was cut short, its name if there is no file of that name.
+    /// Else that one stays, and this one is called `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Tells
+    /// the name.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn finish_beside(self) -> io::Result<PathBuf> {
+        let Place::Name(target) = &self.place else {
+            let path = self.path.clone();
+            self.finish()?;
+            return Ok(path);
+        };
+        let target = target.clone();
+        self.file.as_file().sync_all()?;
+        let mut file = self.file;
+        let mut path = self.path;
+        let mut name = target.clone();
+        for number in 1.. {
+            match file.persist_noclobber(&name) {
+                Ok(_) => break,
+                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
+                    file = error.file;
+                    name = cut_name(&target, number);
+                    path.clone_from(&name);
+                }
+                Err(error) => return Err(error.error),
+            }
+        }
+        sync_folder(folder_of(&name));
+        Ok(path)
     }
 }
 
@@ -134,6 +220,94 @@ impl Seek for WholeFile {
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         self.file.as_file_mut().seek(position)
     }
+}
+
+/// Where a path leads to: what a link names, and not the link.
+fn followed(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    // As many as Linux follows.
+    for _ in 0..40 {
+        match std::fs::read_link(&path) {
+            Ok(to) => path = folder_of(&path).join(to),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(io::Error::other("too many links lead to one another"))
+}
+
+/// Gives a new file the owner and the permissions of the one that it will replace. The owner is another one only for those
+/// who may give files away.
+fn keep_permissions(file: &File, before: &Metadata) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt as _, fchown};
+        let own = file.metadata()?;
+        if (own.uid(), own.gid()) != (before.uid(), before.gid()) {
+            let _ = fchown(file, Some(before.uid()), Some(before.gid()));
+        }
+    }
+    file.set_permissions(before.permissions())
+}
+
+/// Opens a device or a pipe to write to. Opening a pipe waits for somebody who reads, so it is tried without waiting.
+fn open_special(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    options.write(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
+    options
+        .open(path)
+        .map_err(|error| match error.raw_os_error() {
+            #[cfg(unix)]
+            Some(libc::ENXIO) => {
+                io::Error::other("it is a pipe that no program reads: begin to read it first")
+            }
+            _ => error,
+        })
+}
+
+/// Copies everything, however slowly the other side reads.
+fn copy_patiently(from: &mut File, mut to: &File) -> io::Result<()> {
+    let mut bytes = vec![0; 1 << 16];
+    loop {
+        let count = from.read(&mut bytes)?;
+        if count == 0 {
+            return Ok(());
+        }
+        let mut rest = &bytes[..count];
+        while !rest.is_empty() {
+            match to.write(rest) {
+                Ok(written) => rest = &rest[written..],
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    std::thread::sleep(std::time::Duration::from_millis(1));
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+/// Brings the names in a folder to the disk. Where that is not possible, as on some network file systems, the names
+/// come there in their own time.
+fn sync_folder(folder: &Path) {
+    if let Err(error) = File::open(folder).and_then(|folder| folder.sync_all()) {
+        log::debug!("{} is not synced: {error}", folder.display());
+    }
+}
+
+/// `film.cut.gif` of `film.gif`, and `film.cut-2.gif` for the second.
+fn cut_name(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(".cut");
+    if number > 1 {
+        name.push(format!("-{number}"));
+    }
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
 }
 
 /// What a hidden name begins with: a dot and the final name, cut where the hidden one would be longer than file systems
@@ -284,6 +458,27 @@ mod tests {
 
         let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&whole), mode(&plain));
+    }
+
+    /// Would catch: a film that was cut short in place of a whole one of last week.
+    #[test]
+    fn what_is_not_whole_replaces_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("film.gif");
+        let cut = |content: &str| {
+            let mut file = WholeFile::create(&path).unwrap();
+            file.write_all(content.as_bytes()).unwrap();
+            let name = file.finish_beside().unwrap();
+            let name = name.file_name().unwrap().to_str().unwrap().to_owned();
+            (name, std::fs::read_to_string(&path).unwrap())
+        };
+        assert_eq!(cut("1"), ("film.gif".to_owned(), "1".to_owned()));
+        assert_eq!(cut("2"), ("film.cut.gif".to_owned(), "1".to_owned()));
+        assert_eq!(cut("3"), ("film.cut-2.gif".to_owned(), "1".to_owned()));
+        assert_eq!(
+            names_in(folder.path()),
+            ["film.cut-2.gif", "film.cut.gif", "film.gif"]
+        );
     }
 
     /// A name as long as the file system takes is no reason to fail.

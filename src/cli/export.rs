@@ -82,6 +82,8 @@ impl ExportCommand {
         interrupt::install()?;
 
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
+        self.common
+            .check_outputs(self.out.iter().chain(&self.report))?;
         let mut series = Series::new(self.every.is_none().then_some(files));
         let ran = self.step(&mut session, &mut series).and_then(|completed| {
             let ending = session.finish()?;

@@ -1,11 +1,11 @@
 //! Files that commands write: opened before long work begins, and never seen half written under their final names.
 
-use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use myxo::regular_file::Identity;
 use myxo::whole_file::WholeFile;
-use myxo::{Error, Result};
+use myxo::{Error, Result, regular_file};
 
 use super::console;
 
@@ -20,8 +20,6 @@ pub struct Sink {
 enum Target {
     Stdout,
     Whole(WholeFile),
-    /// A pipe or a device such as `/dev/stderr`, which must not be replaced by a file.
-    Special(File),
 }
 
 impl Sink {
@@ -32,13 +30,8 @@ impl Sink {
             path: path.to_owned(),
             source,
         };
-        let special = path
-            .metadata()
-            .is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir());
         let target = if path.as_os_str() == "-" {
             Target::Stdout
-        } else if special {
-            Target::Special(File::options().write(true).open(path).map_err(unwritable)?)
         } else {
             Target::Whole(WholeFile::create(path).map_err(unwritable)?)
         };
@@ -53,7 +46,6 @@ impl Sink {
         let content = content.as_ref();
         let written = match self.target {
             Target::Stdout => return console::print(content),
-            Target::Special(mut file) => file.write_all(content),
             Target::Whole(mut file) => file
                 .write_all(content)
                 .and_then(|()| file.finish().map(|_| ())),
@@ -68,22 +60,11 @@ impl Sink {
 
 /// Makes sure that `path` is a file that can be opened for reading.
 pub fn check_readable(path: &Path) -> Result<()> {
-    let unreadable = |source| Error::Io {
+    regular_file::check(path).map_err(|source| Error::Io {
         action: "read",
         path: path.to_owned(),
         source,
-    };
-    let metadata = path.metadata().map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
-    }
-    // Opening a pipe may wait for ever.
-    if !metadata.is_file() {
-        let problem = std::io::Error::other("it is not a regular file");
-        return Err(unreadable(problem));
-    }
-    File::open(path).map_err(unreadable)?;
-    Ok(())
+    })
 }
 
 /// Makes sure that `path` can be written later, and leaves nothing there.
@@ -96,13 +77,39 @@ pub fn check_writable(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses files that would overwrite each other.
-pub fn check_distinct<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
-    let mut seen = std::collections::BTreeSet::new();
-    for path in paths {
-        if !seen.insert(std::path::absolute(path).unwrap_or_else(|_| path.clone())) {
+/// Refuses outputs that are one file, by whatever names.
+pub fn check_distinct<'a>(outputs: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut seen: Vec<(Identity, &Path)> = Vec::new();
+    for path in outputs {
+        let Some(identity) = Identity::of(path) else {
+            continue;
+        };
+        match seen.iter().find(|(other, _)| *other == identity) {
+            None => seen.push((identity, path)),
+            Some((_, other)) if *other == path => {
+                return Err(Error::Invalid(format!(
+                    "{} is named twice: give each file its own name",
+                    path.display()
+                )));
+            }
+            Some((_, other)) => {
+                return Err(Error::Invalid(format!(
+                    "{} and {} are one file: give each file its own name",
+                    other.display(),
+                    path.display()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses outputs that the run has read: a scene, a model or a checkpoint would be gone. `or` is what else can be done.
+pub fn check_unread<'a>(outputs: impl Iterator<Item = &'a PathBuf>, or: &str) -> Result<()> {
+    for path in outputs {
+        if Identity::of(path).is_some_and(|identity| identity.was_read()) {
             return Err(Error::Invalid(format!(
-                "{} is named twice: give each file its own name",
+                "{} is an input of this run and would be replaced: give the output another name{or}",
                 path.display()
             )));
         }

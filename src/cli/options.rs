@@ -70,6 +70,9 @@ pub struct StateOptions {
     /// Goes on from the state in this file, with the scene that it was written with if none is named
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
+    /// Lets outputs replace files that the run reads, such as --checkpoint the file of --resume
+    #[arg(long)]
+    pub overwrite_input: bool,
     /// Lists the state hash every N steps
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub hash_every: Option<u32>,
@@ -111,6 +114,17 @@ impl CommonOptions {
             files::check_writable(path)?;
         }
         Ok(scene)
+    }
+}
+
+impl CommonOptions {
+    /// Refuses outputs that the run has read so far, and the checkpoint, unless the user allows it.
+    pub fn check_outputs<'a>(&'a self, outputs: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+        if self.state.overwrite_input {
+            return Ok(());
+        }
+        let or = ", or allow it by --overwrite-input";
+        files::check_unread(outputs.chain(&self.state.checkpoint), or)
     }
 }
 

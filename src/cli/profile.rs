@@ -126,6 +126,8 @@ impl Profile {
     fn measure(&self, scene: &Scene, measured: &mut Measured) -> Result<(Session, Ending, bool)> {
         let steps = u64::from(self.warmup) + u64::from(self.steps);
         let mut session = Session::open(scene.clone(), &self.common, steps)?;
+        self.common
+            .check_outputs(self.report.iter().chain(&self.trace))?;
         let is_first = measured.rounds.is_empty();
         if self.common.device.validate && is_first {
             console::message("the validation layers are on: these times are not worth comparing");

@@ -122,6 +122,8 @@ impl Render {
         interrupt::install()?;
 
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
+        self.common
+            .check_outputs(self.out.iter().chain(&self.report))?;
         let ran = self.film(&mut session, &mut outputs, size);
         // Whatever happened: what there is of films becomes whole files.
         outputs.finish();

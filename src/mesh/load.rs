@@ -1,7 +1,6 @@
 //! From a path to a mesh: which reader, how much to read, and what happens when a reader fails.
 
 use std::any::Any;
-use std::fs::File;
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -9,6 +8,7 @@ use std::path::Path;
 use super::error::MeshProblem;
 use super::soup::{MOST_TRIANGLES, Soup};
 use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
+use crate::regular_file;
 
 /// No model, and no file that a model names, is read beyond this size.
 pub(crate) const MOST_BYTES: u64 = 2 << 30;
@@ -210,7 +210,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, MeshError> {
         )));
     }
     let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    let file = File::open(path).map_err(failed)?;
+    let (file, _) = regular_file::open(path).map_err(failed)?;
     file.take(MOST_BYTES)
         .read_to_end(&mut bytes)
         .map_err(failed)?;

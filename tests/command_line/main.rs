@@ -17,6 +17,8 @@ mod export_command;
 mod files;
 mod kernel_alone;
 mod objects;
+#[cfg(unix)]
+mod outputs;
 mod profile;
 mod query;
 mod runs;

@@ -1,6 +1,7 @@
 //! `myxo query atlas`: where each triangle of a mesh lies in the texture.
 
 use std::fmt::Write as _;
+use std::iter::once;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -12,7 +13,7 @@ use myxo::mesh::surface::Surface;
 use myxo::scene::settings::{AtlasMethod, Settings};
 
 use super::{open_mesh, options_of};
-use crate::cli::files::Sink;
+use crate::cli::files::{Sink, check_unread};
 use crate::cli::progress::{SettingUp, atlas_cache};
 use crate::cli::{Outcome, console, interrupt};
 
@@ -61,6 +62,7 @@ impl Atlas {
         let sink = Sink::create(&self.out)?;
         interrupt::install()?;
         let mesh = open_mesh(&self.mesh)?;
+        check_unread(once(&self.out), "")?;
         let surface = Surface::build(&[(&mesh, 1.0)]);
         let options = options_of(self.atlas_method, self.atlas_size, self.gutter, self.turn);
         let atlas = SettingUp::new(&mesh.name, atlas_cache())

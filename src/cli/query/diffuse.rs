@@ -4,6 +4,7 @@
 //! of them is told texel by texel.
 
 use std::fmt::Write as _;
+use std::iter::once;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -20,7 +21,7 @@ use myxo::{Error, Result};
 
 use super::table::{Row, Table};
 use super::{open_mesh, options_of};
-use crate::cli::files::Sink;
+use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, SettingUp, atlas_cache};
 use crate::cli::{Outcome, console, interrupt};
@@ -85,6 +86,7 @@ impl Diffuse {
     pub fn run(&self) -> Result<Outcome> {
         let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;
+        check_unread(once(&self.out), "")?;
         let spots = table
             .rows()
             .map(|row| Spot::read(row, &mesh))

@@ -4,6 +4,7 @@
 //! `uv` and headings in the tangent frame. This file translates both ways, in double precision, and leaves the walking
 //! to an engine.
 
+use std::iter::once;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -18,7 +19,7 @@ use super::table::Table;
 use super::walks::{Answers, COLUMNS, Engine, Ground, Question};
 use super::{open_mesh, with_device};
 use crate::cli::Outcome;
-use crate::cli::files::Sink;
+use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
 
 /// Walk straight on a mesh from given points in given directions
@@ -58,6 +59,7 @@ impl Geodesic {
         let sink = Sink::create(&self.out)?;
         let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;
+        check_unread(once(&self.out), "")?;
         let on_device = |surface: &Surface, queries: &[WalkQuery]| {
             with_device(&self.device, |ctx| {
                 walk_queries(ctx, surface, queries, BorderRule::Stop)

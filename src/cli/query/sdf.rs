@@ -5,6 +5,7 @@
 //! the kernel tells on which side they are.
 
 use std::fmt::Write as _;
+use std::iter::once;
 
 use clap::Args;
 use glam::DVec3;
@@ -18,7 +19,7 @@ use myxo::{Error, Result};
 use super::pair::{PairOptions, PlacedMesh};
 use super::{about_its_middle, length, shortened, with_device};
 use crate::cli::Outcome;
-use crate::cli::files::Sink;
+use crate::cli::files::{Sink, check_unread};
 
 /// Tell the signed distance from given places to a mesh
 ///
@@ -50,6 +51,7 @@ impl Sdf {
         let sink = Sink::create(&self.pair.out)?;
         let b = PlacedMesh::read_b(&self.pair.scene)?;
         let table = self.pair.questions(COLUMNS)?;
+        check_unread(once(&self.pair.out), "")?;
         let (centre, centred) = about_its_middle(&b.mesh);
         let surface = Surface::build(&[(&centred, 1.0)]);
         let trees = Trees::build(&surface);

@@ -2,6 +2,8 @@
 //!
 //! Both meshes are taken about their middles and B stands still, so that far from the origin no digits are lost.
 
+use std::iter::once;
+
 use clap::Args;
 use glam::{Affine3A, DAffine3};
 use myxo::Result;
@@ -14,7 +16,7 @@ use super::pair::{PairOptions, PlacedMesh};
 use super::walks::{COLUMNS, Ground, Question};
 use super::{about_its_middle, shortened, with_device};
 use crate::cli::Outcome;
-use crate::cli::files::Sink;
+use crate::cli::files::{Sink, check_unread};
 
 /// Walk straight on a mesh, and go on on another one where it is met
 ///
@@ -52,6 +54,7 @@ impl Transfer {
         let sink = Sink::create(&self.pair.out)?;
         let placed = PlacedMesh::read_both(&self.pair.scene)?;
         let table = self.pair.questions(COLUMNS)?;
+        check_unread(once(&self.pair.out), "")?;
         let [(a_centre, a), (b_centre, b)] =
             [0, 1].map(|k: usize| about_its_middle(&placed[k].mesh));
         let surface = Surface::build(&[(&a, 1.0), (&b, 1.0)]);

@@ -3,7 +3,6 @@
 //! A model may name only regular files in its own folder or below, wherever links and `..` lead, and gets no more bytes
 //! of them than it says it needs.
 
-use std::fs::File;
 use std::io::{Error, Read};
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use super::json::{Json, Part};
 use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 use crate::mesh::load::MOST_BYTES;
+use crate::regular_file;
 
 /// The most work that one file may cost, in numbers decoded. A small file can name the same data any number of times.
 /// No model that fits a surface needs as much.
@@ -168,8 +168,8 @@ fn resolve(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, MeshProblem> 
         Err(_) => file_named(uri),
     }?;
     let mut bytes = Vec::new();
-    File::open(&path)
-        .and_then(|file| file.take(most).read_to_end(&mut bytes))
+    regular_file::open(&path)
+        .and_then(|(file, _)| file.take(most).read_to_end(&mut bytes))
         .map_err(missing)?;
     Ok(bytes)
 }

@@ -107,7 +107,7 @@ impl Gif {
         // A frame that broke off may have begun where the end was.
         self.file.cut(bytes + TRAILER.len() as u64).ok()?;
         self.write(&TRAILER).ok()?;
-        Some((self.finish().ok()?, frames))
+        Some((self.file.finish_beside().ok()?, frames))
     }
 
     /// When the next frame begins, in hundredths of a second, the unit of GIF.

@@ -115,9 +115,7 @@ impl Video {
             return None;
         }
         self.file.cut(whole.bytes).ok()?;
-        let path = self.file.path().to_owned();
-        self.file.finish().ok()?;
-        Some((path, whole.frames))
+        Some((self.file.finish_beside().ok()?, whole.frames))
     }
 
     fn failure(&mut self, status: Option<ExitStatus>) -> OutputError {
