@@ -25,15 +25,6 @@ pub fn open(path: &Path) -> io::Result<(File, u64)> {
     Ok((File::open(path)?, metadata.len()))
 }
 
-/// Makes sure that a regular file can be opened for reading. That is not to read it.
-///
-/// # Errors
-/// As for [`open`].
-pub fn check(path: &Path) -> io::Result<()> {
-    check_kind(&path.metadata()?)?;
-    File::open(path).map(|_| ())
-}
-
 fn check_kind(metadata: &Metadata) -> io::Result<()> {
     if metadata.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());

@@ -10,7 +10,7 @@
 //! The hidden file is locked as long as its process lives. What a killed process has left is therefore known by its
 //! lock being free, and the next file that begins in the folder removes it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, Metadata};
 use std::io::{self, Read as _, Seek, SeekFrom, Write};
@@ -50,6 +50,9 @@ pub struct WholeFile {
     place: Place,
 }
 
+/// Devices and pipes that will be written to.
+static HELD: Mutex<BTreeMap<PathBuf, File>> = Mutex::new(BTreeMap::new());
+
 /// Where it goes in the end.
 #[derive(Debug)]
 enum Place {
@@ -74,8 +77,10 @@ impl WholeFile {
             ));
         }
         if before.as_ref().is_some_and(|before| !before.is_file()) {
+            let held = HELD.lock().ok().and_then(|mut held| held.remove(path));
+            let special = held.map_or_else(|| open_special(path), Ok)?;
             return Ok(Self {
-                place: Place::Special(open_special(path)?),
+                place: Place::Special(special),
                 file: tempfile::NamedTempFile::new().map_err(without_path)?,
                 path: path.to_owned(),
             });
@@ -121,6 +126,21 @@ impl WholeFile {
                 });
             }
         }
+    }
+
+    /// Makes sure that a file can be written later, and leaves nothing there. A pipe stays open until then, because who reads it
+    /// takes its closing for the end.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn check(path: &Path) -> io::Result<()> {
+        let file = Self::create(path)?;
+        if let Place::Special(special) = file.place
+            && let Ok(mut held) = HELD.lock()
+        {
+            held.insert(path.to_owned(), special);
+        }
+        Ok(())
     }
 
     /// The hidden name, for another program that writes the content.

@@ -81,9 +81,11 @@ impl ExportCommand {
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         interrupt::install()?;
 
+        let written = || self.out.iter().chain(&self.report);
+        self.common.check_outputs(written())?;
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
-        self.common
-            .check_outputs(self.out.iter().chain(&self.report))?;
+        // Masks and maps have been read since.
+        self.common.check_outputs(written())?;
         let mut series = Series::new(self.every.is_none().then_some(files));
         let ran = self.step(&mut session, &mut series).and_then(|completed| {
             let ending = session.finish()?;

@@ -60,21 +60,21 @@ impl Sink {
 
 /// Makes sure that `path` is a file that can be opened for reading.
 pub fn check_readable(path: &Path) -> Result<()> {
-    regular_file::check(path).map_err(|source| Error::Io {
+    let opened = regular_file::open(path).map_err(|source| Error::Io {
         action: "read",
         path: path.to_owned(),
         source,
-    })
+    });
+    opened.map(|_| ())
 }
 
 /// Makes sure that `path` can be written later, and leaves nothing there.
 pub fn check_writable(path: &Path) -> Result<()> {
-    WholeFile::create(path).map_err(|source| Error::Io {
+    WholeFile::check(path).map_err(|source| Error::Io {
         action: "write",
         path: path.to_owned(),
         source,
-    })?;
-    Ok(())
+    })
 }
 
 /// Refuses outputs that are one file, by whatever names.

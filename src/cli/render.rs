@@ -121,9 +121,11 @@ impl Render {
         }
         interrupt::install()?;
 
+        let written = || self.out.iter().chain(&self.report);
+        self.common.check_outputs(written())?;
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
-        self.common
-            .check_outputs(self.out.iter().chain(&self.report))?;
+        // Masks and maps have been read since.
+        self.common.check_outputs(written())?;
         let ran = self.film(&mut session, &mut outputs, size);
         // Whatever happened: what there is of films becomes whole files.
         outputs.finish();

@@ -3,6 +3,7 @@
 mod tracing;
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -27,6 +28,10 @@ use super::report::{
 };
 use super::{room, settings, times};
 use tracing::{Tracing, spanned};
+
+/// What is said of a checkpoint whose scene names files by relative paths.
+const NOT_FOUND_FROM_ELSEWHERE: &str = "the models lie in a folder whose name is not Unicode, so the checkpoint names them relative to it: \
+    keep the checkpoint in the scene's folder, or name the scene when you resume it";
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
@@ -302,7 +307,10 @@ impl Session {
         self.watch.end();
         self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
-        self.check(&snapshot)?;
+        if let Err(problem) = self.check_state(&snapshot) {
+            return Err(self.with_damaged_state(problem, snapshot));
+        }
+        self.check_messages()?;
         let is_measured = self
             .measures
             .last()
@@ -324,7 +332,12 @@ impl Session {
             let text = match checkpoint.write(path) {
                 Ok(()) => {
                     let step = checkpoint.snapshot.step;
-                    format!("checkpoint at step {step}: {}", path.display())
+                    let told = format!("checkpoint at step {step}: {}", path.display());
+                    if self.scene.is_found_from_everywhere() {
+                        told
+                    } else {
+                        format!("{told}\n{NOT_FOUND_FROM_ELSEWHERE}")
+                    }
                 }
                 Err(error) => {
                     lacks_checkpoint = true;
@@ -371,6 +384,11 @@ impl Session {
     }
 
     fn check(&self, snapshot: &Snapshot) -> Result<()> {
+        self.check_state(snapshot)?;
+        self.check_messages()
+    }
+
+    fn check_state(&self, snapshot: &Snapshot) -> Result<()> {
         snapshot
             .validate(self.simulation.setup())
             .map_err(|problem| {
@@ -378,8 +396,22 @@ impl Session {
                     "after step {}: {problem}; this is a bug in myxo",
                     snapshot.step
                 ))
-            })?;
-        self.check_messages()
+            })
+    }
+
+    /// A state that breaks a rule is no checkpoint, but what was grown is kept for whoever wants to know, under another name.
+    fn with_damaged_state(&self, problem: Error, snapshot: Snapshot) -> Error {
+        let Some(path) = &self.options.state.checkpoint else {
+            return problem;
+        };
+        let mut name = path.clone().into_os_string();
+        name.push(".damaged");
+        let name = PathBuf::from(name);
+        let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
+        Error::Invalid(match checkpoint.write(&name) {
+            Ok(()) => format!("{problem}\nthe damaged state is kept in {}", name.display()),
+            Err(error) => format!("{problem}\nand the damaged state is not kept: {error}"),
+        })
     }
 
     /// Nothing that the validation layers said is let pass.

@@ -293,15 +293,27 @@ impl Scene {
         self.to_toml_with(Some(areas))
     }
 
+    /// Does a scene file elsewhere find the models, masks and maps? Not if they lie in a folder whose name is not Unicode:
+    /// then they are named relative to the scene's folder.
+    #[must_use]
+    pub fn is_found_from_everywhere(&self) -> bool {
+        let settings = &self.settings;
+        let objects = settings.objects.iter();
+        let files = objects.flat_map(|object| [&object.mesh, &object.start.mask]);
+        let mut files = files.chain([&settings.particles.start_mask, &settings.areas.map]);
+        let is_named_whole = |file: &String| {
+            let mut whole = file.clone();
+            starts::make_whole(&mut whole, &self.folder);
+            file.is_empty() || file.starts_with(BUILTIN) || Path::new(&whole).is_absolute()
+        };
+        files.all(is_named_whole)
+    }
+
     fn to_toml_with(&self, areas: Option<&AreaSettings>) -> String {
         let mut settings = self.settings.clone();
         for object in &mut settings.objects {
             if !object.mesh.starts_with(BUILTIN) {
-                let path = self.folder.join(&object.mesh);
-                object.mesh = std::path::absolute(&path)
-                    .unwrap_or(path)
-                    .to_string_lossy()
-                    .into_owned();
+                starts::make_whole(&mut object.mesh, &self.folder);
             }
         }
         starts::from_everywhere(&mut settings, &self.folder);

@@ -14,10 +14,18 @@ pub(super) fn from_everywhere(settings: &mut Settings, folder: &Path) {
     let scenes = [&mut settings.particles.start_mask, &mut settings.areas.map];
     for mask in masks.chain(scenes) {
         if !mask.is_empty() && !mask.starts_with(BUILTIN) {
-            let path = folder.join(&*mask);
-            let path = std::path::absolute(&path).unwrap_or(path);
-            *mask = path.to_string_lossy().into_owned();
+            make_whole(mask, folder);
         }
+    }
+}
+
+/// Makes a path that begins in a folder one that begins nowhere. One that leads through a name that is not Unicode stays as
+/// it is: a scene file cannot say it.
+pub(super) fn make_whole(path: &mut String, folder: &Path) {
+    let whole = folder.join(&*path);
+    let whole = std::path::absolute(&whole).unwrap_or(whole);
+    if let Some(text) = whole.to_str() {
+        text.clone_into(path);
     }
 }
 

@@ -7,7 +7,7 @@
 //! it (u32).
 
 use std::io::{BufWriter, Read as _, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bytemuck::Pod;
 use glam::DVec3;
@@ -221,8 +221,9 @@ impl Checkpoint {
         let settings = Scene::read_text(path, &self.scene, overrides)?;
         let name = path.file_stem().unwrap_or(path.as_os_str());
         let name = name.to_string_lossy().into_owned();
-        // Its paths are absolute.
-        Ok(Scene::from_settings(name, settings, PathBuf::new())?)
+        // Its paths are absolute, but for those that lead through names that are not Unicode.
+        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+        Ok(Scene::from_settings(name, settings, folder)?)
     }
 
     /// Reads a file back.

@@ -15,9 +15,9 @@ use crate::mesh::RigidTrack;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Surface;
-use crate::scene::Scene;
 use crate::scene::motion::Origins;
 use crate::scene::settings::{self, Settings};
+use crate::scene::{BUILTIN, Scene};
 
 /// The state of a scene at step 0, on the host.
 #[derive(Clone, Debug)]
@@ -87,9 +87,11 @@ impl Setup {
         let settings = &scene.settings;
         let masks = Masks::open(scene)?;
         let areas = &settings.areas;
-        // Its path is whole since the scene was made.
-        let map =
-            (!areas.map.is_empty()).then(|| AreaMap::open(areas.map.as_ref(), settings.atlas.size));
+        let map = match areas.map.starts_with(BUILTIN) {
+            true => areas.map.clone().into(),
+            false => scene.folder.join(&areas.map),
+        };
+        let map = (!areas.map.is_empty()).then(|| AreaMap::open(&map, settings.atlas.size));
         let map = map.transpose()?;
         let foods = places(settings, &scene.surface, &scene.origins, scene.radius)?;
         let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;

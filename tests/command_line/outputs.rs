@@ -181,3 +181,57 @@ fn what_a_run_reads_is_not_replaced_unless_that_is_allowed() {
     let message = failed(&query);
     assert!(message.contains("is an input of this run"), "{message}");
 }
+
+/// Would catch: a checkpoint that cannot be resumed, without a word, because a scene file cannot say where its models lie.
+#[cfg(target_os = "linux")]
+#[test]
+fn checkpoints_in_folders_that_are_not_unicode_go_on() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = Folder::new();
+    let odd = folder.path().join(OsStr::from_bytes(b"\xff\xfe"));
+    fs::create_dir(&odd).unwrap();
+    fs::write(odd.join("a.obj"), OBJ).unwrap();
+    fs::write(odd.join("a.toml"), "[[object]]\nmesh = \"a.obj\"\n").unwrap();
+    let tiny = [
+        "--steps",
+        "1",
+        "--size",
+        "16x16",
+        "--set",
+        "particles.count=100",
+        "--set",
+        "atlas.size=64",
+    ];
+    let run = |arguments: &[&OsStr]| {
+        let all = [OsStr::new("render")]
+            .into_iter()
+            .chain(arguments.iter().copied());
+        let all: Vec<&OsStr> = all.chain(tiny.iter().map(OsStr::new)).collect();
+        let output = crate::program::myxo(&all);
+        (
+            output.status.success(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    let (scene, state, out) = (odd.join("a.toml"), odd.join("a.state"), odd.join("a.png"));
+    let [out_is, state_is] = ["--out", "--checkpoint"].map(OsStr::new);
+    let (is_done, said) = run(&[
+        scene.as_os_str(),
+        out_is,
+        out.as_os_str(),
+        state_is,
+        state.as_os_str(),
+    ]);
+    assert!(
+        is_done && said.contains("a folder whose name is not Unicode"),
+        "{said}"
+    );
+    let (is_done, said) = run(&[
+        OsStr::new("--resume"),
+        state.as_os_str(),
+        out_is,
+        out.as_os_str(),
+    ]);
+    assert!(is_done && said.contains("step 2"), "{said}");
+}
