@@ -122,6 +122,8 @@
 mod commit;
 pub mod error;
 #[doc(hidden)]
+pub mod plain_text;
+#[doc(hidden)]
 pub mod regular_file;
 pub mod rng;
 pub mod whole_file;
