@@ -84,6 +84,18 @@ pub enum SceneError {
         /// What was measured or set.
         radius: f32,
     },
+    /// An object is a rod or a needle, on which directions cannot be told.
+    #[error(
+        "object `{}`: most of its surface is triangles up to {times:.0e} times as long as wide, and 5e6 is the most that particles \
+         find their way on: make it thicker, or split them into shorter ones",
+        quoted(object)
+    )]
+    TooThin {
+        /// The object's name.
+        object: String,
+        /// Its length by its width.
+        times: f64,
+    },
     /// The objects are too far from the origin.
     #[error(
         "the objects reach {farthest:e} world units from the origin, and 4e12 is the most: move them nearer, or scale them down"

@@ -224,6 +224,7 @@ impl Scene {
             .map(|(mesh, object)| (mesh, object.scale))
             .collect();
         let surface = Surface::build(&pooled);
+        check_thinness(&settings.objects, &surface)?;
         let origins = origins(&settings, &meshes, &tracks, &surface)?;
         let poses = poses(&settings.objects, &tracks, &origins, 0.0);
         let (center, measured) = bounds(&surface, &poses);
@@ -435,6 +436,34 @@ fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
         scene: PathBuf::from(scene),
         problems,
     })
+}
+
+/// Triangles may be so much longer than wide, as far as single precision tells directions in them.
+const THINNEST: f64 = 2e-7;
+
+/// Refuses objects most of whose surface is triangles so thin that a particle on them has no direction.
+fn check_thinness(objects: &[ObjectSettings], surface: &Surface) -> Result<(), SceneError> {
+    for (object, range) in objects.iter().zip(&surface.objects) {
+        let (first, end) = range.triangles;
+        let (mut all, mut thin, mut thinnest) = (0.0, 0.0, f64::INFINITY);
+        for shape in &surface.triangles[first as usize..end as usize] {
+            let [ab, cp, ch] = [shape.ab, shape.cp, shape.ch].map(f64::from);
+            let longest = ab.max(cp.hypot(ch)).max((cp - ab).hypot(ch));
+            let width = ab * ch / (longest * longest);
+            all += ab * ch;
+            if width < THINNEST {
+                thin += ab * ch;
+                thinnest = width.min(thinnest);
+            }
+        }
+        if thin > 0.5 * all {
+            return Err(SceneError::TooThin {
+                object: object.name.clone(),
+                times: thinnest.recip(),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Every name that an object's `distance_to` lists must be another object's.
