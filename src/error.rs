@@ -47,8 +47,11 @@ pub(crate) fn advice(source: &std::io::Error) -> &'static str {
         ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
             "; a part of the path is a file and not a folder"
         }
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "; free some space, or choose another disk"
+        }
+        ErrorKind::FileTooLarge => {
+            "; raise the limit of file sizes (`ulimit -f`), or choose another disk"
         }
         _ => "",
     }

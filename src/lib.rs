@@ -116,14 +116,18 @@
 //! **Invariant:** what outgrows a storage block or a texel buffer of the device takes other ways ([`sim::texel_paths`]) to
 //! the same bits.
 //!
-//! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`] and in the one file
-//! that hands egui's painter its Vulkan handles (`render::gui`).
+//! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`], in the one file
+//! that hands egui's painter its Vulkan handles (`render::gui`), and in `signals`.
 
 mod commit;
 pub mod error;
 #[doc(hidden)]
+pub mod plain_text;
+#[doc(hidden)]
 pub mod regular_file;
 pub mod rng;
+#[doc(hidden)]
+pub mod signals;
 pub mod whole_file;
 
 pub mod gpu;

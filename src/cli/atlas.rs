@@ -20,7 +20,7 @@ use super::files::Sink;
 use super::options::SceneOptions;
 use super::progress::{SettingUp, atlas_cache};
 use super::report::Report;
-use super::{Outcome, console, interrupt};
+use super::{Outcome, console, interrupt, room};
 
 /// Pixels along a side that a picture has at most.
 const LARGEST_PICTURE: u32 = 16_384;
@@ -52,7 +52,7 @@ pub struct Atlas {
     /// Prints JSON instead of text
     #[arg(long)]
     json: bool,
-    /// Side of the texture, in texels; as --set atlas.size=N
+    /// Side of the texture, in texels, 1 to 32768, as far as memory goes; as --set atlas.size=N
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(atlas::MAX_SIZE)))]
     size: Option<u32>,
     /// How triangles are laid out; as --set atlas.method=WORD
@@ -95,6 +95,7 @@ impl Atlas {
         for scene in &self.scenes {
             let scene = self.load(scene)?;
             let options = self.atlas_options(&scene);
+            room::check_atlas(options.size, self.size_option())?;
             if out.is_some() {
                 self.check_picture(&options)?;
             }
@@ -166,6 +167,15 @@ impl Atlas {
             gutter: self.gutter.unwrap_or(options.gutter),
             turn: self.turn.unwrap_or(options.turn),
             ..options
+        }
+    }
+
+    /// What sets the texture's side.
+    fn size_option(&self) -> &'static str {
+        if self.size.is_some() {
+            "--size"
+        } else {
+            "atlas.size"
         }
     }
 

@@ -1,17 +1,36 @@
 //! Text to people and programs: data to the standard output, messages to the standard error.
+//!
+//! What goes to a terminal comes through here: names and values from files may hold control characters, and here they become
+//! visible text.
 
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write};
 
+use myxo::plain_text::{escaped_data, escaped_lines};
 use myxo::{Error, Result};
 
 /// What errors call the standard output.
 pub const STDOUT: &str = "the standard output";
+/// Back to the begin of the line, and nothing in it.
+const CLEAR_LINE: &str = "\r\x1b[2K";
 
-/// Prints data, which is a whole text or a part of it that ends with a line.
-pub fn print(data: impl AsRef<[u8]>) -> Result<()> {
+/// Prints a text or JSON, or a part of it that ends with a line.
+pub fn print(text: impl AsRef<str>) -> Result<()> {
+    write_all(escaped_data(text.as_ref()).as_bytes())
+}
+
+/// Writes a file's content to the standard output: as it is, but on a terminal, which would obey what is in it.
+pub fn write(content: &[u8]) -> Result<()> {
+    if std::io::stdout().is_terminal() {
+        print(String::from_utf8_lossy(content))
+    } else {
+        write_all(content)
+    }
+}
+
+fn write_all(bytes: &[u8]) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     stdout
-        .write_all(data.as_ref())
+        .write_all(bytes)
         .and_then(|()| stdout.flush())
         .map_err(|source| Error::Io {
             action: "write to",
@@ -22,5 +41,35 @@ pub fn print(data: impl AsRef<[u8]>) -> Result<()> {
 
 /// Tells people something, in a line of its own. Nobody listening is no reason to stop.
 pub fn message(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
+    let _ = tell(&mut std::io::stderr().lock(), text);
+}
+
+/// As [`message`], in the place of what stands in the terminal's line.
+pub fn message_over_line(text: &str) {
+    let mut stderr = std::io::stderr().lock();
+    if stderr.is_terminal() {
+        let _ = stderr.write_all(CLEAR_LINE.as_bytes());
+    }
+    let _ = tell(&mut stderr, text);
+}
+
+fn tell(to: &mut impl Write, text: &str) -> std::io::Result<()> {
+    writeln!(to, "{}", escaped_lines(text.trim_end()))
+}
+
+/// Sends log lines to the standard error, warnings and worse unless `RUST_LOG` says otherwise.
+pub fn log() {
+    let environment = env_logger::Env::default().default_filter_or("warn,winit=error");
+    env_logger::Builder::from_env(environment)
+        .format(|to, record| {
+            let style = to.default_level_style(record.level());
+            let (level, from) = (record.level(), record.target());
+            let text = record.args().to_string();
+            writeln!(
+                to,
+                "[{style}{level:<5}{style:#} {from}] {}",
+                escaped_lines(&text)
+            )
+        })
+        .init();
 }

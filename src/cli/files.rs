@@ -45,7 +45,7 @@ impl Sink {
     pub fn write(self, content: impl AsRef<[u8]>) -> Result<()> {
         let content = content.as_ref();
         let written = match self.target {
-            Target::Stdout => return console::print(content),
+            Target::Stdout => return console::write(content),
             Target::Whole(mut file) => file
                 .write_all(content)
                 .and_then(|()| file.finish().map(|_| ())),

@@ -1,9 +1,9 @@
 //! Ctrl-C (and being asked to terminate): the first time a flag that long work looks at between steps, so that files
 //! get finished; the second time the program quits at once.
 
-use std::io::IsTerminal as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use myxo::render::output::Output;
 use myxo::{Error, Result};
 
 use super::console;
@@ -22,17 +22,11 @@ pub fn install() -> Result<()> {
 pub fn install_with(doing: &'static str, tell: impl Fn() + Send + 'static) -> Result<()> {
     let handler = move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
+            Output::end_encoders();
             std::process::exit(i32::from(EXIT_CODE));
         }
         // What the terminal shows of Ctrl-C stands in the line of the bar: both go.
-        let line = if std::io::stderr().is_terminal() {
-            "\r\x1b[2K"
-        } else {
-            ""
-        };
-        console::message(&format!(
-            "{line}interrupted: {doing}; once more to quit at once"
-        ));
+        console::message_over_line(&format!("interrupted: {doing}; once more to quit at once"));
         tell();
     };
     ctrlc::set_handler(handler)

@@ -5,7 +5,7 @@
 mod atlas;
 mod bench;
 mod compare;
-mod console;
+pub mod console;
 mod counters;
 mod export;
 mod files;
@@ -30,16 +30,17 @@ mod table;
 mod times;
 mod work;
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
-use myxo::Error;
 use myxo::mesh::atlas::AtlasError;
+use myxo::plain_text::is_control;
 use myxo::scene::builtin::SCENES;
+use myxo::{Error, signals};
 
 /// Physarum on the surfaces of 3D objects.
 ///
@@ -109,9 +110,8 @@ impl Outcome {
 
 /// Reads the command line, does what it says, and gives the exit code.
 pub fn main() -> ExitCode {
-    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn,winit=error"))
-        .format_timestamp(None)
-        .init();
+    signals::ignore_file_size_limit();
+    console::log();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return print_clap_message(&with_hint(error)),
@@ -150,7 +150,14 @@ pub fn main() -> ExitCode {
 
 /// Prints help, the version or a usage error. Help that cannot be written is an error.
 fn print_clap_message(error: &clap::Error) -> ExitCode {
-    let printed = error.print().and_then(|()| std::io::stdout().flush());
+    let is_plain = |argument: OsString| !argument.to_string_lossy().contains(is_control);
+    let printed = if std::env::args_os().all(is_plain) {
+        error.print().and_then(|()| std::io::stdout().flush())
+    } else {
+        // Names of files that a shell has put in hold what a terminal obeys.
+        console::message(&error.to_string());
+        Ok(())
+    };
     match printed {
         Err(source) if !error.use_stderr() && source.kind() != std::io::ErrorKind::BrokenPipe => {
             let error = Error::Io {

@@ -6,8 +6,8 @@ use image::RgbaImage;
 use myxo::Result;
 use myxo::render::output::{Output, OutputError, Written};
 
-use super::console;
 use super::progress::Progress;
+use super::{console, interrupt};
 
 /// Every `--out` of a run.
 #[derive(Debug)]
@@ -20,8 +20,11 @@ pub struct Outputs {
 impl Outputs {
     /// Begins all of them, `size` pixels each.
     pub fn create(paths: &[PathBuf], size: [u32; 2], frames_per_second: u32) -> Result<Self> {
-        let create =
-            |path: &PathBuf| Output::create(path, size.into(), f64::from(frames_per_second));
+        let create = |path: &PathBuf| {
+            let mut output = Output::create(path, size.into(), f64::from(frames_per_second))?;
+            output.set_interrupt(interrupt::flag());
+            Ok::<_, OutputError>(output)
+        };
         Ok(Self {
             open: paths.iter().map(create).collect::<Result<_, _>>()?,
             written: Vec::new(),

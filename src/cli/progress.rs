@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use myxo::gpu::default_cache_folder;
 use myxo::mesh::atlas::Control;
+use myxo::plain_text::escaped;
 use myxo::sim::food::MEASURING;
 
 use super::{console, interrupt};
@@ -45,11 +46,12 @@ impl Progress {
         .expect("the template is well formed")
         .with_key("rate", rate);
         let now = Instant::now();
+        let what = escaped(what);
         Self {
             bar: ProgressBar::new(count)
                 .with_style(style)
-                .with_message(what.to_owned()),
-            what: what.to_owned(),
+                .with_message(what.clone().into_owned()),
+            what: what.into_owned(),
             unit,
             begun: now,
             last_line: now,
@@ -65,7 +67,8 @@ impl Progress {
 
     /// Says what comes next.
     pub fn doing(&self, what: &str) {
-        self.bar.set_message(format!("{}: {what}", self.what));
+        self.bar
+            .set_message(format!("{}: {}", self.what, escaped(what)));
     }
 
     /// Steps come next, again.
@@ -126,8 +129,9 @@ impl SettingUp {
     pub fn new(what: &str, cache: Option<PathBuf>) -> Self {
         let style = ProgressStyle::with_template("{msg} {spinner}");
         let now = Instant::now();
+        let what = escaped(what).into_owned();
         let setting_up = Self {
-            what: what.to_owned(),
+            what: what.clone(),
             bar: ProgressBar::new_spinner()
                 .with_style(style.expect("the template is well formed"))
                 .with_message(format!("{what}: setting up")),

@@ -73,6 +73,30 @@ pub fn check_copy(bytes: u64) -> Result<()> {
     within(bytes, on_host(Path::new("/")))
 }
 
+/// Bytes that the making of an atlas takes for each of its texels, at the least: who owns it, its area and density, and the maps
+/// that charts are packed by.
+const ATLAS_TEXEL: u64 = 20;
+
+/// Refuses an atlas of this side if the host has no memory to make it; `option` is what sets the side.
+pub fn check_atlas(size: u32, option: &str) -> Result<()> {
+    atlas_within(size, option, on_host(Path::new("/")))
+}
+
+fn atlas_within(size: u32, option: &str, free: Option<Free>) -> Result<()> {
+    let bytes = ATLAS_TEXEL * u64::from(size).pow(2);
+    let Some(free) = free.filter(|free| bytes > free.at_ease()) else {
+        return Ok(());
+    };
+    let fits = (free.at_ease() / ATLAS_TEXEL).isqrt();
+    Err(Error::Invalid(format!(
+        "{option} {size}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is left to \
+         others: use {option} {fits} at most, or end other programs",
+        human(bytes),
+        human(free.memory),
+        side = grouped(size.into()),
+    )))
+}
+
 /// Refuses so many bytes if they are not free, with some to spare.
 pub fn within(bytes: u64, free: Option<Free>) -> Result<()> {
     match free {
@@ -278,6 +302,31 @@ mod tests {
             without_swap.map(|free| (free.memory, free.swap)),
             Some((1 << 20, 0))
         );
+    }
+
+    /// Catches `myxo atlas --size 32768` that takes more than the machine has, and advice that would be refused as well.
+    #[test]
+    fn an_atlas_is_refused_before_its_memory_is_taken() {
+        let free = |gibibytes: u64| {
+            let memory = gibibytes * GIB;
+            Some(Free { memory, swap: GIB })
+        };
+        for (size, gibibytes) in [(32_768, 24), (8192, 2), (1024, 1)] {
+            atlas_within(size, "--size", free(gibibytes)).expect("there is room");
+        }
+        atlas_within(32_768, "--size", None).expect("nobody knows");
+        let refused = atlas_within(32_768, "--size", free(16));
+        let message = refused.expect_err("it takes 20 GiB").to_string();
+        let says = "--size 32768: making an atlas of 32,768 x 32,768 texels takes about 20.0 GiB, and 16.0 GiB are free, ";
+        assert!(message.starts_with(says), "{message}");
+        let (_, advice) = message
+            .split_once(": use --size ")
+            .expect("there is advice");
+        let fits = advice.split(' ').next().and_then(|n| n.parse().ok());
+        let fits: u32 = fits.expect("it is a size");
+        assert!(fits > 25_000, "{message}");
+        atlas_within(fits, "--size", free(16)).expect("as advised");
+        atlas_within(fits + 1, "--size", free(16)).expect_err("it is the most");
     }
 
     #[test]

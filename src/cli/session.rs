@@ -2,6 +2,7 @@
 
 mod tracing;
 
+use std::path::PathBuf;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -393,8 +394,9 @@ impl Session {
             .validate(self.simulation.setup())
             .map_err(|problem| {
                 Error::Invalid(format!(
-                    "after step {}: {problem}; this is a bug in myxo",
-                    snapshot.step
+                    "after step {}: {problem}; this is a bug in myxo{}",
+                    snapshot.step,
+                    self.keep_damaged(snapshot)
                 ))
             })
     }
@@ -412,6 +414,25 @@ impl Session {
             Ok(()) => format!("{problem}\nthe damaged state is kept in {}", name.display()),
             Err(error) => format!("{problem}\nand the damaged state is not kept: {error}"),
         })
+    }
+
+    /// Where a checkpoint was asked for and the state is wrong, keeps it beside that one's name; what is to be said of it.
+    fn keep_damaged(&self, snapshot: &Snapshot) -> String {
+        let Some(path) = &self.options.state.checkpoint else {
+            return String::new();
+        };
+        let mut name = path.clone().into_os_string();
+        name.push(".damaged");
+        let damaged = PathBuf::from(name);
+        let setup = self.simulation.setup();
+        let checkpoint = Checkpoint::new(&self.scene, setup, snapshot.clone());
+        match checkpoint.write(&damaged) {
+            Ok(()) => format!(
+                "; the damaged state is kept in {}, for a report: no run goes on from it",
+                damaged.display()
+            ),
+            Err(error) => format!("; {error}"),
+        }
     }
 
     /// Nothing that the validation layers said is let pass.

@@ -1,6 +1,5 @@
 //! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use glam::Vec2;
@@ -21,6 +20,7 @@ use super::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
+use crate::cli::console;
 
 impl Lab {
     /// Does what the interface asks for.
@@ -293,8 +293,7 @@ impl Lab {
             ),
             Some(Err(error)) => error.to_string(),
         };
-        // Nobody listening is no reason to stop.
-        let _ = writeln!(std::io::stderr().lock(), "{text}");
+        console::message(&text);
     }
 
     /// Begins to load a scene; one that is on its way is given up for it.

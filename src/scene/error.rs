@@ -1,15 +1,12 @@
 //! What can be wrong with a scene, said so that its owner can mend it.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::file::Problem;
+use super::problems::Problems;
 use super::suggest::nearest;
 use super::{builtin, parameters};
 use crate::mesh::MeshError;
-
-/// Problems that a message lists.
-const MOST_LISTED: usize = 20;
+use crate::plain_text::quoted;
 
 /// Why there is no scene.
 #[derive(Debug, thiserror::Error)]
@@ -64,15 +61,15 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// Keys or values are wrong; the message lists the first of them, and says how many there are.
-    #[error("{}", listed(scene, problems))]
+    #[error("{}", problems.describe(&scene.to_string_lossy()))]
     Problems {
         /// The scene that was asked for.
         scene: PathBuf,
-        /// Everything that is wrong.
-        problems: Vec<Problem>,
+        /// What is wrong.
+        problems: Problems,
     },
     /// An object's mesh cannot be used.
-    #[error("object `{object}`: {source}")]
+    #[error("object `{}`: {source}", quoted(object))]
     Object {
         /// The object's name, or its place in the file.
         object: String,
@@ -86,6 +83,18 @@ pub enum SceneError {
     Radius {
         /// What was measured or set.
         radius: f32,
+    },
+    /// An object is a rod or a needle, on which directions cannot be told.
+    #[error(
+        "object `{}`: most of its surface is triangles up to {times:.0e} times as long as wide, and 5e6 is the most that particles \
+         find their way on: make it thicker, or split them into shorter ones",
+        quoted(object)
+    )]
+    TooThin {
+        /// The object's name.
+        object: String,
+        /// Its length by its width.
+        times: f64,
     },
     /// The objects are too far from the origin.
     #[error(
@@ -109,7 +118,7 @@ impl SceneError {
         let names: Vec<_> = builtin::SCENES.iter().map(|scene| scene.name).collect();
         let (suggestion, known) = suggest(&name, &names);
         Self::UnknownScene {
-            name: brief(&name),
+            name: quoted(&name).into_owned(),
             suggestion,
             known,
         }
@@ -119,7 +128,7 @@ impl SceneError {
         let names: Vec<_> = builtin::PRESETS.iter().map(|preset| preset.name).collect();
         let (suggestion, known) = suggest(name, &names);
         Self::UnknownPreset {
-            name: brief(name),
+            name: quoted(name).into_owned(),
             suggestion,
             known,
         }
@@ -130,59 +139,4 @@ fn suggest(name: &str, names: &[&str]) -> (String, String) {
     let suggestion =
         nearest(name, names.iter().copied()).map(|near| format!(", did you mean `{near}`?"));
     (suggestion.unwrap_or_default(), parameters::all_of(names))
-}
-
-fn listed(scene: &Path, problems: &[Problem]) -> String {
-    let scene = scene.display();
-    match problems {
-        [only] => format!("{scene}: {}", brief(&only.to_string())),
-        many => {
-            let mut text = format!("{scene}: {} things are wrong:", many.len());
-            for problem in &many[..many.len().min(MOST_LISTED)] {
-                let _ = write!(text, "\n  {}", brief(&problem.to_string()));
-            }
-            if many.len() > MOST_LISTED {
-                let _ = write!(text, "\n  and {} more", many.len() - MOST_LISTED);
-            }
-            text
-        }
-    }
-}
-
-/// Letters of a word that messages quote whole: longer than any file name.
-const LONGEST_WORD: usize = 300;
-
-/// Shortens very long words in a message to their beginning.
-fn brief(text: &str) -> String {
-    let short = |word: &str| match word.char_indices().nth(LONGEST_WORD) {
-        None => word.to_owned(),
-        Some(_) => {
-            let (kept, rest) = word.split_at(word.char_indices().nth(60).map_or(0, |(at, _)| at));
-            format!("{kept}... ({} letters more)", rest.chars().count())
-        }
-    };
-    let words = text.split_inclusive(char::is_whitespace);
-    words
-        .map(|word| {
-            let bare = word.trim_end_matches(char::is_whitespace);
-            short(bare) + &word[bare.len()..]
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::brief;
-
-    #[test]
-    fn long_words_are_quoted_by_their_beginning() {
-        let text = "scene.toml: line 3:\n  there is no key `radios`, did you mean `radius`?";
-        assert_eq!(brief(text), text);
-        let long = format!("there is no key `{}é`: see below\n", "x".repeat(100_000));
-        let expected = format!(
-            "there is no key `{}... (99944 letters more) see below\n",
-            "x".repeat(59)
-        );
-        assert_eq!(brief(&long), expected);
-    }
 }

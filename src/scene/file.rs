@@ -1,8 +1,6 @@
 //! Scene files in and out, and the changes of the command line, all by way of the parameter table: what is unknown,
 //! of the wrong type or out of range is gathered, so that one error lists everything there is to mend.
 
-use std::fmt;
-
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
@@ -12,41 +10,9 @@ use super::parameters::{
     out_of_range,
 };
 use super::presets::{PARTS, foreign};
+use super::problems::{Problem, Problems};
 use super::settings::{FoodSettings, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
-
-/// One thing that is wrong with a scene file, a preset or a `--set`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    /// Where it stands: `line 7`, `--set trail.decay=2`, `preset spots`; empty when nowhere in particular.
-    pub place: String,
-    /// What is wrong and what would be right.
-    pub message: String,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.place.is_empty() {
-            f.write_str(&self.message)
-        } else {
-            write!(f, "{}: {}", self.place, self.message)
-        }
-    }
-}
-
-impl From<OutOfRange> for Problem {
-    fn from(out: OutOfRange) -> Self {
-        let OutOfRange {
-            key,
-            value,
-            allowed,
-        } = out;
-        Self {
-            place: String::new(),
-            message: format!("{key} = {value} is out of range: {allowed}"),
-        }
-    }
-}
 
 /// Reads scene text into settings, step by step, and gathers everything wrong on the way.
 #[derive(Debug)]
@@ -54,7 +20,7 @@ pub struct Reader {
     /// The settings so far; whatever was wrong kept its value from before.
     pub settings: Settings,
     /// What was wrong so far.
-    pub problems: Vec<Problem>,
+    pub problems: Problems,
     place: Place,
 }
 
@@ -75,7 +41,7 @@ impl Reader {
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
-            problems: Vec::new(),
+            problems: Problems::default(),
             place: Place::Argument(String::new()),
         }
     }
@@ -152,7 +118,7 @@ impl Reader {
     ///
     /// # Errors
     /// Everything that was wrong, and everything else that is out of range.
-    pub fn finish(mut self) -> Result<Settings, Vec<Problem>> {
+    pub fn finish(mut self) -> Result<Settings, Problems> {
         self.problems
             .extend(out_of_range(&self.settings).into_iter().map(Problem::from));
         if self.settings.objects.is_empty() {
@@ -170,7 +136,12 @@ impl Reader {
     }
 
     fn problem(&mut self, at: usize, message: String) {
-        let place = match &self.place {
+        self.problem_with(at, || message);
+    }
+
+    /// A problem whose message is made only if it is listed.
+    fn problem_with(&mut self, at: usize, message: impl FnOnce() -> String) {
+        let place = || match &self.place {
             Place::Text { prefix, line_ends } => {
                 let line = line_ends.partition_point(|&end| end < at) + 1;
                 let space = if prefix.is_empty() { "" } else { " " };
@@ -178,7 +149,10 @@ impl Reader {
             }
             Place::Argument(typed) => typed.clone(),
         };
-        self.problems.push(Problem { place, message });
+        self.problems.push_with(|| Problem {
+            place: place(),
+            message: message(),
+        });
     }
 
     fn table(&mut self, section: &str, table: &DeTable<'_>) {
@@ -231,33 +205,37 @@ impl Reader {
     }
 
     fn unknown(&mut self, key: &str, at: usize) {
-        let message = if is_section(key) {
-            format!(
-                "{key} is a section: keys such as {} stand in it",
-                first_of(key)
-            )
-        } else if let Some(nearest) = nearest_key(key) {
-            format!("{key}: no such key; did you mean {nearest}?")
-        } else {
-            format!("{key}: no such key; `myxo scenes --keys` lists all of them")
-        };
-        self.problem(at, message);
+        self.problem_with(at, || {
+            if is_section(key) {
+                format!(
+                    "{key} is a section: keys such as {} stand in it",
+                    first_of(key)
+                )
+            } else if let Some(nearest) = nearest_key(key) {
+                format!("{key}: no such key; did you mean {nearest}?")
+            } else {
+                format!("{key}: no such key; `myxo scenes --keys` lists all of them")
+            }
+        });
     }
 
     fn unknown_section(&mut self, key: &str, at: usize) {
-        let sections = PARAMETERS
-            .iter()
-            .map(Parameter::section)
-            .filter(|section| !section.is_empty());
-        let message = match nearest(key, sections.chain(["object", "food"])) {
-            // There may be several of these.
-            Some(nearest @ ("object" | "food")) => {
-                format!("[{key}]: no such section; did you mean [[{nearest}]]?")
+        self.problem_with(at, || {
+            let sections = PARAMETERS
+                .iter()
+                .map(Parameter::section)
+                .filter(|section| !section.is_empty());
+            match nearest(key, sections.chain(["object", "food"])) {
+                // There may be several of these.
+                Some(nearest @ ("object" | "food")) => {
+                    format!("[{key}]: no such section; did you mean [[{nearest}]]?")
+                }
+                Some(nearest) => format!("[{key}]: no such section; did you mean [{nearest}]?"),
+                None => {
+                    format!("[{key}]: no such section; `myxo scenes --keys` lists all keys")
+                }
             }
-            Some(nearest) => format!("[{key}]: no such section; did you mean [{nearest}]?"),
-            None => format!("[{key}]: no such section; `myxo scenes --keys` lists all keys"),
-        };
-        self.problem(at, message);
+        });
     }
 
     fn objects(&mut self, value: &Spanned<DeValue<'_>>, at: usize) {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::error::SceneError;
-use super::file::Problem;
+use super::problems::{Problem, listed};
 use super::settings::{MOST_FOODS, Settings, Start};
 
 /// Names the only object where that is left out, so that it stays clear when there are more.
@@ -38,13 +38,25 @@ pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> 
 #[must_use]
 pub fn problems(settings: &Settings) -> Vec<String> {
     let mut messages = Vec::new();
-    for (i, food) in settings.foods.iter().enumerate() {
+    let count = settings.food_count();
+    if count > MOST_FOODS {
+        // Nothing else is told of each of so many.
+        messages.push(format!(
+            "the scene has {count} foods and markers, and there may be {MOST_FOODS}: \
+             take some out, or lower feeding.scattered"
+        ));
+    }
+    let few = if count > MOST_FOODS {
+        &[][..]
+    } else {
+        &settings.foods
+    };
+    for (i, food) in few.iter().enumerate() {
         if settings.object_of(food).is_some() {
             continue;
         }
         let names = settings.objects.iter().map(|object| object.name.as_str());
-        let known: Vec<&str> = names.collect();
-        let known = known.join(", ");
+        let known = listed(names);
         messages.push(if food.object.is_empty() {
             format!("food.{i}.object is empty: name the object that it lies on; there is {known}")
         } else {
@@ -53,13 +65,6 @@ pub fn problems(settings: &Settings) -> Vec<String> {
                 food.object
             )
         });
-    }
-    let count = settings.food_count();
-    if count > MOST_FOODS {
-        messages.push(format!(
-            "the scene has {count} foods and markers, and there may be {MOST_FOODS}: \
-             take some out, or lower feeding.scattered"
-        ));
     }
     let most = u64::from(settings.particles.count) * u64::from(settings.feeding.fed_deposit);
     if count > 0 && most > u64::from(u32::MAX) {

@@ -12,6 +12,7 @@ mod keyframes;
 pub mod motion;
 pub mod parameters;
 pub mod presets;
+pub mod problems;
 pub mod settings;
 mod starts;
 mod strategy;
@@ -31,8 +32,9 @@ use crate::regular_file;
 pub use error::SceneError;
 pub use settings::Settings;
 
-use file::{Problem, Reader};
+use file::Reader;
 use motion::{Origins, pose_from};
+use problems::{Problem, Problems, listed};
 use settings::{AreaSettings, ObjectSettings};
 
 /// World coordinates reach no farther from zero.
@@ -222,6 +224,7 @@ impl Scene {
             .map(|(mesh, object)| (mesh, object.scale))
             .collect();
         let surface = Surface::build(&pooled);
+        check_thinness(&settings.objects, &surface)?;
         let origins = origins(&settings, &meshes, &tracks, &surface)?;
         let poses = poses(&settings.objects, &tracks, &origins, 0.0);
         let (center, measured) = bounds(&surface, &poses);
@@ -437,7 +440,7 @@ fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
 /// Every value must be one that its parameter allows.
 fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     let problems = parameters::out_of_range(settings).into_iter();
-    let problems: Vec<Problem> = problems.map(Problem::from).collect();
+    let problems: Problems = problems.map(Problem::from).collect();
     if problems.is_empty() {
         return Ok(());
     }
@@ -447,32 +450,56 @@ fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     })
 }
 
+/// Triangles may be so much longer than wide, as far as single precision tells directions in them.
+const THINNEST: f64 = 2e-7;
+
+/// Refuses objects most of whose surface is triangles so thin that a particle on them has no direction.
+fn check_thinness(objects: &[ObjectSettings], surface: &Surface) -> Result<(), SceneError> {
+    for (object, range) in objects.iter().zip(&surface.objects) {
+        let (first, end) = range.triangles;
+        let (mut all, mut thin, mut thinnest) = (0.0, 0.0, f64::INFINITY);
+        for shape in &surface.triangles[first as usize..end as usize] {
+            let [ab, cp, ch] = [shape.ab, shape.cp, shape.ch].map(f64::from);
+            let longest = ab.max(cp.hypot(ch)).max((cp - ab).hypot(ch));
+            let width = ab * ch / (longest * longest);
+            all += ab * ch;
+            if width < THINNEST {
+                thin += ab * ch;
+                thinnest = width.min(thinnest);
+            }
+        }
+        if thin > 0.5 * all {
+            return Err(SceneError::TooThin {
+                object: object.name.clone(),
+                times: thinnest.recip(),
+            });
+        }
+    }
+    Ok(())
+}
+
 /// Every name that an object's `distance_to` lists must be another object's.
 fn check_distance_to(scene: &str, objects: &[ObjectSettings]) -> Result<(), SceneError> {
-    let mut problems = Vec::new();
+    let mut problems = Problems::default();
+    let names = || objects.iter().map(|object| object.name.as_str());
+    let known: HashSet<&str> = names().collect();
     for (i, object) in objects.iter().enumerate() {
-        let others = || {
-            let names = objects.iter().map(|other| other.name.as_str());
-            names.filter(|name| *name != object.name)
-        };
         for wanted in &object.distance_to {
-            if others().any(|name| name == wanted) {
+            if *wanted != object.name && known.contains(wanted.as_str()) {
                 continue;
             }
-            let known: Vec<&str> = others().collect();
-            let message = if *wanted == object.name {
-                format!("object.{i}.distance_to names the object itself")
-            } else if known.is_empty() {
-                format!("object.{i}.distance_to: there is no other object")
-            } else {
-                format!(
-                    "object.{i}.distance_to: there is no object \"{wanted}\"; the others are {}",
-                    known.join(", ")
-                )
-            };
-            problems.push(Problem {
+            problems.push_with(|| Problem {
                 place: String::new(),
-                message,
+                message: if *wanted == object.name {
+                    format!("object.{i}.distance_to names the object itself")
+                } else if objects.len() == 1 {
+                    format!("object.{i}.distance_to: there is no other object")
+                } else {
+                    format!(
+                        "object.{i}.distance_to: there is no object \"{wanted}\"; the others are {}",
+                        listed(names().filter(|name| *name != object.name))
+                    )
+                },
             });
         }
     }
@@ -549,7 +576,7 @@ fn tracks(
     objects: &[ObjectSettings],
     folder: &Path,
 ) -> Result<Vec<Option<RigidTrack>>, SceneError> {
-    let mut problems = Vec::new();
+    let mut problems = Problems::default();
     let mut tracks = Vec::with_capacity(objects.len());
     for (i, object) in objects.iter().enumerate() {
         tracks.push(None);

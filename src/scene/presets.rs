@@ -112,13 +112,14 @@ pub(super) fn text_of(wanted: &str) -> Result<Cow<'static, str>, SceneError> {
 mod tests {
     use super::*;
     use crate::scene::file::Reader;
+    use crate::scene::problems::Problems;
     use crate::scene::settings::ColorMap;
     use crate::scene::{Overrides, Scene};
 
     fn read(settings: Settings, text: &str) -> Result<Settings, Vec<String>> {
         let mut reader = Reader::new(settings);
         reader.preset("preset mine", text);
-        let told = |problems: Vec<_>| problems.iter().map(ToString::to_string).collect();
+        let told = |problems: Problems| problems.iter().map(ToString::to_string).collect();
         reader.finish().map_err(told)
     }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::BUILTIN;
 use super::error::SceneError;
-use super::file::Problem;
+use super::problems::{Problem, listed};
 use super::settings::{Heading, Settings, Start, StartSettings};
 
 /// Lets the paths of masks and area maps mean the same wherever they are read.
@@ -36,10 +36,9 @@ pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> 
     let wanted = &settings.particles.start_object;
     let mut names = settings.objects.iter().map(|object| object.name.as_str());
     if !wanted.is_empty() && !names.clone().any(|name| name == wanted) {
-        let known: Vec<&str> = names.by_ref().collect();
         messages.push(format!(
             "particles.start_object: there is no object \"{wanted}\"; there is {}",
-            known.join(", ")
+            listed(names.by_ref())
         ));
     }
     let (scenes, own) = settings.starts();

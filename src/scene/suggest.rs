@@ -51,8 +51,11 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
 
 /// The candidate nearest to a mistyped word, if one is near enough to have been meant.
 pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (word.chars().count() / 3).clamp(1, 4);
+    let length = word.chars().count();
+    let limit = (length / 3).clamp(1, 4);
     candidates
+        // Words whose lengths differ by more are farther apart: a distance to a word of a million letters takes seconds.
+        .filter(|candidate| candidate.chars().count().abs_diff(length) <= limit)
         .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
         .filter(|&(distance, _)| distance <= limit)
         .min_by_key(|&(distance, _)| distance)

@@ -141,7 +141,7 @@ fn a_full_disk_leaves_what_is_whole() {
         assert_eq!(messages.matches(&says).count(), 1, "{says} in {messages}");
     }
     assert!(
-        messages.contains("free some space, or choose another disk"),
+        messages.contains("raise the limit of file sizes (`ulimit -f`), or choose another disk"),
         "{messages}"
     );
     assert_eq!(folder.names(), ["x.json"], "{messages}");

@@ -15,6 +15,7 @@ mod examples;
 mod export;
 mod export_command;
 mod files;
+mod hostile;
 mod kernel_alone;
 mod objects;
 #[cfg(unix)]

@@ -15,7 +15,7 @@ use myxo::scene::settings::{AtlasMethod, Settings};
 use super::{open_mesh, options_of};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::progress::{SettingUp, atlas_cache};
-use crate::cli::{Outcome, console, interrupt};
+use crate::cli::{Outcome, console, interrupt, room};
 
 /// Tell where each triangle of a mesh lies in the texture
 ///
@@ -36,7 +36,7 @@ pub struct Atlas {
     /// A model (.obj, .stl, .ply, .glb, .gltf), or builtin:NAME
     #[arg(long, value_name = "FILE")]
     mesh: PathBuf,
-    /// Side of the texture, in texels
+    /// Side of the texture, in texels, 1 to 32768, as far as memory goes
     #[arg(long, value_name = "N", default_value_t = Settings::default().atlas.size)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(atlas::MAX_SIZE)))]
     atlas_size: u32,
@@ -59,6 +59,7 @@ pub struct Atlas {
 impl Atlas {
     /// Lays the mesh out and writes.
     pub fn run(&self) -> Result<Outcome> {
+        room::check_atlas(self.atlas_size, "--atlas-size")?;
         let sink = Sink::create(&self.out)?;
         interrupt::install()?;
         let mesh = open_mesh(&self.mesh)?;

@@ -1,6 +1,5 @@
 //! What is being taken out when the window closes: what can be finished is, and the terminal hears what became of each.
 
-use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -9,6 +8,7 @@ use myxo::{Error, Result};
 
 use super::job::Job;
 use super::{Lab, Out, TakeOut};
+use crate::cli::console;
 use crate::lab::hands::Work;
 use crate::lab::interface::Command;
 use crate::lab::loading::Origin;
@@ -317,8 +317,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
 
 /// A line on the terminal.
 pub(in super::super) fn say(text: &str) {
-    // Nobody listening is no reason to stop.
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
+    console::message(text);
 }
 
 /// What is said before a file is waited for.

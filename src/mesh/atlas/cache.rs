@@ -1,8 +1,8 @@
 //! Layouts on disk: what took long to cut and to pack once is read the next time.
 //!
 //! A file holds where the triangles lie and nothing that follows from it. Its name is a hash of all that the layout
-//! depends on. A file that is damaged, or of another program, counts as none and is replaced; nothing here can make
-//! the program fail.
+//! depends on. A file that is damaged, or of another program, counts as none and is replaced, and so does one whose checksum is
+//! right and whose triangles lie on each other or too near to those of other charts; nothing here can make the program fail.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hasher};
@@ -11,10 +11,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use bytemuck::{Pod, pod_read_unaligned};
-use glam::Vec2;
+use glam::{IVec2, Vec2};
 
 use super::super::surface::{AtlasMap, Surface};
-use super::{AtlasError, AtlasOptions, Control};
+use super::fixed::{Fixed, twice_area};
+use super::raster::{self, Conflict};
+use super::{AtlasError, AtlasOptions, Control, overlap, surface_area, triangle_area};
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOAT01";
@@ -25,6 +27,8 @@ const MOST_BYTES: u64 = 256 << 20;
 const MOST_FILES: usize = 64;
 /// Somebody may be writing a hidden file that is younger.
 const ABANDONED_AFTER: Duration = Duration::from_secs(3600);
+/// Charts keep areas nearly: what would fill so many texels has an area.
+const SEVERAL_TEXELS: f64 = 4.0;
 const ENDING: &str = "atlas";
 
 /// What the methods give: per triangle its map and its chart, and the number of charts.
@@ -40,8 +44,14 @@ pub(super) fn kept(
     let slot = control
         .cache
         .map(|folder| Slot::new(folder, surface, options));
-    if let Some(placement) = slot.as_ref().and_then(Slot::load) {
-        return Ok((placement.maps, placement.chart, placement.chart_count));
+    if let Some((slot, placement)) = slot.as_ref().and_then(|slot| Some((slot, slot.load()?))) {
+        match placement.problem(surface, options, control)? {
+            None => return Ok((placement.maps, placement.chart, placement.chart_count)),
+            Some(problem) => log::warn!(
+                "the atlas kept in {} is none of this surface: {problem}; it is made anew",
+                slot.file.display()
+            ),
+        }
     }
     let (maps, chart, chart_count) = make()?;
     let placement = Placement {
@@ -62,6 +72,72 @@ struct Placement {
     /// Per triangle.
     chart: Vec<u32>,
     chart_count: u32,
+}
+
+impl Placement {
+    /// What makes it no layout of the surface, although its file is whole, if anything does.
+    fn problem(
+        &self,
+        surface: &Surface,
+        options: &AtlasOptions,
+        control: &Control<'_>,
+    ) -> Result<Option<String>, AtlasError> {
+        let fixed = Fixed::new(options.size, options.gutter);
+        let corners: Vec<[IVec2; 3]> = self.maps.iter().map(|map| fixed.corners_of(map)).collect();
+        let is_on_grid = |(map, corners): (&AtlasMap, &[IVec2; 3])| fixed.map_of(*corners) == *map;
+        if let Some(t) = self
+            .maps
+            .iter()
+            .zip(&corners)
+            .position(|both| !is_on_grid(both))
+        {
+            return Ok(Some(format!("triangle {t} does not lie on the grid")));
+        }
+        let mut has_triangles = vec![false; self.chart_count as usize];
+        for &chart in &self.chart {
+            has_triangles[chart as usize] = true;
+        }
+        if let Some(chart) = has_triangles.iter().position(|has| !has) {
+            return Ok(Some(format!("chart {chart} has no triangles")));
+        }
+        if let Some(t) = flattened(surface, options, &corners, fixed) {
+            return Ok(Some(format!("triangle {t} has no area")));
+        }
+        if let Some((a, b)) = overlap::first(&corners, fixed, control)? {
+            return Ok(Some(format!("triangles {a} and {b} lie on each other")));
+        }
+        let conflict = raster::conflict(surface, &self.maps, &self.chart, options);
+        Ok(conflict.map(
+            |Conflict {
+                 triangles: [a, b], ..
+             }| { format!("the charts of triangles {a} and {b} want the same texel") },
+        ))
+    }
+}
+
+/// A triangle without area in the texture whose area on the surface would fill several texels. Thin ones may have none.
+fn flattened(
+    surface: &Surface,
+    options: &AtlasOptions,
+    corners: &[[IVec2; 3]],
+    fixed: Fixed,
+) -> Option<usize> {
+    let texel = f64::from(fixed.texel).powi(2);
+    let texels = |corners: &[IVec2; 3]| twice_area(*corners).unsigned_abs() as f64 / (2.0 * texel);
+    let whole: f64 = corners.iter().map(texels).sum();
+    let density = whole / surface_area(surface);
+    let weights = options.weights.iter().copied();
+    let (least, most) = weights.fold((1.0, 1.0), |(least, most): (f32, f32), weight| {
+        (least.min(weight), most.max(weight))
+    });
+    let enough = SEVERAL_TEXELS * f64::from(most / least);
+    let is_flattened = |(t, corners): (usize, &[IVec2; 3])| {
+        twice_area(*corners) == 0 && density * triangle_area(surface, t as u32) > enough
+    };
+    corners
+        .iter()
+        .enumerate()
+        .position(|both| is_flattened(both))
 }
 
 /// A place for one layout.

@@ -115,17 +115,38 @@ impl<'a> Sheet<'a> {
         bands
     }
 
+    /// Per triangle the first row that it reaches into, and one past its last.
+    fn rows_of_triangles(&self) -> Vec<(i32, i32)> {
+        let rows = self.corners.par_iter().map(|corners| {
+            let ys = corners.map(|corner| corner.y);
+            let low = ys[0].min(ys[1]).min(ys[2]).div_euclid(self.fixed.texel);
+            let high = ys[0].max(ys[1]).max(ys[2]).div_euclid(self.fixed.texel);
+            (low, high + 1)
+        });
+        rows.collect()
+    }
+
+    fn owners(&self) -> Vec<u32> {
+        let rows = self.rows_of_triangles();
+        let bands = self.by_band(&rows);
+        let mut owner = vec![NONE; self.pitch * self.size as usize];
+        owner
+            .par_chunks_mut(BAND as usize * self.pitch)
+            .zip(&bands)
+            .enumerate()
+            .for_each(|(band, (owner, triangles))| {
+                let first = band as i32 * BAND as i32;
+                let end = first + (owner.len() / self.pitch) as i32;
+                for &t in triangles {
+                    let (low, high) = rows[t as usize];
+                    self.own(t, low.max(first)..high.min(end), first, owner);
+                }
+            });
+        owner
+    }
+
     fn owners_and_areas(&self) -> (Vec<u32>, Vec<f32>) {
-        let rows: Vec<(i32, i32)> = self
-            .corners
-            .par_iter()
-            .map(|corners| {
-                let ys = corners.map(|corner| corner.y);
-                let low = ys[0].min(ys[1]).min(ys[2]).div_euclid(self.fixed.texel);
-                let high = ys[0].max(ys[1]).max(ys[2]).div_euclid(self.fixed.texel);
-                (low, high + 1)
-            })
-            .collect();
+        let rows = self.rows_of_triangles();
         let bands = self.by_band(&rows);
         let mut owner = vec![NONE; self.pitch * self.size as usize];
         let mut area = vec![0.0; owner.len()];
@@ -149,7 +170,7 @@ impl<'a> Sheet<'a> {
     }
 
     fn conflict(&self) -> Option<Conflict> {
-        let (owner, _) = self.owners_and_areas();
+        let owner = self.owners();
         let cells = Cells {
             side: self.fixed.texel,
             reach: self.fixed.reach,

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use image::{Rgba, RgbaImage};
 
 use super::tests::{RED, names_in, plain, read_gif, read_video};
-use super::{Output, OutputError};
+use super::{Output, OutputError, Writer};
 
 #[test]
 fn dropped_output_leaves_nothing() {
@@ -389,6 +391,117 @@ fn encoder_that_stops_tells_how_far_it_came() {
         panic!("an encoder's error");
     };
     assert_eq!(frames, 1);
+}
+
+/// A video whose encoder does what `script` says, and may do nothing for so long: how it fails, how long that took, and the
+/// numbers of the processes that the script has noted in the file `$PIDS`.
+#[cfg(target_os = "linux")]
+fn impatient(
+    script: &str,
+    limits: [u64; 2],
+    interrupt: Option<&'static AtomicBool>,
+) -> (OutputError, Duration, Vec<u32>) {
+    let tools = tempfile::tempdir().unwrap();
+    let pids = tools.path().join("pids");
+    let script = format!("PIDS='{}'\n{script}", pids.display());
+    let encoder = fake_encoder(tools.path(), &script);
+    let path = tools.path().join("x.mp4");
+    let size = (256, 256);
+    let mut output = Output::create_with_encoder(&path, size, 30.0, &encoder).unwrap();
+    let Writer::Video(video) = &mut output.writer else {
+        panic!("it is a video");
+    };
+    [video.patience().idle, video.patience().hurried] = limits.map(Duration::from_secs);
+    interrupt.inspect(|flag| output.set_interrupt(flag));
+    let begun = Instant::now();
+    let error = match output.frame(&plain(size, RED)) {
+        Ok(()) => output.finish().unwrap_err(),
+        Err(error) => output.cut(error),
+    };
+    let pids = std::fs::read_to_string(pids).unwrap();
+    let pids = pids.lines().map(|pid| pid.parse().unwrap()).collect();
+    (error, begun.elapsed(), pids)
+}
+
+/// Ended processes that nobody has waited for are none.
+#[cfg(target_os = "linux")]
+fn runs(pid: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    status.contains("State:") && !status.contains("State:\tZ")
+}
+
+#[cfg(target_os = "linux")]
+fn ends_soon(pid: u32) -> bool {
+    let begun = Instant::now();
+    while runs(pid) && begun.elapsed() < Duration::from_secs(10) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    !runs(pid)
+}
+
+/// Catches a wait without a limit: for an encoder that takes all frames and never exits, and for one that takes none, both with
+/// a program of their own that runs on.
+#[cfg(target_os = "linux")]
+#[test]
+fn encoder_that_does_nothing_is_ended_with_what_it_has_started() {
+    for script in [
+        "echo $$ >$PIDS; cat >/dev/null; sleep 1000 & echo $! >>$PIDS; wait",
+        "echo $$ >$PIDS; trap '' TERM INT; sleep 1000 & echo $! >>$PIDS; wait",
+    ] {
+        let (error, time, pids) = impatient(script, [2, 1000], None);
+        let text = error.to_string();
+        assert!(
+            text.contains("it did nothing for 2 s and was ended"),
+            "{script}: {text}"
+        );
+        assert!(time < Duration::from_secs(60), "{script}: {time:?}");
+        assert_eq!(pids.len(), 2, "{script}");
+        assert!(pids.into_iter().all(ends_soon), "{script}");
+    }
+}
+
+/// Catches a Ctrl-C that waits as long for an encoder that hangs as if nobody had asked to stop.
+#[cfg(target_os = "linux")]
+#[test]
+fn first_interrupt_ends_an_encoder_that_does_nothing() {
+    for script in [
+        "echo $$ >$PIDS; cat >/dev/null; exec sleep 1000",
+        "echo $$ >$PIDS; exec sleep 1000",
+    ] {
+        let flag: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        let user = std::thread::spawn(|| {
+            std::thread::sleep(Duration::from_millis(300));
+            flag.store(true, Ordering::Relaxed);
+        });
+        let (error, time, pids) = impatient(script, [1000, 1], Some(flag));
+        user.join().unwrap();
+        assert!(error.to_string().contains("did nothing for 1 s"), "{error}");
+        assert!(time < Duration::from_secs(60), "{script}: {time:?}");
+        assert!(pids.into_iter().all(ends_soon), "{script}");
+    }
+}
+
+/// Catches a program that an encoder leaves behind when it exits, and that goes on writing.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_an_encoder_leaves_behind_is_ended() {
+    let script = "sleep 1000 & echo $! >$PIDS; cat >/dev/null; exit 3";
+    let (error, _, pids) = impatient(script, [1000, 1000], None);
+    assert!(error.to_string().contains("exit status: 3"), "{error}");
+    assert!(pids.into_iter().all(ends_soon));
+}
+
+/// Catches lines that are kept as long as they come: one without an end would fill the memory and the terminal. What is in them is
+/// obeyed by no terminal.
+#[cfg(unix)]
+#[test]
+fn what_an_encoder_prints_is_kept_up_to_a_limit() {
+    let error = error_with_encoder(
+        "head -c 50000000 /dev/zero | tr '\\0' x >&2; printf '\\n\\033[2Jend\\n' >&2; exit 1",
+    );
+    let text = error.to_string();
+    assert!(text.len() < 1000, "{} bytes", text.len());
+    assert!(text.ends_with("xxx\n\\u{1b}[2Jend"), "{text}");
 }
 
 #[cfg(unix)]

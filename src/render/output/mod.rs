@@ -7,11 +7,13 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 
 use image::RgbaImage;
 
 use crate::error::advice;
 
+mod encoder;
 mod gif;
 mod name;
 mod png;
@@ -129,6 +131,18 @@ impl Output {
     /// Whether transparency is kept.
     pub fn keeps_alpha(&self) -> bool {
         matches!(self.writer, Writer::Picture(_) | Writer::Sequence(_))
+    }
+
+    /// Once the flag is set, an encoder that does nothing is waited for less long: the user wants to leave.
+    pub fn set_interrupt(&mut self, flag: &'static AtomicBool) {
+        if let Writer::Video(video) = &mut self.writer {
+            video.set_interrupt(flag);
+        }
+    }
+
+    /// Ends all encoders that run, for a program that ends at once: otherwise one that never exits would outlive it.
+    pub fn end_encoders() {
+        encoder::end_all();
     }
 
     /// The name that was asked for.

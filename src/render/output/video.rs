@@ -1,24 +1,21 @@
 //! Video: raw frames through a pipe to `ffmpeg`, which makes H.264 in an MP4 of them.
 
-use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::process::{Command, ExitStatus};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use image::RgbaImage;
 
 use super::OutputError;
+use super::encoder::{Encoder, Patience, Stop};
 use crate::whole_file::WholeFile;
 
 /// The longest side of an H.264 picture that the encoder takes.
 pub(super) const LARGEST_SIDE: u32 = 16384;
-
-/// How many lines of the encoder's complaints an error quotes.
-const LAST_WORDS: usize = 6;
 
 /// How long an encoder that takes no more frames has to end by itself.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -34,6 +31,7 @@ pub(super) struct Video {
     frames: u64,
     /// What encodes.
     program: PathBuf,
+    patience: Patience,
 }
 
 impl Video {
@@ -59,13 +57,17 @@ impl Video {
             file,
             frames: 0,
             program: program.to_owned(),
+            patience: Patience::of(size),
         })
     }
 
     pub(super) fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
-        if self.encoder.feed(image.as_raw()).is_err() {
-            let status = self.encoder.wait_at_most(PATIENCE);
-            return Err(self.failure(status));
+        if let Err(stop) = self.encoder.feed(image.as_raw(), &self.patience) {
+            let ended = match stop {
+                Stop::Ended => self.encoder.wait_at_most(PATIENCE).ok_or(Stop::Ended),
+                idle @ Stop::Idle(_) => Err(idle),
+            };
+            return Err(self.failure(ended));
         }
         self.frames += 1;
         Ok(())
@@ -73,11 +75,11 @@ impl Video {
 
     /// Waits for what is left to be encoded.
     pub(super) fn end(&mut self) -> Result<(), OutputError> {
-        let status = self.encoder.wait();
+        let ended = (self.encoder).wait(self.file.hidden_path(), &self.patience);
         // On a full disk ffmpeg complains, and says by its status that all is well.
         let is_whole = self.is_whole_in(self.file.hidden_path());
-        if !status.is_some_and(|status| status.success()) || !is_whole {
-            return Err(self.failure(status));
+        if !ended.as_ref().is_ok_and(ExitStatus::success) || !is_whole {
+            return Err(self.failure(ended));
         }
         Ok(())
     }
@@ -98,7 +100,8 @@ impl Video {
         command.arg(in_files(self.file.hidden_path()));
         command.args("-c copy -movflags +faststart -f mp4".split(' '));
         command.arg(in_files(file.hidden_path()));
-        let status = Encoder::start(command).ok()?.wait()?;
+        let mut encoder = Encoder::start(command).ok()?;
+        let status = encoder.wait(file.hidden_path(), &self.patience).ok()?;
         (status.success() && self.is_whole_in(file.hidden_path())).then_some(file)
     }
 
@@ -118,14 +121,31 @@ impl Video {
         Some((self.file.finish_beside().ok()?, whole.frames))
     }
 
-    fn failure(&mut self, status: Option<ExitStatus>) -> OutputError {
+    /// Has an encoder that does nothing ended soon once the flag is set.
+    pub(super) fn set_interrupt(&mut self, flag: &'static AtomicBool) {
+        self.patience.interrupt = Some(flag);
+    }
+
+    /// How long an encoder may do nothing.
+    #[cfg(test)]
+    pub(super) fn patience(&mut self) -> &mut Patience {
+        &mut self.patience
+    }
+
+    fn failure(&mut self, ended: Result<ExitStatus, Stop>) -> OutputError {
         OutputError::Encoder {
             path: self.file.path().to_owned(),
             frames: self.frames,
-            status: match status {
-                Some(status) if status.success() => "the file is not whole".to_owned(),
-                Some(status) => status.to_string(),
-                None => "it did not answer".to_owned(),
+            status: match ended {
+                Ok(status) if status.success() => "the file is not whole".to_owned(),
+                Ok(status) => status.to_string(),
+                Err(Stop::Ended) => "it did not answer".to_owned(),
+                Err(Stop::Idle(time)) => {
+                    format!(
+                        "it did nothing for {:.0} s and was ended",
+                        time.as_secs_f64()
+                    )
+                }
             },
             last_words: self.encoder.last_words(),
         }
@@ -146,7 +166,7 @@ pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
     command.arg("pipe:1");
     let mut encoder = Encoder::start(command)?;
     // An encoder that has ended takes nothing; its status says why.
-    let _ = encoder.feed(&[0; 4 * 17 * 17]);
+    let _ = encoder.feed(&[0; 4 * 17 * 17], &Patience::of(size));
     match encoder.wait_at_most(PATIENCE_AT_FIRST) {
         Some(status) if status.success() => Ok(()),
         status => {
@@ -289,106 +309,4 @@ fn output_arguments((width, height): (u32, u32)) -> Vec<String> {
     let mut arguments = vec!["-vf".to_owned(), filter];
     arguments.extend(text.split_whitespace().map(str::to_owned));
     arguments
-}
-
-/// The running encoder. Dropped before it has ended, it is ended.
-#[derive(Debug)]
-struct Encoder {
-    child: Child,
-    complaints: Option<JoinHandle<VecDeque<String>>>,
-}
-
-impl Encoder {
-    fn start(mut command: Command) -> std::io::Result<Self> {
-        command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped());
-        // In a process group of its own: Ctrl-C in the terminal is for this program,
-        // which then finishes the video, and must not reach the encoder as well.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let mut child = command.spawn()?;
-        let stderr = child.stderr.take();
-        // Read all the time, or an encoder with much to say would wait for ever.
-        let complaints = std::thread::spawn(move || stderr.map(last_lines).unwrap_or_default());
-        Ok(Self {
-            child,
-            complaints: Some(complaints),
-        })
-    }
-
-    fn feed(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        match &mut self.child.stdin {
-            Some(pipe) => pipe.write_all(bytes),
-            None => Err(std::io::ErrorKind::BrokenPipe.into()),
-        }
-    }
-
-    /// No more frames: waits until the video is made.
-    fn wait(&mut self) -> Option<ExitStatus> {
-        // `wait` closes the pipe first, which is the end of the video.
-        self.child.wait().ok()
-    }
-
-    /// No more frames: how it ended within the time; if it did not, it is ended and there is no status.
-    fn wait_at_most(&mut self, patience: Duration) -> Option<ExitStatus> {
-        drop(self.child.stdin.take());
-        let mut status = None;
-        let ended = holds_within(patience, || {
-            status = self.child.try_wait().ok().flatten();
-            status.is_some()
-        });
-        if !ended {
-            self.end();
-        }
-        status
-    }
-
-    fn end(&mut self) {
-        // Both fail only when it has ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-
-    /// What it said last, once it has ended.
-    fn last_words(&mut self) -> String {
-        // A program that it has left behind may still hold its end of the pipe.
-        let lines = match self.complaints.take() {
-            Some(thread) if holds_within(PATIENCE, || thread.is_finished()) => thread.join().ok(),
-            _ => None,
-        };
-        Vec::from(lines.unwrap_or_default()).join("\n")
-    }
-}
-
-/// Whether the condition comes true in time.
-fn holds_within(patience: Duration, mut condition: impl FnMut() -> bool) -> bool {
-    let deadline = Instant::now() + patience;
-    loop {
-        if condition() {
-            return true;
-        }
-        if Instant::now() >= deadline {
-            return false;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
-impl Drop for Encoder {
-    fn drop(&mut self) {
-        self.end();
-    }
-}
-
-fn last_lines(stderr: ChildStderr) -> VecDeque<String> {
-    let mut lines = VecDeque::new();
-    for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
-        if lines.len() == LAST_WORDS {
-            lines.pop_front();
-        }
-        lines.push_back(String::from_utf8_lossy(&line).trim_end().to_owned());
-    }
-    lines
 }

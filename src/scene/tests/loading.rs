@@ -353,3 +353,30 @@ fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
         assert!(error.contains(words), "{error}");
     }
 }
+
+/// Catches rods and needles that are taken, and on which particles lose their headings after some steps.
+#[test]
+fn rods_thinner_than_directions_can_be_told_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("rod.obj");
+    let load = |length: f64, width: f64| {
+        let corners = (0..8).map(|i| {
+            let [x, y, z] = [i >> 2, i >> 1 & 1, i & 1].map(f64::from);
+            format!("v {:e} {:e} {:e}\n", x * length, y * width, z * width)
+        });
+        let faces = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
+        std::fs::write(&file, corners.collect::<String>() + faces).unwrap();
+        Scene::load(&file, &Overrides::default())
+    };
+    for (length, width) in [(1.0, 1e-7), (1e5, 1e-3), (1e-3, 1e-11)] {
+        let message = load(length, width).expect_err("it is too thin").to_string();
+        assert!(
+            message.starts_with("object `rod`: most of its surface"),
+            "{message}"
+        );
+        assert!(message.contains("make it thicker"), "{message}");
+    }
+    for (length, width) in [(1.0, 5e-7), (1e5, 1.0), (1.0, 1.0)] {
+        load(length, width).expect("it can be walked on");
+    }
+}

@@ -480,3 +480,54 @@ fn nothing_that_can_be_typed_panics() {
         }
     }
 }
+
+/// Catches a suggestion that is looked for among all keys for a word of any length, and texts of problems that nobody reads: the
+/// first took 16 s, the second 20 s.
+#[test]
+fn what_is_wrong_a_hundred_thousand_times_is_told_at_once() {
+    let long = format!("{0} = 1\n[b{0}]\nx = 1\n", "a".repeat(1_000_000));
+    let many = |key: fn(usize) -> String| (0..100_000).map(key).collect::<String>();
+    let unknown = many(|i| format!("physarum_speeed_{i} = 1\n"));
+    let sections = many(|i| format!("[physarun_{i}]\nspeed = 1\n"));
+    let word = "x".repeat(60);
+    let objects = format!("[[object]]\n\"{word}\" = 1\nname = 3\n").repeat(50_000);
+    for (text, count) in [
+        (long, 2),
+        (unknown, 100_000),
+        (sections, 100_000),
+        (objects, 100_000),
+    ] {
+        let begun = std::time::Instant::now();
+        let mut reader = Reader::new(Settings::default());
+        reader.text("", &text);
+        let problems = reader.finish().expect_err("all of it is wrong");
+        let seconds = begun.elapsed().as_secs_f64();
+        assert!(seconds < 5.0, "{seconds} s for {}", &text[..30]);
+        assert_eq!(problems.len(), count);
+        assert_eq!(problems.iter().count(), count.min(20));
+        let bytes: usize = problems
+            .iter()
+            .map(|problem| problem.to_string().len())
+            .sum();
+        assert!(bytes < 10_000, "{bytes} bytes");
+    }
+}
+
+/// Catches keys, values and names that break out of their line or reach a terminal as they are.
+#[test]
+fn control_characters_in_messages_are_visible() {
+    for text in [
+        "\"a\\u001b[2J\\nmyxo: all is well\\u202e\" = 1",
+        "[\"a\\u009b2J\\u0007\"]\nx = 1",
+        "[physarum]\nborder = \"\\u001b]0;x\\u0007\\n\"",
+        "seed = \"\\u007f\\r\\n\"",
+    ] {
+        let problem = only_problem(read(text));
+        let left: Vec<char> = problem
+            .chars()
+            .filter(|&c| crate::plain_text::is_control(c))
+            .collect();
+        assert!(left.is_empty(), "{problem:?}");
+        assert!(problem.contains("\\u{"), "{problem}");
+    }
+}

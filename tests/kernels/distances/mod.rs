@@ -376,7 +376,12 @@ fn distance_to_is_a_list_of_names() {
     for wrong in ["object.0.distance_to=b", "object.0.distance_to=[1]"] {
         let problems = read(text, wrong).unwrap_err();
         assert!(
-            problems[0].message.contains("a list of names is expected"),
+            problems
+                .iter()
+                .next()
+                .expect("there is one")
+                .message
+                .contains("a list of names is expected"),
             "{problems:?}"
         );
     }

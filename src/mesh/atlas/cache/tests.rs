@@ -17,11 +17,12 @@ fn options() -> AtlasOptions {
     }
 }
 
+/// Each triangle in a cell of its own, two a chart.
 fn placement(triangles: usize) -> Placement {
     let map = |t: usize| AtlasMap {
-        origin: Vec2::new(t as f32, 2.5),
-        du: Vec2::new(3.0, 1.0),
-        dv: Vec2::new(-0.0, 4.0),
+        origin: Vec2::new(16.0 * (t % 4) as f32 + 4.0, 16.0 * (t / 4) as f32 + 2.5),
+        du: Vec2::new(7.0, 1.0),
+        dv: Vec2::new(-0.0, 8.0),
     };
     Placement {
         maps: (0..triangles).map(map).collect(),
@@ -122,10 +123,97 @@ fn whole_files_of_something_else_are_none() {
     assert_eq!(of(|p| p.maps[3].origin.x = f32::NAN), None);
     assert_eq!(of(|p| p.maps[3].dv.y = f32::INFINITY), None);
     assert_eq!(of(|p| p.maps[3].du.x = 100.0), None);
-    assert_eq!(of(|p| p.maps[3].dv.y = -3.0), None);
+    assert_eq!(of(|p| p.maps[3].dv.y = -8.0), None);
     assert_eq!(of(|p| p.chart[11] = 6), None);
     assert_eq!(of(|p| p.chart_count = 13), None);
     assert_eq!(unpack(&pack(&placement(10)), 12, 64), None);
+}
+
+/// Catches a layout with a right checksum that no packing has made: by it particles of two places share texels, without a word.
+#[test]
+fn whole_layouts_that_are_wrong_are_made_anew() {
+    let cube = surface("cube");
+    let made = |change: fn(&mut Placement)| {
+        let folder = tempfile::tempdir().unwrap();
+        let control = Control {
+            cache: Some(folder.path()),
+            ..Control::default()
+        };
+        let mut kept_one = placement(12);
+        change(&mut kept_one);
+        Slot::new(folder.path(), &cube, &options()).store(&kept_one);
+        let mut is_made = false;
+        let given = kept(&cube, &options(), &control, || {
+            is_made = true;
+            let Placement {
+                maps,
+                chart,
+                chart_count,
+            } = placement(12);
+            Ok((maps, chart, chart_count))
+        });
+        let (maps, chart, chart_count) = given.unwrap();
+        assert_eq!(
+            Placement {
+                maps,
+                chart,
+                chart_count
+            },
+            placement(12)
+        );
+        is_made
+    };
+    assert!(!made(|_| ()));
+    let wrong: [(&str, fn(&mut Placement)); 6] = [
+        ("the same place", |p| p.maps[3] = p.maps[2]),
+        ("one within the other", |p| {
+            p.maps[3].origin = p.maps[2].origin + 1.0;
+            p.maps[3].du = Vec2::new(1.0, 0.0);
+            p.maps[3].dv = Vec2::new(0.0, 1.0);
+        }),
+        ("no area", |p| p.maps[3].dv = p.maps[3].du),
+        ("too near", |p| p.maps[2].origin.x -= 8.5),
+        ("off the grid", |p| p.maps[3].origin.x += 1e-5),
+        ("an empty chart", |p| p.chart[2..4].fill(0)),
+    ];
+    for (what, change) in wrong {
+        assert!(made(change), "{what}");
+    }
+}
+
+/// Catches a check that refuses what the program itself makes: such layouts would be made anew at each start.
+#[test]
+fn layouts_that_are_made_are_taken() {
+    let meshes = [
+        "torus?major=24&minor=16",
+        "icosphere?subdivisions=3",
+        "gear",
+        "cube",
+        "icosphere?subdivisions=5",
+    ];
+    for mesh in meshes {
+        let surface = surface(mesh);
+        for (size, gutter, turn) in [(64, 1, 0), (100, 1, 7), (256, 3, 1), (1024, 1, 0)] {
+            let options = AtlasOptions {
+                size,
+                gutter,
+                turn,
+                ..options()
+            };
+            let Ok(atlas) = Atlas::build(&surface, &options) else {
+                continue;
+            };
+            let made = Placement {
+                maps: atlas.maps,
+                chart: atlas.chart,
+                chart_count: atlas.chart_count,
+            };
+            let problem = made
+                .problem(&surface, &options, &Control::default())
+                .unwrap();
+            assert_eq!(problem, None, "{mesh} at {size}");
+        }
+    }
 }
 
 #[test]
