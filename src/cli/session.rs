@@ -2,7 +2,6 @@
 
 mod tracing;
 
-use std::path::PathBuf;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -308,10 +307,7 @@ impl Session {
         self.watch.end();
         self.tell_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
-        if let Err(problem) = self.check_state(&snapshot) {
-            return Err(self.with_damaged_state(problem, snapshot));
-        }
-        self.check_messages()?;
+        self.check(&snapshot)?;
         let is_measured = self
             .measures
             .last()
@@ -399,21 +395,6 @@ impl Session {
                     self.keep_damaged(snapshot)
                 ))
             })
-    }
-
-    /// A state that breaks a rule is no checkpoint, but what was grown is kept for whoever wants to know, under another name.
-    fn with_damaged_state(&self, problem: Error, snapshot: Snapshot) -> Error {
-        let Some(path) = &self.options.state.checkpoint else {
-            return problem;
-        };
-        let mut name = path.clone().into_os_string();
-        name.push(".damaged");
-        let name = PathBuf::from(name);
-        let checkpoint = Checkpoint::new(&self.scene, self.simulation.setup(), snapshot);
-        Error::Invalid(match checkpoint.write(&name) {
-            Ok(()) => format!("{problem}\nthe damaged state is kept in {}", name.display()),
-            Err(error) => format!("{problem}\nand the damaged state is not kept: {error}"),
-        })
     }
 
     /// Where a checkpoint was asked for and the state is wrong, keeps it beside that one's name; what is to be said of it.
