@@ -134,10 +134,7 @@ fn flattened(
     let is_flattened = |(t, corners): (usize, &[IVec2; 3])| {
         twice_area(*corners) == 0 && density * triangle_area(surface, t as u32) > enough
     };
-    corners
-        .iter()
-        .enumerate()
-        .position(|both| is_flattened(both))
+    corners.iter().enumerate().position(is_flattened)
 }
 
 /// A place for one layout.

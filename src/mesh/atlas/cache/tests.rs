@@ -164,7 +164,8 @@ fn whole_layouts_that_are_wrong_are_made_anew() {
         is_made
     };
     assert!(!made(|_| ()));
-    let wrong: [(&str, fn(&mut Placement)); 6] = [
+    type Change = fn(&mut Placement);
+    let wrong: [(&str, Change); 6] = [
         ("the same place", |p| p.maps[3] = p.maps[2]),
         ("one within the other", |p| {
             p.maps[3].origin = p.maps[2].origin + 1.0;
