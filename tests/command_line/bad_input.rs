@@ -406,5 +406,5 @@ fn options_of_the_wrong_kind_are_usage_errors() {
         "./x.png",
     ];
     let message = refusal(1, &myxo(&twice));
-    assert!(message.contains("is named twice"), "{message}");
+    assert!(message.contains("are one file"), "{message}");
 }
