@@ -7,6 +7,8 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use crate::whole_file::followed;
+
 /// Scene files and presets are text, and no longer than this.
 pub const MOST_TEXT: u64 = 64 << 20;
 
@@ -56,7 +58,7 @@ impl Identity {
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         let Ok(metadata) = path.metadata() else {
-            let whole = std::path::absolute(path).ok()?;
+            let whole = std::path::absolute(followed(path).ok()?).ok()?;
             let (folder, name) = (whole.parent()?, whole.file_name()?);
             let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
             return Some(Self(Inner::Path(folder.join(name))));

@@ -243,7 +243,7 @@ impl Seek for WholeFile {
 }
 
 /// Where a path leads to: what a link names, and not the link.
-fn followed(path: &Path) -> io::Result<PathBuf> {
+pub(crate) fn followed(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     // As many as Linux follows.
     for _ in 0..40 {

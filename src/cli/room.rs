@@ -314,7 +314,7 @@ mod tests {
         for (size, gibibytes) in [(32_768, 24), (8192, 2), (1024, 1)] {
             atlas_within(size, "--size", free(gibibytes)).expect("there is room");
         }
-        atlas_within(32_768, "--size", None).expect("nobody knows");
+        atlas_within(32_768, "--size", None).expect("unknown memory is no reason to refuse");
         let refused = atlas_within(32_768, "--size", free(16));
         let message = refused.expect_err("it takes 20 GiB").to_string();
         let says = "--size 32768: making an atlas of 32,768 x 32,768 texels takes about 20.0 GiB, and 16.0 GiB are free, ";

@@ -329,11 +329,11 @@ impl Session {
             let text = match checkpoint.write(path) {
                 Ok(()) => {
                     let step = checkpoint.snapshot.step;
-                    let told = format!("checkpoint at step {step}: {}", path.display());
+                    let message = format!("checkpoint at step {step}: {}", path.display());
                     if self.scene.is_found_from_everywhere() {
-                        told
+                        message
                     } else {
-                        format!("{told}\n{NOT_FOUND_FROM_ELSEWHERE}")
+                        format!("{message}\n{NOT_FOUND_FROM_ELSEWHERE}")
                     }
                 }
                 Err(error) => {

@@ -93,7 +93,7 @@ fn problem_of(path: &Path, is_driver: bool) -> Option<String> {
     match serde_json::from_slice::<Value>(&bytes) {
         Err(error) => of(format!("is damaged or cut short: {error}")),
         Ok(manifest) if is_driver && !manifest["ICD"]["library_path"].is_string() => {
-            of("names no driver: it lacks ICD.library_path".to_owned())
+            of("names no driver: it lacks `library_path` in `ICD`".to_owned())
         }
         Ok(_) => None,
     }
@@ -117,7 +117,7 @@ mod tests {
                 "{problem}"
             );
         }
-        for (text, words) in [(whole, None), ("{}", Some("lacks ICD.library_path"))] {
+        for (text, words) in [(whole, None), ("{}", Some("lacks `library_path` in `ICD`"))] {
             std::fs::write(&path, text).unwrap();
             let problem = problem_of(&path, true);
             assert_eq!(problem.is_some(), words.is_some());

@@ -258,7 +258,7 @@ impl<'a> Seams<'a> {
     }
 }
 
-/// Whether a triangle has edges and heights that can be told from zero.
+/// Whether the edges and heights of a triangle are greater than zero by more than rounding.
 pub(crate) fn has_inside([a, b, c]: [DVec3; 3]) -> bool {
     let edges = [b - a, c - b, a - c].map(DVec3::length);
     let longest = edges[0].max(edges[1]).max(edges[2]);

@@ -84,7 +84,7 @@ pub enum SceneError {
         /// What was measured or set.
         radius: f32,
     },
-    /// An object is a rod or a needle, on which directions cannot be told.
+    /// An object is a rod or a needle, too thin for directions in single precision.
     #[error(
         "object `{}`: most of its surface is triangles up to {times:.0e} times as long as wide, and 5e6 is the most that particles \
          find their way on: make it thicker, or split them into shorter ones",

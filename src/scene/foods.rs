@@ -40,7 +40,7 @@ pub fn problems(settings: &Settings) -> Vec<String> {
     let mut messages = Vec::new();
     let count = settings.food_count();
     if count > MOST_FOODS {
-        // Nothing else is told of each of so many.
+        // The others are only counted.
         messages.push(format!(
             "the scene has {count} foods and markers, and there may be {MOST_FOODS}: \
              take some out, or lower feeding.scattered"

@@ -116,7 +116,15 @@ fn outputs_that_are_one_file_are_refused() {
     symlink(folder.path(), folder.file("same")).unwrap();
     let round = folder.file("below/../a.png");
     let [new, again] = [folder.file("new.json"), folder.file("same/new.json")];
-    for [one, other] in [[&real, &link], [&real, &round], [&new, &again]] {
+    // A link to a file that is not there yet.
+    let dangling = folder.file("d.json");
+    symlink("new.json", &dangling).unwrap();
+    for [one, other] in [
+        [&real, &link],
+        [&real, &round],
+        [&new, &again],
+        [&new, &dangling],
+    ] {
         let out = folder.file("c.png");
         let message = failed(&short_render(
             "cube",

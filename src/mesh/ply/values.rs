@@ -87,7 +87,7 @@ impl Values<'_> {
         self.bytes[self.at..].iter().all(u8::is_ascii_whitespace)
     }
 
-    /// Goes to the next line that holds anything, and tells where it ends.
+    /// Goes to the next line that is not blank, and returns where it ends.
     fn row(&mut self) -> usize {
         let rest = &self.bytes[self.at..];
         let blank = rest.iter().take_while(|byte| byte.is_ascii_whitespace());

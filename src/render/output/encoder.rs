@@ -30,7 +30,7 @@ static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 /// How long an encoder may do nothing that can be seen: take no bytes, or write none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
-    /// While nobody waits for it.
+    /// Before anyone asks to stop.
     pub idle: Duration,
     /// When somebody has asked to stop.
     pub hurried: Duration,

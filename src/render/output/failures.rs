@@ -423,7 +423,7 @@ fn impatient(
     (error, begun.elapsed(), pids)
 }
 
-/// Ended processes that nobody has waited for are none.
+/// A process that has ended and was not waited for does not count.
 #[cfg(target_os = "linux")]
 fn runs(pid: u32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
@@ -460,7 +460,7 @@ fn encoder_that_does_nothing_is_ended_with_what_it_has_started() {
     }
 }
 
-/// Catches a Ctrl-C that waits as long for an encoder that hangs as if nobody had asked to stop.
+/// Catches a Ctrl-C that does not shorten the wait for an encoder that hangs.
 #[cfg(target_os = "linux")]
 #[test]
 fn first_interrupt_ends_an_encoder_that_does_nothing() {
