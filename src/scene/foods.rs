@@ -40,7 +40,7 @@ pub fn problems(settings: &Settings) -> Vec<String> {
     let mut messages = Vec::new();
     let count = settings.food_count();
     if count > MOST_FOODS {
-        // The others are only counted.
+        // With so many, the checks of single ones are skipped.
         messages.push(format!(
             "the scene has {count} foods and markers, and there may be {MOST_FOODS}: \
              take some out, or lower feeding.scattered"

@@ -407,7 +407,8 @@ impl Source {
     }
 }
 
-/// How many triangles a scene has room for in its atlas. Where several share a texel, particles can no longer be distinguished; with
+/// How many triangles a scene has room for in its atlas. Where several share a texel, particles can no longer be
+/// distinguished; with
 /// more than these, none of what takes long is begun.
 fn most_triangles(settings: &Settings) -> u64 {
     let texels = u64::from(settings.atlas.size).pow(2);
