@@ -1,10 +1,12 @@
 //! The library's error: one variant a layer, each with what failed, where, and what to do.
 
+use crate::plain_text::Shown as _;
+
 /// Anything that the caller could not foresee. Programmer mistakes panic instead.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("cannot {action} {path}: {source}{}", advice(source), path = path.display())]
+    #[error("cannot {action} {path}: {source}{}", advice(source), path = path.shown())]
     Io {
         /// What was tried: `read`, `write`, `create`.
         action: &'static str,

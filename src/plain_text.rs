@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// Letters of a word that are quoted whole: longer than any file name.
 const LONGEST_WORD: usize = 300;
@@ -42,6 +43,29 @@ pub fn escaped_lines(text: &str) -> Cow<'_, str> {
     replaced(text, is_inside, |text, c| {
         let _ = write!(text, "\\u{{{:x}}}", c as u32);
     })
+}
+
+/// A path as it stands in a message: on one line, without control characters.
+pub trait Shown {
+    /// The path, [escaped]; a byte that is not Unicode becomes a replacement character.
+    ///
+    /// ```
+    /// use std::path::Path;
+    ///
+    /// use myxo::plain_text::Shown as _;
+    ///
+    /// assert_eq!(Path::new("a\nb.toml").shown(), "a\\nb.toml");
+    /// ```
+    fn shown(&self) -> Cow<'_, str>;
+}
+
+impl Shown for Path {
+    fn shown(&self) -> Cow<'_, str> {
+        match self.to_string_lossy() {
+            Cow::Borrowed(text) => escaped(text),
+            Cow::Owned(text) => Cow::Owned(escaped(&text).into_owned()),
+        }
+    }
 }
 
 /// For data that people and programs read: line breaks and tabs as they are, and other control characters as `\u001b`, which

@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use crate::whole_file::followed;
 
 /// Scene files and presets are text, and no longer than this.
-pub const MOST_TEXT: u64 = 64 << 20;
+pub const MOST_TEXT: u64 = 16 << 20;
 
 /// Opens a regular file, and gives its length in bytes.
 ///

@@ -48,6 +48,43 @@ pub struct WholeFile {
     /// As it was asked for.
     path: PathBuf,
     place: Place,
+    _listed: Unfinished,
+}
+
+/// Hidden files of this process that have not got their names.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Removes the hidden files of everything that is being written, for a process that ends at once: from here on no other file can
+/// be begun, and who tries waits for the end.
+pub fn remove_unfinished() {
+    if let Ok(files) = UNFINISHED.lock() {
+        for file in &*files {
+            let _ = std::fs::remove_file(file);
+        }
+        std::mem::forget(files);
+    }
+}
+
+/// Lists a hidden file as long as it has its hidden name.
+#[derive(Debug)]
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn list(file: &tempfile::NamedTempFile) -> Self {
+        let path = file.path().to_owned();
+        if let Ok(mut files) = UNFINISHED.lock() {
+            files.insert(path.clone());
+        }
+        Self(path)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        if let Ok(mut files) = UNFINISHED.lock() {
+            files.remove(&self.0);
+        }
+    }
 }
 
 /// Devices and pipes that will be written to.
@@ -79,9 +116,11 @@ impl WholeFile {
         if before.as_ref().is_some_and(|before| !before.is_file()) {
             let held = HELD.lock().ok().and_then(|mut held| held.remove(path));
             let special = held.map_or_else(|| open_special(path), Ok)?;
+            let file = tempfile::NamedTempFile::new().map_err(without_path)?;
             return Ok(Self {
                 place: Place::Special(special),
-                file: tempfile::NamedTempFile::new().map_err(without_path)?,
+                _listed: Unfinished::list(&file),
+                file,
                 path: path.to_owned(),
             });
         }
@@ -120,6 +159,7 @@ impl WholeFile {
                     keep_permissions(file.as_file(), before)?;
                 }
                 return Ok(Self {
+                    _listed: Unfinished::list(&file),
                     file,
                     path: path.to_owned(),
                     place: Place::Name(target),

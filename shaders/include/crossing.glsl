@@ -66,7 +66,7 @@ Walker walker_from(Meeting meeting, float side, float rest) {
         float along = dot(meeting.heading, axis);
         heading = along * axis + outwards * sqrt(max(1.0 - along * along, 0.0)) * across;
     }
-    vec2 flat_heading = normalize(vec2(dot(heading, frame.p), dot(heading, frame.h)));
+    vec2 flat_heading = flat_direction(vec2(dot(heading, frame.p), dot(heading, frame.h)));
     return walker_at(triangle, meeting.u, meeting.v, flat_heading, rest);
 }
 

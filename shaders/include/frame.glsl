@@ -4,6 +4,8 @@
 #ifndef MYXO_FRAME
 #define MYXO_FRAME
 
+#include "direction.glsl"
+
 // A triangle's corner A, the axes of its tangent frame and its unit normal, object space.
 struct Frame { vec3 origin; vec3 p; vec3 h; vec3 normal; };
 
@@ -16,8 +18,8 @@ Frame frame_of(uint triangle) {
     vec3 a = corner_position(triangle, 0u);
     vec3 ab = corner_position(triangle, 1u) - a;
     vec3 ac = corner_position(triangle, 2u) - a;
-    vec3 p = normalize(ab);
-    vec3 normal = normalize(cross(ab, ac));
+    vec3 p = direction_or(ab, vec3(1.0, 0.0, 0.0));
+    vec3 normal = direction_or(cross(ab, ac), perpendicular(p));
     return Frame(a, p, cross(normal, p), normal);
 }
 

@@ -6,6 +6,7 @@
 #ifndef MYXO_STRIP
 #define MYXO_STRIP
 
+#include "direction.glsl"
 #include "strip_table.glsl"
 
 const uint WALK_DONE = 0u;
@@ -125,8 +126,9 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     // The way as seen from the last triangle, whose corners A and B lie in the strip.
     precise vec2 ab = corner == 0u ? stop : corner == 1u ? -apex : apex - stop;
     precise float square = ab.x * ab.x + ab.y * ab.y;
-    float ab_length = max(sqrt(square), TINY);
-    precise vec2 turned = vec2(ab.x, mirrored ? ab.y : -ab.y) / ab_length;
+    // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
+    bool is_point = !(square >= LEAST_SQUARE);
+    precise vec2 turned = vec2(ab.x, mirrored ? ab.y : -ab.y) / sqrt(is_point ? 1.0 : square);
     // Many turns let the length of a heading drift by rounding; one step of Newton brings it back to 1.
     precise float drift = w.heading.x * w.heading.x + w.heading.y * w.heading.y;
     precise float scale = 1.5 - 0.5 * drift;
@@ -135,7 +137,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     w.triangle = edge >> 2u;
     w.u = u;
     w.v = clamp(v, 0.0, most);
-    w.heading = stays ? kept : turned;
+    w.heading = stays || is_point ? kept : turned;
     precise float rest = w.remaining - end;
     w.remaining = rest;
     w.status = ends ? WALK_DONE : at_border && !reflects ? WALK_BORDER : WALK_OUT_OF_ATTEMPTS;

@@ -63,7 +63,7 @@ Landing landing_on(uint triangle, Flight flight) {
         dot(place, frame.p), dot(place, frame.h));
     vec3 from = turned_to_object(pose, flight.normal);
     vec3 heading = folded(turned_to_object(pose, flight.heading), from, frame.normal);
-    vec2 flat_heading = normalize(vec2(dot(heading, frame.p), dot(heading, frame.h)));
+    vec2 flat_heading = flat_direction(vec2(dot(heading, frame.p), dot(heading, frame.h)));
     float u = clamp(weights.x, 0.0, 1.0);
     return Landing(u, clamp(weights.y, 0.0, 1.0 - u), flat_heading.x, flat_heading.y);
 }

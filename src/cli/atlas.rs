@@ -8,6 +8,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use image::codecs::png::PngEncoder;
 use myxo::mesh::atlas::{self, AtlasOptions, AtlasStatistics};
+use myxo::plain_text::Shown as _;
 use myxo::render::charts;
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
@@ -95,7 +96,7 @@ impl Atlas {
         for scene in &self.scenes {
             let scene = self.load(scene)?;
             let options = self.atlas_options(&scene);
-            room::check_atlas(options.size, self.size_option())?;
+            room::check_atlas(&options, scene.surface.corners.len(), self.size_option())?;
             if out.is_some() {
                 self.check_picture(&options)?;
             }
@@ -139,7 +140,7 @@ impl Atlas {
         if !ending.eq_ignore_ascii_case("png") && !is_stdout(path) {
             return Err(Error::Invalid(format!(
                 "{}: pictures of an atlas are PNG files: give it a name that ends in .png",
-                path.display()
+                path.shown()
             )));
         }
         Sink::create(path)

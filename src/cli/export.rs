@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum, value_parser};
 use myxo::Result;
 use myxo::export::{self, Export, ExportFile};
+use myxo::plain_text::Shown as _;
 use myxo::render::output::Written;
 use myxo::sim::Snapshot;
 
@@ -176,7 +177,7 @@ impl ExportCommand {
         }
         for file in files {
             let written = file.and_then(|file| {
-                let path = file.path().display();
+                let path = file.path().shown();
                 session.progress.doing(&format!("writing {path}"));
                 file.write(&export, colors)
             });

@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use myxo::plain_text::Shown as _;
 use myxo::regular_file::Identity;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result, regular_file};
@@ -89,14 +90,14 @@ pub fn check_distinct<'a>(outputs: impl Iterator<Item = &'a PathBuf>) -> Result<
             Some((_, other)) if *other == path => {
                 return Err(Error::Invalid(format!(
                     "{} is named twice: give each file its own name",
-                    path.display()
+                    path.shown()
                 )));
             }
             Some((_, other)) => {
                 return Err(Error::Invalid(format!(
                     "{} and {} are one file: give each file its own name",
-                    other.display(),
-                    path.display()
+                    other.shown(),
+                    path.shown()
                 )));
             }
         }
@@ -110,7 +111,7 @@ pub fn check_unread<'a>(outputs: impl Iterator<Item = &'a PathBuf>, or: &str) ->
         if Identity::of(path).is_some_and(|identity| identity.was_read()) {
             return Err(Error::Invalid(format!(
                 "{} is an input of this run and would be replaced: give the output another name{or}",
-                path.display()
+                path.shown()
             )));
         }
     }

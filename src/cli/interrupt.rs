@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use myxo::render::output::Output;
+use myxo::whole_file::remove_unfinished;
 use myxo::{Error, Result};
 
 use super::console;
@@ -23,6 +24,7 @@ pub fn install_with(doing: &'static str, tell: impl Fn() + Send + 'static) -> Re
     let handler = move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
             Output::end_encoders();
+            remove_unfinished();
             std::process::exit(i32::from(EXIT_CODE));
         }
         // What the terminal shows of Ctrl-C stands in the line of the bar: both go.

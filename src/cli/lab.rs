@@ -81,6 +81,7 @@ impl Lab {
                 windowless: self.windowless,
                 frames: self.frames,
                 lose_device: self.lose_device.clone(),
+                interrupt: interrupt::flag(),
             },
             |close| interrupt::install_with("closing the window", close),
         )?;

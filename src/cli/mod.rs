@@ -7,6 +7,7 @@ mod bench;
 mod compare;
 pub mod console;
 mod counters;
+mod damaged;
 mod export;
 mod files;
 mod host;

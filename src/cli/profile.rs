@@ -5,6 +5,7 @@ mod turns;
 use std::path::PathBuf;
 
 use clap::Args;
+use myxo::plain_text::Shown as _;
 use myxo::scene::Scene;
 use myxo::scene::suggest::nearest;
 use myxo::{Error, Result};
@@ -222,7 +223,7 @@ impl Profile {
         }
         if let (Some(sink), Some(path)) = (trace_sink, &self.trace) {
             sink.write(trace)?;
-            console::message(&format!("{}: {agreement}", path.display()));
+            console::message(&format!("{}: {agreement}", path.shown()));
         }
         Ok(if ending.lacks_checkpoint {
             Outcome::Failed

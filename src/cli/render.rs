@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use image::RgbaImage;
 use myxo::gpu::GpuError;
+use myxo::plain_text::Shown as _;
 use myxo::render::exposure::Exposure;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
@@ -108,7 +109,7 @@ impl Render {
         if let (true, Some(opaque)) = (self.transparent, outputs.opaque()) {
             return Err(Error::Invalid(format!(
                 "{} cannot be transparent: with --transparent, write NAME.png, NAME_%05d.png or a folder",
-                opaque.display()
+                opaque.shown()
             )));
         }
         let films = [("--from", self.from > 0), ("--turns", self.turns != 0.0)];

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::Affine3A;
 use myxo::gpu::{CopyBandwidth, Statistics};
+use myxo::plain_text::Shown as _;
 use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::{Setup, Snapshot};
@@ -420,12 +421,12 @@ impl Report {
                 return Error::Invalid(format!(
                     "{}: a report of `myxo profile --against`, which has both measurements and their ratio already; give \
                      reports of one each",
-                    path.display()
+                    path.shown()
                 ));
             }
             Error::Invalid(format!(
                 "{}: not a report of `myxo render`, `export` or `profile`: {error}",
-                path.display()
+                path.shown()
             ))
         })
     }

@@ -4,8 +4,10 @@
 use std::path::Path;
 
 use myxo::gpu::{Context, DeviceInfo, DeviceKind};
+use myxo::mesh::atlas::{AtlasMethod, AtlasOptions};
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
+use myxo::sim::atlas_options;
 use myxo::sim::memory::{self, human};
 use myxo::{Error, Result};
 
@@ -49,6 +51,9 @@ impl Free {
 /// Refuses scenes for which the host has no memory, and says what large ones take; before any of it is taken. `on_device` is
 /// what all of them take there together.
 pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> Result<()> {
+    for scene in scenes {
+        check_scene_atlas(scene)?;
+    }
     let info = ctx.info();
     let told = verdict(
         what,
@@ -63,9 +68,15 @@ pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> 
 
 /// Refuses a scene for which the host has no memory.
 pub fn check(info: &DeviceInfo, scene: &Scene) -> Result<()> {
+    check_scene_atlas(scene)?;
     let (free, advice) = (Free::on(info), advice(&[scene]));
     let on_device = memory::needed(scene);
     verdict(&scene.name, on_device, &Device::of(info), free, &advice).map(drop)
+}
+
+fn check_scene_atlas(scene: &Scene) -> Result<()> {
+    let options = atlas_options(&scene.settings);
+    check_atlas(&options, scene.surface.corners.len(), "atlas.size")
 }
 
 /// Refuses a copy of so many bytes on the host, if it has no memory for them.
@@ -73,27 +84,61 @@ pub fn check_copy(bytes: u64) -> Result<()> {
     within(bytes, on_host(Path::new("/")))
 }
 
-/// Bytes that the making of an atlas takes for each of its texels, at the least: who owns it, its area and density, and the maps
-/// that charts are packed by.
-const ATLAS_TEXEL: u64 = 20;
-
-/// Refuses an atlas of this side if the host has no memory to make it; `option` is what sets the side.
-pub fn check_atlas(size: u32, option: &str) -> Result<()> {
-    atlas_within(size, option, on_host(Path::new("/")))
+/// About how many bytes the making of an atlas takes. Of each texel: who owns it, its area and density, and the maps that charts
+/// are packed by. Of texels in gutters and beside them, their seams and exchange rows, of which only a grid has many. The numbers
+/// are measured, with gutters of 1 and 4 texels.
+fn atlas_bytes(options: &AtlasOptions, triangles: usize) -> u64 {
+    let texels = u64::from(options.size).pow(2);
+    let beside_seams = if options.method == AtlasMethod::Grid {
+        let gutter = f64::from(options.gutter);
+        let cells = (triangles as f64 / 2.0).max(1.0);
+        let cell = f64::from(options.size) / cells.sqrt();
+        let share = (8.0 * (gutter + 1.0) / cell).min(1.0);
+        (share * (250.0 + 50.0 * gutter) * texels as f64) as u64
+    } else {
+        0
+    };
+    20 * texels + beside_seams
 }
 
-fn atlas_within(size: u32, option: &str, free: Option<Free>) -> Result<()> {
-    let bytes = ATLAS_TEXEL * u64::from(size).pow(2);
+/// Refuses an atlas of so many triangles if the host has no memory to make it; `option` is what sets its side.
+pub fn check_atlas(options: &AtlasOptions, triangles: usize, option: &str) -> Result<()> {
+    atlas_within(options, triangles, option, on_host(Path::new("/")))
+}
+
+fn atlas_within(
+    options: &AtlasOptions,
+    triangles: usize,
+    option: &str,
+    free: Option<Free>,
+) -> Result<()> {
+    let bytes = atlas_bytes(options, triangles);
     let Some(free) = free.filter(|free| bytes > free.at_ease()) else {
         return Ok(());
     };
-    let fits = (free.at_ease() / ATLAS_TEXEL).isqrt();
+    let fits = |size: u32| {
+        let options = AtlasOptions {
+            size,
+            ..options.clone()
+        };
+        atlas_bytes(&options, triangles) <= free.at_ease()
+    };
+    let (mut fitting, mut too_large) = (1, options.size);
+    while fitting + 1 < too_large {
+        let middle = fitting.midpoint(too_large);
+        if fits(middle) {
+            fitting = middle;
+        } else {
+            too_large = middle;
+        }
+    }
     Err(Error::Invalid(format!(
-        "{option} {size}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is left to \
-         others: use {option} {fits} at most, or end other programs",
+        "{option} {}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is left to \
+         others: use {option} {fitting} at most, or end other programs",
+        options.size,
         human(bytes),
         human(free.memory),
-        side = grouped(size.into()),
+        side = grouped(options.size.into()),
     )))
 }
 
@@ -311,11 +356,25 @@ mod tests {
             let memory = gibibytes * GIB;
             Some(Free { memory, swap: GIB })
         };
+        let within = |size, method, free| {
+            let options = AtlasOptions {
+                size,
+                method,
+                gutter: 1,
+                ..AtlasOptions::default()
+            };
+            atlas_within(&options, 27_648, "--size", free)
+        };
+        let charts = |size, free| within(size, AtlasMethod::Charts, free);
         for (size, gibibytes) in [(32_768, 24), (8192, 2), (1024, 1)] {
-            atlas_within(size, "--size", free(gibibytes)).expect("there is room");
+            charts(size, free(gibibytes)).expect("there is room");
         }
-        atlas_within(32_768, "--size", None).expect("unknown memory is no reason to refuse");
-        let refused = atlas_within(32_768, "--size", free(16));
+        charts(32_768, None).expect("unknown memory is no reason to refuse");
+        // 2.6 GB were measured.
+        let grid = |gibibytes| within(4096, AtlasMethod::Grid, free(gibibytes));
+        grid(2).expect_err("it takes more");
+        grid(3).expect("there is room");
+        let refused = charts(32_768, free(16));
         let message = refused.expect_err("it takes 20 GiB").to_string();
         let says = "--size 32768: making an atlas of 32,768 x 32,768 texels takes about 20.0 GiB, and 16.0 GiB are free, ";
         assert!(message.starts_with(says), "{message}");
@@ -325,8 +384,8 @@ mod tests {
         let fits = advice.split(' ').next().and_then(|n| n.parse().ok());
         let fits: u32 = fits.expect("it is a size");
         assert!(fits > 25_000, "{message}");
-        atlas_within(fits, "--size", free(16)).expect("as advised");
-        atlas_within(fits + 1, "--size", free(16)).expect_err("it is the most");
+        charts(fits, free(16)).expect("as advised");
+        charts(fits + 1, free(16)).expect_err("it is the most");
     }
 
     #[test]

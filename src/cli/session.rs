@@ -3,7 +3,6 @@
 mod tracing;
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -11,6 +10,7 @@ use myxo::gpu::{
     Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Timings,
     default_cache_folder,
 };
+use myxo::plain_text::Shown as _;
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
@@ -26,7 +26,7 @@ use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
 };
-use super::{room, settings, times};
+use super::{damaged, room, settings, times};
 use tracing::{Tracing, spanned};
 
 /// What is said of a checkpoint whose scene names files by relative paths.
@@ -134,7 +134,7 @@ impl Session {
             let changes = checkpoint
                 .check(&scene, simulation.setup())
                 .map_err(|problem| {
-                    Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
+                    Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
                 })?;
             simulation.restore(&checkpoint.snapshot)?;
             console::message(&format!(
@@ -329,7 +329,7 @@ impl Session {
             let text = match checkpoint.write(path) {
                 Ok(()) => {
                     let step = checkpoint.snapshot.step;
-                    let message = format!("checkpoint at step {step}: {}", path.display());
+                    let message = format!("checkpoint at step {step}: {}", path.shown());
                     if self.scene.is_found_from_everywhere() {
                         message
                     } else {
@@ -386,34 +386,8 @@ impl Session {
     }
 
     fn check_state(&self, snapshot: &Snapshot) -> Result<()> {
-        snapshot
-            .validate(self.simulation.setup())
-            .map_err(|problem| {
-                Error::Invalid(format!(
-                    "after step {}: {problem}; this is a bug in myxo{}",
-                    snapshot.step,
-                    self.keep_damaged(snapshot)
-                ))
-            })
-    }
-
-    /// Where a checkpoint was asked for and the state is wrong, keeps it beside that one's name; what is to be said of it.
-    fn keep_damaged(&self, snapshot: &Snapshot) -> String {
-        let Some(path) = &self.options.state.checkpoint else {
-            return String::new();
-        };
-        let mut name = path.clone().into_os_string();
-        name.push(".damaged");
-        let damaged = PathBuf::from(name);
-        let setup = self.simulation.setup();
-        let checkpoint = Checkpoint::new(&self.scene, setup, snapshot.clone());
-        match checkpoint.write(&damaged) {
-            Ok(()) => format!(
-                "; the damaged state is kept in {}, for a report: no run goes on from it",
-                damaged.display()
-            ),
-            Err(error) => format!("; {error}"),
-        }
+        let checkpoint = self.options.state.checkpoint.as_deref();
+        damaged::check(&self.scene, self.simulation.setup(), snapshot, checkpoint)
     }
 
     /// Nothing that the validation layers said is let pass.

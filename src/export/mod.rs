@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
+use crate::plain_text::Shown as _;
 use crate::render::View;
 use crate::render::output::Written;
 use crate::scene::Scene;
@@ -290,7 +291,7 @@ impl ExportFile {
             Error::Invalid(format!(
                 "{}: cannot tell what to write; call it NAME.glb (model with texture), NAME.ply (mesh with colours), \
                  NAME.npz (all data) or NAME.toml (scene file)",
-                path.display()
+                path.shown()
             ))
         })?;
         Ok(Self {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use ash::{ext, vk};
@@ -9,6 +10,7 @@ use ash::{ext, vk};
 use super::ContextOptions;
 use super::error::{Check, GpuError, GpuResult};
 use super::manifests;
+use crate::plain_text::Shown as _;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -40,7 +42,7 @@ fn no_driver() -> String {
         Some((name, files)) => {
             format!(
                 "{name} is {}, and no driver is found there",
-                files.display()
+                Path::new(&files).shown()
             )
         }
         None => "no driver is installed".to_owned(),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::plain_text::Shown as _;
 use crate::regular_file;
 
 /// They have some hundred bytes.
@@ -83,7 +84,7 @@ fn listed(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn problem_of(path: &Path, is_driver: bool) -> Option<String> {
-    let of = |problem: String| Some(format!("the manifest {} {problem}", path.display()));
+    let of = |problem: String| Some(format!("the manifest {} {problem}", path.shown()));
     let bytes = match regular_file::read(path, MOST_BYTES) {
         Ok(bytes) => bytes,
         // The loader goes on without it.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec2;
 use myxo::mesh::atlas::AtlasError;
+use myxo::plain_text::Shown as _;
 use myxo::scene::presets::is_preset;
 use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
@@ -226,7 +227,7 @@ impl Lab {
                 if has_all {
                     self.interface.saved(Some(self.interface.state_to_save()));
                 }
-                let text = format!("Saved {}{told}", whole(&path).display());
+                let text = format!("Saved {}{told}", whole(&path).shown());
                 self.interface.notice(context, text, false);
                 Some(path)
             }
@@ -289,7 +290,7 @@ impl Lab {
             Some(Ok((file, lacks))) => format!(
                 "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery{lacks}",
                 self.name,
-                file.display(),
+                file.shown(),
             ),
             Some(Err(error)) => error.to_string(),
         };

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use myxo::gpu::{DeviceInfo, DeviceKind};
 use myxo::mesh::atlas::{AtlasError, Control};
+use myxo::plain_text::Shown as _;
 use myxo::render::Prepared;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
@@ -117,7 +118,7 @@ impl Loading {
             let from = from.map(|(path, checkpoint)| {
                 let fits = checkpoint.check(&scene, &setup);
                 let changes = fits.map_err(|problem| {
-                    Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
+                    Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
                 })?;
                 Ok::<_, Error>((checkpoint, changes))
             });

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use myxo::plain_text::Shown as _;
 use myxo::render::exposure::Exposure;
 use myxo::scene::builtin::{self, PRESETS};
 use myxo::scene::presets;
@@ -246,7 +247,7 @@ impl Lab {
         let text = self.interface.look_text(&self.name);
         let path = self.interface.own.save(&name, &text, &picture)?;
         self.interface.preset = Some(name);
-        Ok(format!("Saved {}", path.display()))
+        Ok(format!("Saved {}", path.shown()))
     }
 
     /// Removes a preset of one's own.

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use egui::TextureId;
 use egui::epaint::{ImageDelta, TextureAtlas};
 use myxo::gpu::{Context, GpuError};
+use myxo::plain_text::Shown as _;
 use myxo::scene::Scene;
 use myxo::{Error, Result};
 
@@ -77,7 +78,7 @@ impl Lab {
             None => return Error::Invalid(error.to_string()),
             Some(Ok(path)) => format!(
                 "the scene as it was set is kept in {}{}",
-                path.display(),
+                path.shown(),
                 lacking.unwrap_or_default()
             ),
             Some(Err(error)) => format!("the scene as it was set is not kept, either: {error}"),
@@ -258,7 +259,7 @@ fn notice(error: &Error, was_painted: bool, on: Option<&String>, kept: Option<&P
     let painted = if was_painted { " and was painted" } else { "" };
     let on = on.map_or(String::new(), |name| format!(" on {name}"));
     let kept = kept.map_or(String::new(), |path| {
-        format!(", which are kept in {}", path.display())
+        format!(", which are kept in {}", path.shown())
     });
     format!(
         "The device was lost ({why}): what had grown{painted} is gone. The scene begins anew{on} with all its \

@@ -59,6 +59,7 @@ mod windowless;
 mod worker;
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
@@ -93,6 +94,8 @@ pub struct LabOptions {
     /// Behave as if the device were lost after so many pictures while something goes on; then the one that takes its place,
     /// and so on.
     pub lose_device: Vec<u32>,
+    /// Becomes true with Ctrl-C: then programs that make films are not waited for long.
+    pub interrupt: &'static AtomicBool,
 }
 
 /// Opens the window and runs until it is closed. `listen` is given what closes it from any thread, as the user would.

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use egui::layers::ShapeIdx;
 use egui::{Align2, Color32, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
+use myxo::plain_text::Shown as _;
 use myxo::scene::settings::Settings;
 
 use super::hands::{MESHES, ends_so};
@@ -276,7 +277,7 @@ impl Interface {
                     None => {
                         let text = format!(
                             "cannot take the folder {}: its name is not plain text, or begins or ends with a space; rename it or choose another",
-                            path.display()
+                            path.shown()
                         );
                         self.notice(ctx, text, true);
                     }

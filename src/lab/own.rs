@@ -4,6 +4,7 @@ use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use image::RgbaImage;
+use myxo::plain_text::Shown as _;
 use myxo::scene::builtin;
 use myxo::scene::presets::is_preset;
 use myxo::scene::settings::Settings;
@@ -173,10 +174,10 @@ fn files(folder: &Path) -> Vec<Own> {
         }
         let text = small_text(&path);
         let problem = match &text {
-            None => Some(format!("{} cannot be read as text", path.display())),
+            None => Some(format!("{} cannot be read as text", path.shown())),
             Some(_) if builtin::preset(&name).is_some() => Some(format!(
                 "a preset that comes with the program is called {name}, too: rename {}",
-                path.display()
+                path.shown()
             )),
             Some(text) => with_preset(&Settings::default(), &name, text)
                 .err()

@@ -4,6 +4,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use myxo::plain_text::Shown as _;
 use myxo::whole_file::WholeFile;
 use serde::{Deserialize, Serialize};
 
@@ -54,13 +55,13 @@ impl Preferences {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Self::default(),
             Err(error) => {
-                log::warn!("cannot read {}: {error}", file.display());
+                log::warn!("cannot read {}: {error}", file.shown());
                 return Self::default();
             }
         };
         let told = |what: &str, error: toml::de::Error| {
             let reason = error.message().lines().next().unwrap_or_default();
-            log::warn!("{}: {what} is not used: {reason}", file.display());
+            log::warn!("{}: {what} is not used: {reason}", file.shown());
         };
         let entries = match text.parse::<toml::Table>() {
             Ok(entries) => entries,

@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use myxo::plain_text::Shown as _;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
@@ -89,7 +90,7 @@ pub fn chosen(path: PathBuf) -> Result<PathBuf> {
     if with.exists() {
         return Err(Error::Invalid(format!(
             "{} is there already: save by its whole name to replace it",
-            with.display()
+            with.shown()
         )));
     }
     Ok(with)

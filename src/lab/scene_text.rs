@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use myxo::mesh::Mesh;
+use myxo::plain_text::Shown as _;
 use myxo::scene::Scene;
 use myxo::scene::settings::{AreaSettings, Settings};
 use myxo::sim::areas::{AreaMap, keep_beside};
@@ -30,7 +31,7 @@ impl SceneText {
     /// What is to be said of areas.
     pub fn told(&self) -> String {
         let map = self.map.as_ref().and_then(|map| map.file_name());
-        let with = map.map(|map| format!(", with painted areas in {}", map.display()));
+        let with = map.map(|map| format!(", with painted areas in {}", Path::new(map).shown()));
         with.unwrap_or_default() + &self.lacking()
     }
 

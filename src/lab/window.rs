@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{Context, DeviceKind, Format, Frames};
+use myxo::plain_text::Shown as _;
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::gui::Gui;
@@ -163,7 +164,7 @@ impl Lab {
             answers,
             interface,
             clocks,
-            out: TakeOut::default(),
+            out: TakeOut::new(options.interrupt),
             checks: options.validation.then(Checks::new),
             pacer: Pacer::default(),
             order: Order::default(),
@@ -452,7 +453,7 @@ impl Lab {
         };
         let preferences = preferences.over(&self.opened_with, &Preferences::read(file));
         if let Err(error) = preferences.write(file) {
-            log::warn!("preferences are not kept in {}: {error}", file.display());
+            log::warn!("preferences are not kept in {}: {error}", file.shown());
         }
     }
 

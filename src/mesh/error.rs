@@ -1,12 +1,13 @@
 //! What can be wrong with a model, said so that its owner can mend it.
 
+use crate::plain_text::Shown as _;
 use std::path::PathBuf;
 
 /// Why there is no mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
     /// The file could not be read.
-    #[error("cannot read {path}: {source}", path = path.display())]
+    #[error("cannot read {path}: {source}", path = path.shown())]
     Read {
         /// The model, or the file that it names.
         path: PathBuf,

@@ -8,6 +8,7 @@ use std::path::Path;
 use super::error::MeshProblem;
 use super::soup::{MOST_TRIANGLES, Soup};
 use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
+use crate::plain_text::Shown as _;
 use crate::regular_file;
 
 /// No model, and no file that a model names, is read beyond this size.
@@ -148,7 +149,7 @@ pub(crate) fn from_bytes(
         Err(panic) => MeshProblem::Panicked(panic_text(panic.as_ref())),
     };
     Err(MeshError::Bad {
-        place: path.display().to_string(),
+        place: path.shown().into_owned(),
         problem,
     })
 }
@@ -191,7 +192,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, MeshError> {
         source,
     };
     let not_a_file = |problem: String| MeshError::Bad {
-        place: path.display().to_string(),
+        place: path.shown().into_owned(),
         problem: MeshProblem::NotAFile(problem),
     };
     let metadata = std::fs::metadata(path).map_err(failed)?;

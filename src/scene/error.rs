@@ -6,6 +6,7 @@ use super::problems::Problems;
 use super::suggest::nearest;
 use super::{builtin, parameters};
 use crate::mesh::MeshError;
+use crate::plain_text::Shown as _;
 use crate::plain_text::quoted;
 
 /// Why there is no scene.
@@ -26,7 +27,7 @@ pub enum SceneError {
     /// A file of another kind, by its ending.
     #[error(
         "{path}: neither a scene nor a model by the ending of its name: models are .obj, .stl, .ply, .glb, .gltf, scenes .toml",
-        path = path.display()
+        path = path.shown()
     )]
     OtherFile {
         /// The file.
@@ -45,7 +46,7 @@ pub enum SceneError {
         known: String,
     },
     /// The file of a preset could not be read.
-    #[error("cannot read the preset {path}: {source}", path = path.display())]
+    #[error("cannot read the preset {path}: {source}", path = path.shown())]
     ReadPreset {
         /// The file.
         path: PathBuf,
@@ -53,7 +54,7 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The scene file could not be read.
-    #[error("cannot read the scene {path}: {source}", path = path.display())]
+    #[error("cannot read the scene {path}: {source}", path = path.shown())]
     Read {
         /// The file.
         path: PathBuf,
@@ -105,7 +106,7 @@ pub enum SceneError {
         farthest: f64,
     },
     /// A model's path is not Unicode, which scene files are written in.
-    #[error("{path}: the path is not Unicode, and scene files are: rename it", path = path.display())]
+    #[error("{path}: the path is not Unicode, and scene files are: rename it", path = path.shown())]
     NotUnicode {
         /// The path.
         path: PathBuf,

@@ -6,12 +6,12 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::keyframes;
 use super::parameters::{
-    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, inside,
-    out_of_range,
+    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, grouped,
+    inside, out_of_range,
 };
 use super::presets::{PARTS, foreign};
 use super::problems::{Problem, Problems};
-use super::settings::{FoodSettings, ObjectSettings, Settings};
+use super::settings::{FoodSettings, MOST_FOODS, MOST_OBJECTS, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
 /// Reads scene text into settings, step by step, and gathers everything wrong on the way.
@@ -22,6 +22,8 @@ pub struct Reader {
     /// What was wrong so far.
     pub problems: Problems,
     place: Place,
+    /// Were objects left out, because there are so many?
+    too_many_objects: bool,
 }
 
 #[derive(Debug)]
@@ -43,6 +45,7 @@ impl Reader {
             settings,
             problems: Problems::default(),
             place: Place::Argument(String::new()),
+            too_many_objects: false,
         }
     }
 
@@ -121,7 +124,7 @@ impl Reader {
     pub fn finish(mut self) -> Result<Settings, Problems> {
         self.problems
             .extend(out_of_range(&self.settings).into_iter().map(Problem::from));
-        if self.settings.objects.is_empty() {
+        if self.settings.objects.is_empty() && !self.too_many_objects {
             let message = "the scene has no objects: add an [[object]] with a mesh".to_owned();
             self.problems.push(Problem {
                 place: String::new(),
@@ -245,6 +248,17 @@ impl Reader {
                 "object: [[object]] is expected, once for each object".to_owned(),
             );
         };
+        if tables.len() > MOST_OBJECTS {
+            self.too_many_objects = true;
+            let count = grouped(tables.len() as f64);
+            return self.problem(
+                at,
+                format!(
+                    "object: the scene has {count} objects, and there may be {}: join those that move together into one model",
+                    grouped(MOST_OBJECTS as f64)
+                ),
+            );
+        }
         self.settings.objects = vec![ObjectSettings::default(); tables.len()];
         for (i, table) in tables.into_iter().enumerate() {
             self.table(&format!("object.{i}"), table);
@@ -258,6 +272,15 @@ impl Reader {
                 "food: [[food]] is expected, once for each food or marker".to_owned(),
             );
         };
+        if tables.len() > MOST_FOODS {
+            let count = grouped(tables.len() as f64);
+            return self.problem(
+                at,
+                format!(
+                    "food: the scene has {count} foods and markers, and there may be {MOST_FOODS}"
+                ),
+            );
+        }
         self.settings.foods = vec![FoodSettings::default(); tables.len()];
         for (i, table) in tables.into_iter().enumerate() {
             self.table(&format!("food.{i}"), table);

@@ -377,6 +377,9 @@ impl Default for PictureSettings {
     }
 }
 
+/// Objects that a scene may have: how far each is from each of the others is planned on the host.
+pub const MOST_OBJECTS: usize = 4096;
+
 /// `[[object]]`: a mesh and where it stands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectSettings {

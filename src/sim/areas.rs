@@ -18,6 +18,7 @@ use super::twin::exchange_seams;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::NONE;
+use crate::plain_text::Shown as _;
 use crate::scene::BUILTIN;
 use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
@@ -89,7 +90,7 @@ impl AreaMap {
             return Err(Error::Invalid(format!(
                 "{}: the area map says nothing wherever the texture holds a triangle: paint green, blue or red on black, where \
                  `myxo atlas SCENE --out FILE.png` draws what you mean",
-                self.path.display()
+                self.path.shown()
             )));
         }
         exchange_seams(&atlas.seams, &mut bias);

@@ -18,6 +18,7 @@ use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
 use crate::error::{Error, Result};
+use crate::plain_text::Shown as _;
 use crate::regular_file;
 use crate::scene::file::Reader;
 use crate::scene::parameters::{Effect, PARAMETERS, Parameter};
@@ -237,7 +238,7 @@ impl Checkpoint {
             source,
         })?;
         Self::from_bytes(&bytes).map_err(|problem| {
-            Error::Invalid(format!("cannot resume from {}: {problem}", path.display()))
+            Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
         })
     }
 

@@ -9,6 +9,7 @@ use image::codecs::png::PngDecoder;
 use image::{DynamicImage, Limits};
 
 use crate::error::{Error, Result};
+use crate::plain_text::Shown as _;
 use crate::regular_file;
 use crate::scene::parameters::grouped;
 
@@ -40,7 +41,7 @@ pub(super) fn decode(
     let no_picture = |problem: String| {
         Error::Invalid(format!(
             "{}: the {what} must be a PNG: {problem}",
-            path.display()
+            path.shown()
         ))
     };
     let most = most_side(atlas_size);
@@ -51,7 +52,7 @@ pub(super) fn decode(
         return Err(Error::Invalid(format!(
             "{}: the {what} has {width} x {height} pixels, and at most {most} x {most} are read with atlas.size = {size}: \
              scale it down",
-            path.display()
+            path.shown()
         )));
     }
     if !has_whole_colors(bytes) {

@@ -6,8 +6,8 @@ use myxo::gpu::Frames;
 use myxo::mesh::suite;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
-use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
+use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::twin::trail::{atlas_position, texel_at};
 use myxo::sim::types::Pose;
@@ -358,5 +358,54 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
         error.contains("particles.count") && error.contains("restart"),
         "{error}"
     );
+    gpu.finish();
+}
+
+/// Two triangles, and a ladder of 400 on one side of them whose rungs are nearer to each other than numbers can tell.
+fn ladder() -> String {
+    use std::fmt::Write as _;
+    let mut text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n".to_owned();
+    let [mut left, mut right] = [4, 3];
+    let mut rung = |y: f64, aside: f64| {
+        let (next_left, next_right) = (left.max(right) + 1, left.max(right) + 2);
+        let _ = write!(
+            text,
+            "v {aside:e} {y:.12} {aside:e}\nv 1 {y:.12} 0\nf {left} {right} {next_right}\nf {left} {next_right} {next_left}\n"
+        );
+        [left, right] = [next_left, next_right];
+    };
+    for i in 0..200 {
+        let gap = 1e-8 / f64::from(1 + i % 7);
+        rung(1.0 + 1e-8 * f64::from(i) + gap, gap);
+    }
+    rung(2.0, 0.0);
+    text
+}
+
+/// Catches headings of length 0 or NaN where triangles are points in the strip that a walk lays out, or have no normal.
+#[test]
+fn triangles_thinner_than_numbers_tell_keep_headings() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("ladder.obj"), ladder()).unwrap();
+    let file = folder.path().join("two.toml");
+    let object = "[[object]]\nmesh = 'ladder.obj'\n";
+    let moved = "position = [0.1, 0.1, 0.02]\nrotation = [10, 20, 30]\n";
+    std::fs::write(&file, format!("{object}{object}{moved}")).unwrap();
+    let set = [
+        "particles.count=20000",
+        "atlas.size=256",
+        "physarum.speed=0.03",
+    ];
+    let overrides = Overrides {
+        set: set.map(str::to_owned).into(),
+        ..Overrides::default()
+    };
+    let scene = Scene::load(&file, &overrides).unwrap();
+    let setup = Setup::new(&scene).unwrap();
+    let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    (0..30).for_each(|_| by_twin.step());
+    by_twin.snapshot().validate(&setup).unwrap();
+    let Some(gpu) = gpu() else { return };
+    run(&gpu, &scene, 60).validate(&setup).unwrap();
     gpu.finish();
 }

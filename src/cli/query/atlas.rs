@@ -59,13 +59,13 @@ pub struct Atlas {
 impl Atlas {
     /// Lays the mesh out and writes.
     pub fn run(&self) -> Result<Outcome> {
-        room::check_atlas(self.atlas_size, "--atlas-size")?;
         let sink = Sink::create(&self.out)?;
         interrupt::install()?;
         let mesh = open_mesh(&self.mesh)?;
         check_unread(once(&self.out), "")?;
         let surface = Surface::build(&[(&mesh, 1.0)]);
         let options = options_of(self.atlas_method, self.atlas_size, self.gutter, self.turn);
+        room::check_atlas(&options, surface.corners.len(), "--atlas-size")?;
         let atlas = SettingUp::new(&mesh.name, atlas_cache())
             .run(|control| atlas::Atlas::build_with(&surface, &options, control))?;
         let dropped = mesh.report.file_triangles - mesh.report.triangles;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::{DAffine3, DMat4};
 use myxo::mesh::Mesh;
+use myxo::plain_text::Shown as _;
 use myxo::{Error, Result, regular_file};
 use serde::Deserialize;
 
@@ -71,7 +72,7 @@ impl PlacedMesh {
     /// Both meshes, A and B.
     pub fn read_both(path: &Path) -> Result<[Self; 2]> {
         let file = File::read(path)?;
-        let missing = |key: &str| Error::Invalid(format!("{}: {key} is missing", path.display()));
+        let missing = |key: &str| Error::Invalid(format!("{}: {key} is missing", path.shown()));
         let a = Self::new(
             path,
             "a",
@@ -92,7 +93,7 @@ impl PlacedMesh {
         let pose = rigid(rows).ok_or_else(|| {
             Error::Invalid(format!(
                 "{}: {which}_transform_row_major is not a rotation and a translation",
-                path.display()
+                path.shown()
             ))
         });
         Ok(Self {
@@ -110,7 +111,7 @@ impl File {
             source,
         })?;
         serde_json::from_str(&text)
-            .map_err(|error| Error::Invalid(format!("{}: {error}", path.display())))
+            .map_err(|error| Error::Invalid(format!("{}: {error}", path.shown())))
     }
 
     fn b(&self, path: &Path) -> Result<PlacedMesh> {

@@ -4,6 +4,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
+use myxo::plain_text::Shown as _;
 use myxo::{Error, Result, regular_file};
 
 /// Files of more bytes are not read.
@@ -48,7 +49,7 @@ impl Table {
             path: place.clone(),
             source,
         })?;
-        Self::parse(&place.display().to_string(), &bytes, names)
+        Self::parse(&place.shown().into_owned(), &bytes, names)
     }
 
     /// Finds the columns `names` in CSV text. Other columns are passed over, and so are lines that begin with `#`.

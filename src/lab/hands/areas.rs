@@ -1,6 +1,7 @@
 //! Painted areas when a scene begins anew: they stay where nothing else takes their place, and particles begin on them.
 
 use myxo::Result;
+use myxo::plain_text::Shown as _;
 use myxo::scene::settings::{AreaSettings, ObjectStart, Start};
 use myxo::sim::Setup;
 use myxo::sim::areas::write_mask;
@@ -166,7 +167,7 @@ impl Lab {
         for object in &mut self.interface.edited.objects {
             object.start.place = ObjectStart::Scene;
         }
-        let text = format!("All begin where it attracted: {}", name.path().display());
+        let text = format!("All begin where it attracted: {}", name.path().shown());
         self.interface.notice(context, text, false);
         self.restart();
         Ok(())

@@ -2,13 +2,14 @@
 
 use glam::{DVec3, Vec2, Vec3};
 use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
+use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
 use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::interface::Command;
@@ -208,7 +209,7 @@ impl Lab {
         });
         if let Some(before) = before {
             let file = path.file_name().unwrap_or(path.as_os_str());
-            let text = format!("{} comes after {before}", file.display());
+            let text = format!("{} comes after {before}", Path::new(file).shown());
             let context = self.host.context().clone();
             self.interface.notice(&context, text, false);
         }

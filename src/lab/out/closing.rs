@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use myxo::plain_text::Shown as _;
 use myxo::render::output::{OutputError, Written};
 use myxo::{Error, Result};
 
@@ -272,7 +273,7 @@ fn end_of(left: &Left) -> AtTheEnd {
 }
 
 fn not_opened(path: &Path) -> AtTheEnd {
-    let path = path.display();
+    let path = path.shown();
     AtTheEnd::GivenUp(format!(
         "{path} was not opened: the window closed before its turn"
     ))
@@ -323,7 +324,7 @@ pub(in super::super) fn say(text: &str) {
 /// What is said before a file is waited for.
 fn finishing(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
-    format!("finishing {} ...", name.display())
+    format!("finishing {} ...", Path::new(name).shown())
 }
 
 /// What became of a recording, in a line.
@@ -347,10 +348,10 @@ pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) 
     match ended {
         Ok(written) if !written.files.is_empty() => format!("saved {}", found_again(written)),
         Err(error @ Error::Output(OutputError::Cut { .. })) => {
-            format!("{} ends early: {error}", path.display())
+            format!("{} ends early: {error}", path.shown())
         }
-        Err(error) if !is_cancelled => format!("{} was given up: {error}", path.display()),
-        _ => format!("{} was given up", path.display()),
+        Err(error) if !is_cancelled => format!("{} was given up: {error}", path.shown()),
+        _ => format!("{} was given up", path.shown()),
     }
 }
 

@@ -10,6 +10,7 @@ mod recording;
 mod shot;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use myxo::render::View;
@@ -124,9 +125,19 @@ pub struct TakeOut {
     ends: Option<Instant>,
     /// The window waits for none of it.
     gives_up: bool,
+    /// Becomes true with Ctrl-C.
+    interrupt: Option<&'static AtomicBool>,
 }
 
 impl TakeOut {
+    /// Nothing yet; `interrupt` becomes true with Ctrl-C.
+    pub fn new(interrupt: &'static AtomicBool) -> Self {
+        Self {
+            interrupt: Some(interrupt),
+            ..Self::default()
+        }
+    }
+
     /// For the interface.
     pub fn told(&self) -> OutFacts {
         OutFacts {
@@ -318,7 +329,10 @@ impl Lab {
             Kind::Png => name.as_folder(),
             Kind::Mp4 | Kind::Gif => name.path().to_owned(),
         };
-        let output = Output::create(&path, size.into(), f64::from(fps))?;
+        let mut output = Output::create(&path, size.into(), f64::from(fps))?;
+        if let Some(flag) = self.out.interrupt {
+            output.set_interrupt(flag);
+        }
         Ok((name, output))
     }
 

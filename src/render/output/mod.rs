@@ -12,6 +12,7 @@ use std::sync::atomic::AtomicBool;
 use image::RgbaImage;
 
 use crate::error::advice;
+use crate::plain_text::Shown as _;
 
 mod encoder;
 mod gif;
@@ -168,7 +169,7 @@ impl Output {
             image.dimensions(),
             self.size,
             "a frame of {} has another size",
-            self.path.display()
+            self.path.shown()
         );
         match &mut self.writer {
             Writer::Picture(picture) => picture.frame(image)?,
@@ -259,15 +260,15 @@ impl fmt::Display for Written {
         match self.files.as_slice() {
             [] => write!(f, "no file, because there was no frame"),
             [file] => match self.frames {
-                1 => write!(f, "{} ({size})", file.display()),
-                _ if is_png(file) => write!(f, "{} ({size})", file.display()),
-                frames => write!(f, "{} ({frames} frames, {size})", file.display()),
+                1 => write!(f, "{} ({size})", file.shown()),
+                _ if is_png(file) => write!(f, "{} ({size})", file.shown()),
+                frames => write!(f, "{} ({frames} frames, {size})", file.shown()),
             },
             [first, .., last] => write!(
                 f,
                 "{} ... {} ({} files, {size})",
-                first.display(),
-                last.file_name().unwrap_or_default().display(),
+                first.shown(),
+                Path::new(last.file_name().unwrap_or_default()).shown(),
                 self.files.len()
             ),
         }
@@ -309,11 +310,11 @@ pub enum OutputError {
     #[error(
         "{path}: cannot tell what to write; call it NAME.png (the last frame), NAME_%05d.png or \
          FOLDER/ (every frame), NAME.gif or NAME.mp4",
-        path = .0.display()
+        path = .0.shown()
     )]
     Name(PathBuf),
     /// The file, or the folder for it, cannot be written.
-    #[error("cannot write {path}: {source}{}", advice(source), path = path.display())]
+    #[error("cannot write {path}: {source}{}", advice(source), path = path.shown())]
     File {
         /// The file that was to be written.
         path: PathBuf,
@@ -324,7 +325,7 @@ pub enum OutputError {
     #[error(
         "{path}: a picture of {width} x {height} pixels cannot be written; \
          each side must be 1 to {largest}",
-        path = path.display()
+        path = path.shown()
     )]
     Size {
         /// The file that was to be written.
@@ -344,9 +345,9 @@ pub enum OutputError {
         "cannot write {path}: videos need the program `{program}` with the encoder libx264, and that does not work here \
          ({source}); install the package ffmpeg (Debian, Ubuntu: apt-get install ffmpeg), \
          or write {sequence} or {gif} instead",
-        path = path.display(), program = program.display(),
-        sequence = path.with_extension("").display().to_string() + "_%05d.png",
-        gif = path.with_extension("gif").display()
+        path = path.shown(), program = program.shown(),
+        sequence = path.with_extension("").shown().into_owned() + "_%05d.png",
+        gif = path.with_extension("gif").shown()
     )]
     NoEncoder {
         /// The video that was to be written.
@@ -368,7 +369,7 @@ pub enum OutputError {
     #[error(
         "cannot write {path}: the video encoder stopped after {frames} frames ({status}){}",
         if last_words.is_empty() { String::new() } else { format!(":\n{last_words}") },
-        path = path.display()
+        path = path.shown()
     )]
     Encoder {
         /// The video that was to be written.

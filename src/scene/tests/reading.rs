@@ -531,3 +531,21 @@ fn control_characters_in_messages_are_visible() {
         assert!(problem.contains("\\u{"), "{problem}");
     }
 }
+
+/// Catches lists so long that planning between their objects takes all time and memory, and a second problem that only follows.
+#[test]
+fn more_objects_and_foods_than_there_may_be_are_one_problem() {
+    let many = "[[object]]\nmesh = 'builtin:cube'\n".repeat(4097);
+    assert_eq!(
+        only_problem(read(&many)),
+        "line 1: object: the scene has 4,097 objects, and there may be 4,096: join those that move together into one model"
+    );
+    let many = format!(
+        "[[object]]\nmesh = 'builtin:cube'\n{}",
+        "[[food]]\n".repeat(257)
+    );
+    assert_eq!(
+        only_problem(read(&many)),
+        "line 3: food: the scene has 257 foods and markers, and there may be 256"
+    );
+}

@@ -9,6 +9,7 @@ use super::{area, triangles_of};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
+use crate::plain_text::Shown as _;
 use crate::sim::texture_map;
 
 /// Finer masks are read as if they had so many pixels a side.
@@ -129,7 +130,7 @@ impl MaskTable {
         Err(Error::Invalid(format!(
             "{}: the start mask is black wherever the texture holds a triangle{}: paint over a picture that `myxo atlas \
              SCENE --out FILE.png` draws",
-            mask.path.display(),
+            mask.path.shown(),
             if object.is_some() {
                 " of the object"
             } else {

@@ -4,6 +4,7 @@
 use glam::{Vec2, Vec3};
 
 use super::bvh::{UNLIMITED, first_crossing, nearest_on, slack_of};
+use super::direction::flat_direction;
 use super::nearest::nearest_on_face;
 use super::sign::{Sides, is_outside};
 use super::transfer::{Flight, Ground, folded, place_in};
@@ -146,7 +147,7 @@ impl Terrain<'_> {
             let along = meeting.heading.dot(axis);
             along * axis + outwards * (1.0 - along * along).max(0.0).sqrt() * across
         };
-        let heading = Vec2::new(heading.dot(frame.p), heading.dot(frame.h)).normalize();
+        let heading = flat_direction(Vec2::new(heading.dot(frame.p), heading.dot(frame.h)));
         Walker::at(triangle, meeting.u, meeting.v, heading.to_array(), rest)
     }
 

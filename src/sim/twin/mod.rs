@@ -10,6 +10,7 @@ pub mod depth;
 mod diffuse;
 mod diffuse_seams;
 mod digest;
+mod direction;
 pub mod distance;
 mod distance_brute;
 mod distance_merge;

@@ -2,6 +2,7 @@
 
 use glam::Vec2;
 
+use super::direction::LEAST_SQUARE;
 use super::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::NONE;
@@ -115,6 +116,8 @@ impl StripWalk {
         };
 
         let corner = edge & 3;
+        let scale = 1.5 - 0.5 * (p * p + h * h);
+        let kept = [p * scale, h * scale];
         let (u, v);
         // In the triangle that it began in, a walk is the same whatever lies around.
         if stays {
@@ -122,8 +125,7 @@ impl StripWalk {
             let rate_u = (p - rate_v * shape.cp) / shape.ab;
             u = self.u + rate_u * end;
             v = self.v + rate_v * end;
-            let scale = 1.5 - 0.5 * (p * p + h * h);
-            self.heading = [p * scale, h * scale];
+            self.heading = kept;
         } else {
             let (start, stop) = if mirrored {
                 (left, right)
@@ -147,9 +149,15 @@ impl StripWalk {
                 1 => -apex,
                 _ => apex - stop,
             };
-            let length = (ab.x * ab.x + ab.y * ab.y).sqrt().max(TINY);
+            let square = ab.x * ab.x + ab.y * ab.y;
             let turned = if mirrored { ab.y } else { -ab.y };
-            self.heading = [ab.x / length, turned / length];
+            // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
+            self.heading = if square >= LEAST_SQUARE {
+                let length = square.sqrt();
+                [ab.x / length, turned / length]
+            } else {
+                kept
+            };
         }
         self.triangle = edge >> 2;
         self.u = u.clamp(0.0, 1.0);

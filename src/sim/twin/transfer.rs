@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use super::bvh::{UNLIMITED, nearest_on};
 use super::crossing::Terrain;
+use super::direction::{direction_or, flat_direction, perpendicular};
 use super::sign::Sides;
 use super::trail::{atlas_position, texel_at};
 use super::walk::WALK_OUT_OF_ATTEMPTS;
@@ -127,8 +128,8 @@ impl Ground<'_> {
         let [a, b, c] = [0, 1, 2].map(|corner| {
             self.vertices[self.corners[(3 * triangle + corner) as usize] as usize].position
         });
-        let p = (b - a).normalize();
-        let normal = (b - a).cross(c - a).normalize();
+        let p = direction_or(b - a, Vec3::X);
+        let normal = direction_or((b - a).cross(c - a), perpendicular(p));
         Frame {
             origin: a,
             p,
@@ -179,7 +180,7 @@ impl Ground<'_> {
         let weights = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
         let from = turned_to_object(pose, flight.normal);
         let heading = folded(turned_to_object(pose, flight.heading), from, frame.normal);
-        let heading = Vec2::new(heading.dot(frame.p), heading.dot(frame.h)).normalize();
+        let heading = flat_direction(Vec2::new(heading.dot(frame.p), heading.dot(frame.h)));
         let u = weights[0].clamp(0.0, 1.0);
         ([u, weights[1].clamp(0.0, 1.0 - u)], heading.to_array())
     }

@@ -1,0 +1,34 @@
+//! Twin of `shaders/include/direction.glsl`: unit vectors of ways that may have no length.
+
+use glam::{Vec2, Vec3};
+
+/// The smallest number that every device calculates with: a smaller square may count as zero.
+pub(super) const LEAST_SQUARE: f32 = f32::MIN_POSITIVE;
+
+/// The direction of a way, or another one if the way has none.
+pub(super) fn direction_or(way: Vec3, other: Vec3) -> Vec3 {
+    if way.length_squared() >= LEAST_SQUARE {
+        way.normalize()
+    } else {
+        other
+    }
+}
+
+/// In a triangle's tangent frame: along AB if the way has no direction.
+pub(super) fn flat_direction(way: Vec2) -> Vec2 {
+    if way.length_squared() >= LEAST_SQUARE {
+        way.normalize()
+    } else {
+        Vec2::X
+    }
+}
+
+/// Some direction that is at right angles to another one.
+pub(super) fn perpendicular(direction: Vec3) -> Vec3 {
+    let axis = if direction.x.abs() < 0.5 {
+        Vec3::X
+    } else {
+        Vec3::Y
+    };
+    direction.cross(axis).normalize()
+}
