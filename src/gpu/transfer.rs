@@ -20,6 +20,8 @@ const CHUNK: u64 = 8 << 20;
 #[derive(Default)]
 pub(crate) struct Transfer {
     pool: vk::CommandPool,
+    /// Allocated once: synchronization validation (1.3.239) keeps what it knows of every command buffer that was freed, about 3 kB.
+    cmd: vk::CommandBuffer,
     fence: vk::Fence,
     upload: Option<(vk::Buffer, Allocation)>,
     download: Option<(vk::Buffer, Allocation)>,
@@ -69,6 +71,14 @@ impl Transfer {
                     .create_command_pool(&info, None)
                     .check("vkCreateCommandPool", WHO)?;
             }
+            if self.cmd == vk::CommandBuffer::null() {
+                let info = vk::CommandBufferAllocateInfo::default()
+                    .command_pool(self.pool)
+                    .command_buffer_count(1);
+                self.cmd = device
+                    .allocate_command_buffers(&info)
+                    .check("vkAllocateCommandBuffers", WHO)?[0];
+            }
             if self.fence == vk::Fence::null() {
                 self.fence = device
                     .create_fence(&vk::FenceCreateInfo::default(), None)
@@ -80,12 +90,7 @@ impl Transfer {
             device
                 .reset_fences(&[self.fence])
                 .check("vkResetFences", WHO)?;
-            let info = vk::CommandBufferAllocateInfo::default()
-                .command_pool(self.pool)
-                .command_buffer_count(1);
-            let cmds = device
-                .allocate_command_buffers(&info)
-                .check("vkAllocateCommandBuffers", WHO)?;
+            let cmds = [self.cmd];
             let begin = vk::CommandBufferBeginInfo::default()
                 .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             let recorded = device
@@ -119,8 +124,6 @@ impl Transfer {
             });
             if matches!(finished, Err(GpuError::Timeout { .. })) {
                 self.abandon(ctx);
-            } else {
-                device.free_command_buffers(self.pool, &cmds);
             }
             finished
         }

@@ -13,6 +13,8 @@ mod hands;
 mod lab;
 mod long_steps;
 mod lost;
+#[cfg(target_os = "linux")]
+mod many_scenes;
 mod objects;
 mod opening;
 mod out;
