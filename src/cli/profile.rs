@@ -102,9 +102,9 @@ impl Profile {
         let other = (!self.against.is_empty())
             .then(|| turns::other(self, self.scene.as_deref().unwrap_or("".as_ref())))
             .transpose()?;
+        interrupt::install()?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let trace_sink = self.trace.as_deref().map(Sink::create).transpose()?;
-        interrupt::install()?;
         if let Some(other) = other {
             return turns::run(self, &[scene, other], report_sink);
         }
