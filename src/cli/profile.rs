@@ -218,13 +218,13 @@ impl Profile {
             let run = self.kernel.as_ref().map_or(Run::Step, |_| Run::Kernel);
             console::print(session.table(run) + &host_time(&report) + &repetitions(&report))?;
         }
-        if let Some(sink) = report_sink {
-            sink.write(report.to_json())?;
-        }
+        // If one of the two fails, the other is written all the same.
+        let reported = report_sink.map(|sink| sink.write(report.to_json()));
         if let (Some(sink), Some(path)) = (trace_sink, &self.trace) {
             sink.write(trace)?;
             console::message(&format!("{}: {agreement}", path.shown()));
         }
+        reported.transpose()?;
         Ok(if ending.lacks_checkpoint {
             Outcome::Failed
         } else if interrupted {

@@ -27,6 +27,7 @@ use glam::{Affine3A, DVec3, Vec3};
 
 use crate::mesh::surface::Surface;
 use crate::mesh::{Mesh, RigidTrack, origin};
+use crate::plain_text::Shown as _;
 use crate::regular_file;
 
 pub use error::SceneError;
@@ -108,11 +109,7 @@ impl Scene {
                 let name = mesh
                     .rsplit_once(':')
                     .map_or(mesh.as_str(), |(_, name)| name);
-                let name = Path::new(name)
-                    .file_stem()
-                    .unwrap_or_default()
-                    .to_string_lossy()
-                    .into_owned();
+                let name = name_of(Path::new(name));
                 reader.settings.objects = vec![ObjectSettings {
                     mesh,
                     ..ObjectSettings::default()
@@ -130,11 +127,7 @@ impl Scene {
                 })?;
                 reader.text("", &text);
                 folder = scene.parent().map(Path::to_owned).unwrap_or_default();
-                scene
-                    .file_stem()
-                    .unwrap_or_default()
-                    .to_string_lossy()
-                    .into_owned()
+                name_of(scene)
             }
         };
         let settings = overridden(reader, scene, overrides)?;
@@ -359,6 +352,13 @@ fn overridden(
         scene: scene.to_owned(),
         problems,
     })
+}
+
+/// What people call a scene: the name of its file without its ending, on one line.
+fn name_of(path: &Path) -> String {
+    Path::new(path.file_stem().unwrap_or_default())
+        .shown()
+        .into_owned()
 }
 
 /// On average. Every built-in scene has several texels a triangle.

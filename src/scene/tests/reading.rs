@@ -538,7 +538,7 @@ fn more_objects_and_foods_than_there_may_be_are_one_problem() {
     let many = "[[object]]\nmesh = 'builtin:cube'\n".repeat(4097);
     assert_eq!(
         only_problem(read(&many)),
-        "line 1: object: the scene has 4,097 objects, and there may be 4,096: join those that move together into one model"
+        "line 1: object: the scene has 4097 objects, and there may be 4096: join those that move together into one model"
     );
     let many = format!(
         "[[object]]\nmesh = 'builtin:cube'\n{}",
