@@ -64,9 +64,7 @@ impl Offscreen {
 
     /// Records that the host will read the picture, after everything that was drawn.
     pub fn record_readback(&self, rec: &mut Recorder) {
-        rec.barrier(Access::Readback, Access::Copy, &[&self.pixels]);
         rec.copy_image(self.canvas.image(), &self.pixels);
-        rec.barrier(Access::Copy, Access::Readback, &[&self.pixels]);
     }
 
     /// The picture, top row first, sRGB.

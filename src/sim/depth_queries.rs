@@ -37,7 +37,6 @@ pub fn depth_queries(
             reach,
         },
     );
-    rec.barrier(Access::Kernel, Access::Copy, &[&depths]);
     frames.submit(rec)?;
     frames.wait_idle()?;
     Ok(ctx.download(&depths)?)

@@ -149,10 +149,8 @@ impl Diffusion {
     }
 
     fn record(&self, rec: &mut Recorder) {
-        let (trail, next_trail) = (&self.trail.front, &self.trail.back);
         let (trail_views, deposits_views) = (&self.trail.front_views, &self.deposits.front_views);
         let next_views = &self.trail.back_views;
-        let previous_deposits = &self.deposits.back;
         let spread = (self.unused).spread(self.outgrows_block, &self.trail, &self.deposits);
         rec.dispatch(
             &self.diffuse,
@@ -169,9 +167,6 @@ impl Diffusion {
             },
             self.params,
         );
-        // diffuse_seams writes some texels over.
-        rec.barrier(Kernel, Kernel, &[next_trail, previous_deposits]);
-        rec.barrier(Kernel, Kernel, &self.unused.all());
         rec.dispatch(
             &self.diffuse_seams,
             Threads(self.seams_params.row_count),
@@ -185,8 +180,6 @@ impl Diffusion {
             },
             self.seams_params,
         );
-        // The next step reads what was written here, and writes over what was read.
-        rec.barrier(Kernel, Kernel, &[next_trail, trail]);
     }
 }
 

@@ -74,7 +74,6 @@ pub fn walk_queries(
                     attempts: attempts as u32,
                 },
             );
-            rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
             frames.submit(rec)?;
             frames.wait_idle()?;
             let before = std::mem::replace(&mut walkers, ctx.download(&buffer)?);

@@ -119,11 +119,6 @@ pub fn transfer_queries(
                 },
                 params,
             );
-            rec.barrier(
-                Access::Kernel,
-                Access::Copy,
-                &[&phases_buffer, &walkers_buffer],
-            );
             frames.submit(rec)?;
             frames.wait_idle()?;
             phases = ctx.download(&phases_buffer)?;

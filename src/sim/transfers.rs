@@ -472,9 +472,7 @@ impl Transfers {
 
     /// Copies the counters to where the host reads them some frames later.
     pub fn record_readback(&self, rec: &mut Recorder, counters: &mut Readback<Flow>, step: u64) {
-        rec.barrier(Access::Kernel, Access::Copy, &[&self.flow]);
         counters.record(rec, &self.flow, step);
-        rec.barrier(Access::Copy, Access::Kernel, &[&self.flow]);
     }
 
     /// What leaves in one turn arrives in the next.

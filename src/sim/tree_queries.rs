@@ -124,7 +124,6 @@ pub fn tree_queries(
             },
             params,
         );
-        rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
         frames.submit(rec)?;
         frames.wait_idle()?;
         let answers = ctx.download(&buffer)?;

@@ -300,7 +300,6 @@ fn counts_are_those_of_the_twin_however_particles_crowd() {
                 pass.draw(&draw, size, 1, args, params);
             });
             rec.copy_image(&target, &drawn);
-            rec.barrier(Access::Copy, Access::Readback, &[&drawn]);
         });
         assert!(
             ctx.download(&deposits).unwrap() == expected,

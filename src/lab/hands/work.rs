@@ -110,13 +110,9 @@ impl Probe {
         });
         sources.extend(state.bias.as_ref().map(|bias| &bias.field));
         for (i, source) in sources.into_iter().enumerate() {
-            rec.barrier(Access::Kernel, Access::Copy, &[source]);
             rec.copy_range(source, texel..texel + 1, &self.values, i);
-            rec.barrier(Access::Copy, Access::Copy, &[&self.values]);
-            rec.barrier(Access::Copy, Access::Kernel, &[source]);
         }
         self.readback.record(rec, &self.values, texel as u64);
-        rec.barrier(Access::Copy, Access::Copy, &[&self.values]);
     }
 }
 

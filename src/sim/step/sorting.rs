@@ -12,9 +12,7 @@ use crate::gpu::{
 /// Particles lie in other buffers afterwards.
 pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &SortParams) {
     let bins = &s.sorting.bins;
-    rec.barrier(Kernel, Copy, &[bins]);
     rec.fill(bins, 0);
-    rec.barrier(Copy, Kernel, &[bins]);
     rec.dispatch(
         &k.sort_count,
         Threads(params.count.particle_count),
@@ -26,9 +24,7 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
         },
         params.count,
     );
-    rec.barrier(Kernel, Kernel, &[bins]);
     rec.dispatch(&k.sort_scan, Threads(1), SortScanArgs { bins }, params.scan);
-    rec.barrier(Kernel, Kernel, &[bins]);
     rec.dispatch(
         &k.sort_scatter,
         Threads(params.scatter.particle_count),
@@ -43,19 +39,6 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
             flow: &s.transfers.flow,
         },
         params.scatter,
-    );
-    // The next step and pictures read them there; the next sort writes where they were read.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.sorting.particles,
-            &s.sorting.motions,
-            &s.particles,
-            &s.motions,
-            &s.transfers.windows,
-            &s.transfers.flow,
-        ],
     );
     s.swap_particles();
 }

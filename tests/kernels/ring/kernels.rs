@@ -105,7 +105,6 @@ fn windows_are_kept_as_the_twins_keep_them() {
                                     &inside,
                                     &outside,
                                 ];
-                                rec.barrier(Access::Kernel, Access::Kernel, &next);
                             });
                         }
                         ring.sequential(object);
@@ -128,7 +127,6 @@ fn windows_are_kept_as_the_twins_keep_them() {
                             let threads = Threads(capacity);
                             rec.dispatch(&scan, threads, args, ring.scan_params(object));
                             let next: [&dyn AnyBuffer; 2] = [&departing, &motions];
-                            rec.barrier(Access::Kernel, Access::Kernel, &next);
                         });
                         ring.scan(object);
                         assert_eq!(ctx.download(&flow).unwrap(), [ring.flow], "{case:?}");
@@ -219,7 +217,6 @@ fn what_one_invocation_did_not_get_to_is_told() {
                 rec.dispatch(&pipeline, Threads(1), args, params);
                 let next: [&dyn AnyBuffer; 6] =
                     [&flow, &departing, &particles, &motions, &inside, &outside];
-                rec.barrier(Access::Kernel, Access::Kernel, &next);
             });
         }
         ring.flow = ctx.download(&flow).unwrap()[0];
