@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long fuzz mutants bench atlases gallery pictures guide window window-times clean
+.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -29,8 +29,9 @@ test: ## set up what is missing, and run every test with Vulkan's validation lay
 	@.ci/setup test
 	@.ci/test $(ONLY)
 
-long: fuzz ## run the long proofs: fuzz targets, built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics (an hour)
+long: fuzz ## run the long proofs: fuzz targets, built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics, runs that are killed (an hour)
 	@.ci/setup test
+	MYXO_CHECK=1 cargo test --release --test command_line -- --ignored --nocapture --test-threads=1
 	MYXO_CHECK=1 MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
 		cargo test --release --test simulation -- --ignored --nocapture
 
@@ -44,6 +45,10 @@ fuzz: ## look for files that break a reader: OBJ, glTF, PLY, STL, scenes, checkp
 mutants: ## break a constant of every shader in turn and list the tests that turn red (an hour)
 	@.ci/setup test
 	.ci/mutants
+
+power-cut: ## cut the power of disks while files are written, as root; none may be lost (minutes)
+	@.ci/setup demo
+	.ci/power-cut
 
 MYXO := cargo run --release --quiet --
 # Three times from the beginning, each past the steps in which particles are not yet in the order of the atlas.

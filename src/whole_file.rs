@@ -138,8 +138,7 @@ impl WholeFile {
             .file_name()
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
         let folder = folder_of(&target);
-        std::fs::create_dir_all(folder)?;
-
+        make_folder(folder)?;
         remove_abandoned(folder);
         let prefix = hidden_prefix(name);
         let mut builder = tempfile::Builder::new();
@@ -346,6 +345,15 @@ fn copy_patiently(from: &mut File, mut to: &File) -> io::Result<()> {
             }
         }
     }
+}
+
+/// Makes a folder, and those that it lies in, and brings their names to the disk: without them the files in it would be lost.
+fn make_folder(folder: &Path) -> io::Result<()> {
+    let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+    let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
+    std::fs::create_dir_all(folder)?;
+    missing.iter().for_each(|made| sync_folder(folder_of(made)));
+    Ok(())
 }
 
 /// Brings the names in a folder to the disk. Where that is not possible, as on some network file systems, the names

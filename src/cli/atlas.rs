@@ -85,12 +85,12 @@ struct Row {
 impl Atlas {
     /// Lays the scenes out and tells about them.
     pub fn run(&self) -> Result<Outcome> {
+        interrupt::install()?;
         let out = self
             .out
             .as_deref()
             .map(|path| self.sink(path))
             .transpose()?;
-        interrupt::install()?;
         let mut rows = Vec::new();
         let mut picture = None;
         for scene in &self.scenes {

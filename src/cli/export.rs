@@ -73,14 +73,14 @@ impl ExportCommand {
     pub fn run(&self) -> Result<Outcome> {
         let files = self.out.iter().chain(&self.report);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
+        let scene = self.common.load(self.scene.as_deref())?;
+        interrupt::install()?;
         let files: Vec<ExportFile> = self
             .out
             .iter()
             .map(|path| ExportFile::create(path))
             .collect::<Result<_>>()?;
-        let scene = self.common.load(self.scene.as_deref())?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
-        interrupt::install()?;
 
         let written = || self.out.iter().chain(&self.report);
         self.common.check_outputs(written())?;

@@ -42,6 +42,14 @@ impl Sink {
         })
     }
 
+    /// Makes sure that it can be opened later, and leaves nothing there.
+    pub fn check(path: &Path) -> Result<()> {
+        if path.as_os_str() == "-" {
+            return Ok(());
+        }
+        check_writable(path)
+    }
+
     /// Writes everything and ends it.
     pub fn write(self, content: impl AsRef<[u8]>) -> Result<()> {
         let content = content.as_ref();

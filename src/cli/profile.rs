@@ -112,9 +112,9 @@ impl Profile {
         let other = (!self.against.is_empty())
             .then(|| turns::other(self, self.scene.as_deref().unwrap_or("".as_ref())))
             .transpose()?;
+        interrupt::install()?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let trace_sink = self.trace.as_deref().map(Sink::create).transpose()?;
-        interrupt::install()?;
         if self.barriers {
             return self.list(scene);
         }

@@ -103,6 +103,8 @@ impl Render {
                 self.from, self.steps
             )));
         }
+        // Before files begin: they would be left where Ctrl-C ends the program by itself.
+        interrupt::install()?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let size = [self.size.width, self.size.height];
         let mut outputs = Outputs::create(&self.out, size, self.fps)?;
@@ -120,7 +122,6 @@ impl Render {
                 "{option} is for sequences and films, and no --out is one: leave it away, or write NAME.gif, NAME.mp4 or a folder"
             )));
         }
-        interrupt::install()?;
 
         let written = || self.out.iter().chain(&self.report);
         self.common.check_outputs(written())?;

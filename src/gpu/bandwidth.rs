@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use super::access::Access;
 use super::buffer::{Buffer, Domain};
 use super::context::Context;
 use super::error::GpuResult;

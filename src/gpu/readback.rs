@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer, Domain};
 use super::context::Context;
 use super::error::GpuResult;

@@ -6,7 +6,6 @@ use ash::vk;
 
 use super::access::Access;
 use super::alone::Part;
-use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::frame::FrameResources;

@@ -6,7 +6,7 @@ use image::RgbaImage;
 
 use super::colormap::{linear_from_srgb, srgb_from_linear};
 use super::renderer::{Canvas, Quality};
-use crate::gpu::{Access, Buffer, Context, Domain, Format, GpuError, Recorder};
+use crate::gpu::{Buffer, Context, Domain, Format, GpuError, Recorder};
 
 /// The format of offscreen pictures: red first, as files have it, and sRGB.
 pub const FORMAT: Format = Format::Rgba8Srgb;

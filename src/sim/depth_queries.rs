@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::kernels::{DepthQueries, DepthQueriesArgs, DepthQueriesConstants, DepthQueriesParams};
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Threads};
+use crate::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use crate::scene::settings::DepthMapping;
 
 /// The depth of each distance, where distances are told up to `reach`.

@@ -11,9 +11,7 @@ use super::params::spreading;
 use super::state::{PingPong, Views};
 use super::texel_paths::{TexelPaths, Unused};
 use crate::error::{Error, Result};
-use crate::gpu::{
-    Access::Kernel, Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads,
-};
+use crate::gpu::{Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
 /// Steps that are handed to the device together.

@@ -14,10 +14,7 @@ use super::pipelines::Kernels;
 use super::state::State;
 use super::turns::Turn;
 use super::types::{Physarum, Pose};
-use crate::gpu::{
-    Access::{Copy, Indirect, Kernel},
-    AnyBuffer, DispatchGroups, Recorder, Threads,
-};
+use crate::gpu::{DispatchGroups, Recorder, Threads};
 use crate::scene::settings::Strategy;
 
 use distances::distance;

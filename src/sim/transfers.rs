@@ -12,7 +12,7 @@ use super::turns::Turn;
 use super::twin::ring::dispatch_groups;
 use super::twin::transfer::Ground;
 use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
-use crate::gpu::{Access, Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
+use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};

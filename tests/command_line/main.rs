@@ -16,6 +16,8 @@ mod export;
 mod export_command;
 mod files;
 mod hostile;
+#[cfg(unix)]
+mod interrupted;
 mod kernel_alone;
 mod objects;
 #[cfg(unix)]

@@ -403,7 +403,9 @@ fn triangles_thinner_than_numbers_tell_keep_headings() {
     let scene = Scene::load(&file, &overrides).unwrap();
     let setup = Setup::new(&scene).unwrap();
     let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
-    (0..30).for_each(|_| by_twin.step());
+    for _ in 0..30 {
+        by_twin.step();
+    }
     by_twin.snapshot().validate(&setup).unwrap();
     let Some(gpu) = gpu() else { return };
     run(&gpu, &scene, 60).validate(&setup).unwrap();

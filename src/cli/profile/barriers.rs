@@ -41,9 +41,17 @@ fn by_pair(reasons: &[Reason]) -> Vec<(String, Vec<&str>)> {
         let pair = format!(
             "{} {} what {} {}{by}",
             later.0,
-            if reason.later_writes { "writes" } else { "reads" },
+            if reason.later_writes {
+                "writes"
+            } else {
+                "reads"
+            },
             earlier.0,
-            if reason.earlier_wrote { "wrote" } else { "read" },
+            if reason.earlier_wrote {
+                "wrote"
+            } else {
+                "read"
+            },
         );
         match pairs.iter_mut().find(|(known, _)| *known == pair) {
             Some((_, buffers)) => buffers.push(&reason.buffer),

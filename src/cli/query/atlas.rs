@@ -59,8 +59,8 @@ pub struct Atlas {
 impl Atlas {
     /// Lays the mesh out and writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.out)?;
         interrupt::install()?;
+        let sink = Sink::create(&self.out)?;
         let mesh = open_mesh(&self.mesh)?;
         check_unread(once(&self.out), "")?;
         let surface = Surface::build(&[(&mesh, 1.0)]);

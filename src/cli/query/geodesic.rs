@@ -17,7 +17,7 @@ use myxo::sim::queries::walk_queries;
 
 use super::table::Table;
 use super::walks::{Answers, COLUMNS, Engine, Ground, Question};
-use super::{open_mesh, with_device};
+use super::{open_mesh, with_device, write_answer};
 use crate::cli::Outcome;
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
@@ -56,7 +56,7 @@ const HEADER: &str = "id,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
 impl Geodesic {
     /// Reads, walks, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.out)?;
+        Sink::check(&self.out)?;
         let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;
         check_unread(once(&self.out), "")?;
@@ -65,7 +65,7 @@ impl Geodesic {
                 walk_queries(ctx, surface, queries, BorderRule::Stop)
             })
         };
-        sink.write(answer(&mesh, &table, &on_device)?.told())?;
+        write_answer(&self.out, &answer(&mesh, &table, &on_device)?.told())?;
         Ok(Outcome::Done)
     }
 }

@@ -22,8 +22,9 @@ use myxo::scene::settings::{AtlasMethod, Settings, SignRule};
 use myxo::sim::atlas_options;
 use myxo::{Error, Result};
 
-use super::Outcome;
+use super::files::Sink;
 use super::options::DeviceOptions;
+use super::{Outcome, interrupt};
 
 /// Answer questions about meshes, CSV in and CSV out
 #[derive(Clone, Debug, Args)]
@@ -126,6 +127,13 @@ impl From<Sign> for SignRule {
             Sign::Facing => Self::Facing,
         }
     }
+}
+
+/// Writes an answer whose [`Sink::check`] was made before the work. Until here Ctrl-C ends the program at once, so there must be
+/// no hidden file yet.
+fn write_answer(out: &Path, answer: &str) -> Result<()> {
+    interrupt::install()?;
+    Sink::create(out)?.write(answer)
 }
 
 /// The mesh that `--mesh` names, in its own coordinates.

@@ -17,7 +17,7 @@ use myxo::sim::types::TreeQuery;
 use myxo::{Error, Result};
 
 use super::pair::{PairOptions, PlacedMesh};
-use super::{about_its_middle, length, shortened, with_device};
+use super::{about_its_middle, length, shortened, with_device, write_answer};
 use crate::cli::Outcome;
 use crate::cli::files::{Sink, check_unread};
 
@@ -48,7 +48,7 @@ const COLUMNS: &[&str] = &["id", "px", "py", "pz"];
 impl Sdf {
     /// Reads, asks, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.pair.out)?;
+        Sink::check(&self.pair.out)?;
         let b = PlacedMesh::read_b(&self.pair.scene)?;
         let table = self.pair.questions(COLUMNS)?;
         check_unread(once(&self.pair.out), "")?;
@@ -117,7 +117,7 @@ impl Sdf {
             };
             let _ = writeln!(text, "{},{sd},{face},{},{},{}", row.text(0), q.x, q.y, q.z);
         }
-        sink.write(&text)?;
+        write_answer(&self.pair.out, &text)?;
         Ok(Outcome::Done)
     }
 }

@@ -14,7 +14,7 @@ use myxo::sim::types::Pose;
 
 use super::pair::{PairOptions, PlacedMesh};
 use super::walks::{COLUMNS, Ground, Question};
-use super::{about_its_middle, shortened, with_device};
+use super::{about_its_middle, shortened, with_device, write_answer};
 use crate::cli::Outcome;
 use crate::cli::files::{Sink, check_unread};
 
@@ -51,7 +51,7 @@ const FARTHEST: f64 = 1e18;
 impl Transfer {
     /// Reads, walks, writes.
     pub fn run(&self) -> Result<Outcome> {
-        let sink = Sink::create(&self.pair.out)?;
+        Sink::check(&self.pair.out)?;
         let placed = PlacedMesh::read_both(&self.pair.scene)?;
         let table = self.pair.questions(COLUMNS)?;
         check_unread(once(&self.pair.out), "")?;
@@ -95,7 +95,7 @@ impl Transfer {
                 transfer_queries(ctx, surface, poses, self.pair.sign.into(), queries)
             })
         };
-        sink.write(question.answer(&table, &on_device)?.told())?;
+        write_answer(&self.pair.out, &question.answer(&table, &on_device)?.told())?;
         Ok(Outcome::Done)
     }
 }

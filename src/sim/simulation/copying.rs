@@ -7,7 +7,7 @@ use super::super::transfers::TransferState;
 use super::super::types::{Flow, Meal, Motion, Particle, Transfer, Window};
 use super::Simulation;
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Readback, Recorder};
+use crate::gpu::{Buffer, Readback, Recorder};
 use crate::scene::settings::Strategy;
 
 /// One buffer on its way.

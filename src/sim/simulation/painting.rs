@@ -18,10 +18,7 @@ use super::super::state::{Bias, Views};
 use super::super::types::Particle;
 use super::Simulation;
 use crate::error::{Error, Result};
-use crate::gpu::{
-    Access, Access::Kernel, AnyBuffer, Buffer, Context, Domain, GpuError, Pipeline, Recorder,
-    Threads,
-};
+use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads};
 
 /// The kernels of brushes; made when somebody paints.
 pub(super) struct Painter {

@@ -9,10 +9,7 @@ use super::super::params::StepParams;
 use super::super::pipelines::Kernels;
 use super::super::samples::TILE_SAMPLES;
 use super::super::state::State;
-use crate::gpu::{
-    Access::{Copy, Indirect, Kernel},
-    DispatchGroups, Recorder, Threads,
-};
+use crate::gpu::{DispatchGroups, Recorder, Threads};
 use crate::scene::settings::DistanceMethod;
 
 /// Which of the groups of a list are those of the kernel that works on it.

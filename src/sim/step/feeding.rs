@@ -1,10 +1,7 @@
 //! Food in a step: what was eaten is taken away, and where that changes a smell, sensors read another one.
 
 use super::{Kernels, Recorder, State};
-use crate::gpu::{
-    Access::{Copy, Indirect, Kernel},
-    DispatchGroups, Kernel as _, Threads,
-};
+use crate::gpu::{DispatchGroups, Kernel as _, Threads};
 use crate::sim::kernels::{DigestArgs, DigestParams, Scent, ScentArgs, ScentParams};
 
 /// Nothing where there is no food.

@@ -4,10 +4,7 @@ use super::super::kernels::{SortCountArgs, SortScanArgs, SortScatterArgs};
 use super::super::pipelines::Kernels;
 use super::super::sorting::SortParams;
 use super::super::state::State;
-use crate::gpu::{
-    Access::{Copy, Kernel},
-    Recorder, Threads,
-};
+use crate::gpu::{Recorder, Threads};
 
 /// Particles lie in other buffers afterwards.
 pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &SortParams) {
