@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::common::{Gpu, awkward_sizes, gpu, scene};
 use glam::{DVec2, Vec2, Vec4};
 use myxo::gpu::{
-    Access, Blend, Buffer, Context, DepthTest, Domain, Format, Image, Pipeline, RasterOptions,
+    Blend, Buffer, Context, DepthTest, Domain, Format, Image, Pipeline, RasterOptions,
     RasterPipeline, Sampled, Targets, Texels, Threads, Topology,
 };
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};

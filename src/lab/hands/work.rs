@@ -1,7 +1,7 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
 use glam::{DVec3, Vec2, Vec3};
-use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
+use myxo::gpu::{Buffer, Context, Readback, Recorder};
 use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::Result;
-use myxo::gpu::{Access, Buffer, Context, Domain, Format, Frames};
+use myxo::gpu::{Buffer, Context, Domain, Format, Frames};
 use myxo::render::exposure::Exposure;
 use myxo::render::{Canvas, View};
 

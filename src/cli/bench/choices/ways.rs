@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use myxo::gpu::{
-    Access::{Copy, Kernel},
     Blend, Buffer, Context, DepthTest, Domain, Format, Frames, Image, Pipeline, RasterOptions,
     RasterPipeline, Recorder, Sampled, Targets, Texels, Threads, Topology,
 };
@@ -68,7 +67,6 @@ pub enum Way {
 /// Walkers: particles and motions, as kernels read and write them.
 pub struct Walkers {
     particles: Buffer<Particle>,
-    motions: Buffer<Motion>,
     particle_texels: Texels<u32>,
     motion_texels: Texels<u32>,
 }
@@ -81,7 +79,6 @@ impl Walkers {
             particle_texels: Texels::new(&particles, 4)?,
             motion_texels: Texels::new(&motions, 4)?,
             particles,
-            motions,
         })
     }
 }
