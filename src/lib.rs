@@ -46,7 +46,7 @@
 //!
 //! # One step
 //!
-//! [`sim::step`] is the whole simulation, as a script of dispatches and barriers, and the only place that lists them all in
+//! [`sim::step`] is the whole simulation, as a script of dispatches, and the only place that lists them all in
 //! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
 //! 1. Where objects have moved, texels learn their signed distance to the other objects, and where sensors go on there.

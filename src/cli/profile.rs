@@ -1,5 +1,6 @@
 //! `myxo profile`: the GPU time of every kernel.
 
+mod barriers;
 mod turns;
 
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ Examples:
   myxo profile torus --steps 500 --json > torus.json
   myxo profile cube --kernel advance            one kernel alone
   myxo profile trio --kernel transfer_out       any that a step of the scene has
+  myxo profile trio --barriers                  what a step records, and why each barrier is there
   myxo profile cube --trace cube.trace.json     for ui.perfetto.dev
   myxo profile torus --repeat 3 --report a.json
   myxo profile --compare a.json b.json          was there a change, and is it one?
@@ -65,6 +67,14 @@ pub struct Profile {
     /// distances as the first step does. The state hash and --checkpoint are those of the warm-up's end
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
+    /// Lets kernels overlap that do not depend on each other, as they do when nothing is measured, and reports the time of whole
+    /// steps only. By default each kernel waits for the one before, so that it has a time of its own
+    #[arg(long, conflicts_with_all = ["kernel", "against", "trace"])]
+    overlap: bool,
+    /// Lists what the step after the warm-up records, in order: kernels, copies, and every barrier with what it is for. Nothing
+    /// is measured
+    #[arg(long, conflicts_with_all = ["kernel", "against", "trace", "report", "repeat", "steps", "checkpoint", "json", "overlap"])]
+    barriers: bool,
     /// Measures this against the scene: another scene, or the same with a key that is set otherwise; may be repeated, once
     /// with a scene. The two take their steps in turn, so that whatever slows the machine slows both, and the ratio of
     /// each pair of steps counts. What else is given holds for both
@@ -105,6 +115,9 @@ impl Profile {
         interrupt::install()?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let trace_sink = self.trace.as_deref().map(Sink::create).transpose()?;
+        if self.barriers {
+            return self.list(scene);
+        }
         if let Some(other) = other {
             return turns::run(self, &[scene, other], report_sink);
         }
@@ -123,10 +136,25 @@ impl Profile {
         self.tell(session, ending, !completed, measured, sinks)
     }
 
+    /// Lists a step.
+    fn list(&self, scene: Scene) -> Result<Outcome> {
+        let mut session = Session::open(scene, &self.common, u64::from(self.warmup) + 1)?;
+        if !repeat(self.warmup, || session.step())? {
+            return Ok(Outcome::Interrupted);
+        }
+        let listed = session.list_step()?;
+        session.check_messages()?;
+        session.progress.finish();
+        let step = session.simulation.step();
+        console::print(barriers::text(&session.scene.name, step, &listed))?;
+        Ok(Outcome::Done)
+    }
+
     /// Does the whole measurement once; says whether it was not cut short.
     fn measure(&self, scene: &Scene, measured: &mut Measured) -> Result<(Session, Ending, bool)> {
         let steps = u64::from(self.warmup) + u64::from(self.steps);
         let mut session = Session::open(scene.clone(), &self.common, steps)?;
+        session.separates = !self.overlap;
         self.common
             .check_outputs(self.report.iter().chain(&self.trace))?;
         let is_first = measured.rounds.is_empty();
@@ -205,6 +233,10 @@ impl Profile {
             report.wall_ms_per_step = None;
             report.steps = steps_before;
         }
+        if self.overlap {
+            report.kernels.clear();
+            report.gpu_ms_between_kernels = None;
+        }
         if let Some(warning) = load.warning() {
             console::message(&warning);
         }
@@ -215,7 +247,11 @@ impl Profile {
                 "{}: {} ({})",
                 report.scene, report.device, report.driver
             ));
-            let run = self.kernel.as_ref().map_or(Run::Step, |_| Run::Kernel);
+            let run = match &self.kernel {
+                Some(_) => Run::Kernel,
+                None if self.overlap => Run::Overlapping,
+                None => Run::Step,
+            };
             console::print(session.table(run) + &host_time(&report) + &repetitions(&report))?;
         }
         // If one of the two fails, the other is written all the same.

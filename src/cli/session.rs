@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Recorder, Timings,
+    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Listed, Recorder, Timings,
     default_cache_folder,
 };
 use myxo::plain_text::Shown as _;
@@ -57,6 +57,8 @@ pub struct Session {
     trace: Option<Tracing>,
     /// The kernels of a step, in order, and how often each runs in one that takes all distances.
     kernels: Vec<(String, u32)>,
+    /// Does each kernel wait for the one before, so that it has a time of its own?
+    pub separates: bool,
     /// Does one of them run alone?
     is_alone: bool,
     /// What the device's own copies get through, once it was measured.
@@ -152,6 +154,7 @@ impl Session {
         Ok(Self {
             frames,
             kernels,
+            separates: false,
             is_alone: false,
             bandwidth: None,
             progress: Progress::new(steps, &scene.name),
@@ -200,6 +203,18 @@ impl Session {
         Ok(())
     }
 
+    /// One step, as a list of what is recorded.
+    pub fn list_step(&mut self) -> Result<Vec<Listed>> {
+        let mut listed = Vec::new();
+        self.submit(|simulation, rec| {
+            rec.list();
+            simulation.record_step(rec);
+            listed = rec.listed();
+        })?;
+        self.frames.wait_idle()?;
+        Ok(listed)
+    }
+
     /// Records and submits a frame; how long the host takes for that is kept, and a trace shows it.
     fn submit(&mut self, record: impl FnOnce(&mut Simulation, &mut Recorder)) -> Result<()> {
         let trace = &mut self.trace;
@@ -207,6 +222,9 @@ impl Session {
         let mut rec = spanned(trace, "wait", || self.frames.begin())?;
         let beginning = begun.elapsed().saturating_sub(self.frames.waited());
         let begun = Instant::now();
+        if self.separates {
+            rec.separate_works();
+        }
         spanned(trace, "record", || record(&mut self.simulation, &mut rec));
         let recording = begun.elapsed();
         if let Some(tracing) = trace {

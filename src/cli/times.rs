@@ -76,6 +76,8 @@ pub fn unavailable(report: &gpu::Report, has_timestamps: bool) -> Option<&'stati
 pub enum Run {
     /// All kernels of a step.
     Step,
+    /// The same, whose kernels may overlap: none has a time of its own.
+    Overlapping,
     /// One kernel alone.
     Kernel,
 }
@@ -90,7 +92,7 @@ pub fn between_kernels(report: &gpu::Report) -> f64 {
 /// throughput; what lies between kernels; the whole step; and what bytes are compared with.
 pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     // A kernel alone is no part of anything.
-    let share = if run == Run::Kernel { "" } else { "share" };
+    let share = if run == Run::Step { "share" } else { "" };
     let header = [
         "kernel",
         "per step",
@@ -110,7 +112,10 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
     let milliseconds = |ms: f64| format!("{ms:.decimals$}");
     let mut cells = vec![header.map(str::to_owned)];
-    let rows = rows(report, of);
+    let rows = match run {
+        Run::Overlapping => Vec::new(),
+        Run::Step | Run::Kernel => rows(report, of),
+    };
     for (row, times) in rows.iter().zip(&report.rows) {
         let throughput = row.throughput.as_ref();
         let or_blank = |text: Option<String>| text.unwrap_or_default();
@@ -125,7 +130,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
             milliseconds(times.time.max_ms),
             match run {
                 Run::Step => format!("{:.1} %", 100.0 * times.share),
-                Run::Kernel => String::new(),
+                Run::Overlapping | Run::Kernel => String::new(),
             },
             or_blank(row.gigabytes_per_second.map(|rate| format!("{rate:.2}"))),
             or_blank(
@@ -136,7 +141,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         ]);
     }
     let is_rare = |row: &gpu::Row| row.steps < report.steps;
-    let rare = if report.rows.iter().any(is_rare) {
+    let rare = if run == Run::Step && report.rows.iter().any(is_rare) {
         "Of kernels that not every step has the mean is over all steps, and all else over the steps that have them.\n"
     } else {
         ""
@@ -159,13 +164,15 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         );
         return text + &copies;
     }
-    let between = between_kernels(report);
-    cells.push(std::array::from_fn(|column| match column {
-        0 => "between kernels".to_owned(),
-        2 => milliseconds(between),
-        8 => format!("{:.1} %", 100.0 * between / step.mean_ms),
-        _ => String::new(),
-    }));
+    if run == Run::Step {
+        let between = between_kernels(report);
+        cells.push(std::array::from_fn(|column| match column {
+            0 => "between kernels".to_owned(),
+            2 => milliseconds(between),
+            8 => format!("{:.1} %", 100.0 * between / step.mean_ms),
+            _ => String::new(),
+        }));
+    }
     cells.push([
         "whole step".to_owned(),
         String::new(),
@@ -181,7 +188,12 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         format!("{}steps/s", short(1e3 / step.median_ms)),
     ]);
     let mut text = aligned(&cells, Some(cells.len() - 1));
-    let _ = writeln!(text, "GPU time of {}.", counted(report.steps, "step"));
+    let steps = counted(report.steps, "step");
+    if run == Run::Overlapping {
+        let _ = writeln!(text, "GPU time of {steps}, whose kernels may overlap.");
+        return text;
+    }
+    let _ = writeln!(text, "GPU time of {steps}.");
     text + rare + &copies
 }
 

@@ -1,17 +1,17 @@
-//! Who may touch a buffer after whom: the short list of accesses, and the check that every barrier is there.
+//! Who touches a buffer after whom, and the barriers that follow from it.
 //!
-//! The checker follows the order of recording, which is the order of submission on the one queue. It keeps for each
-//! buffer the last write and the reads since then, each with the accesses that barriers have ordered after it.
-
-use std::fmt;
+//! Each buffer keeps its last write and the reads since then. The context keeps, for every two ways to touch a buffer, up to
+//! when the one is ordered before the other. So a [`Recorder`](super::Recorder) finds what a dispatch, a draw or a copy has to
+//! wait for, and records one barrier for all of it: none where nothing depends on anything. That follows the order of recording,
+//! which is the order of submission on the one queue; two recordings that are open at once share only what neither writes.
+//!
+//! Barriers are over all memory: devices do not tell buffers apart in them.
 
 use ash::vk;
 
 /// A way to touch a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// The host writes mapped memory.
-    Upload,
     /// Copies, fills and updates.
     Copy,
     /// Compute kernels.
@@ -27,9 +27,18 @@ pub enum Access {
 }
 
 impl Access {
-    pub(crate) fn stage(self) -> vk::PipelineStageFlags {
+    const ALL: [Self; 6] = [
+        Self::Copy,
+        Self::Kernel,
+        Self::Indirect,
+        Self::Vertex,
+        Self::Index,
+        Self::Readback,
+    ];
+
+    fn stage(self) -> vk::PipelineStageFlags {
         match self {
-            Access::Upload | Access::Readback => vk::PipelineStageFlags::HOST,
+            Access::Readback => vk::PipelineStageFlags::HOST,
             Access::Copy => vk::PipelineStageFlags::TRANSFER,
             Access::Kernel => vk::PipelineStageFlags::COMPUTE_SHADER,
             Access::Indirect => vk::PipelineStageFlags::DRAW_INDIRECT,
@@ -41,9 +50,8 @@ impl Access {
     }
 
     /// What may have been written and has to be made available.
-    pub(crate) fn writes(self) -> vk::AccessFlags {
+    fn writes(self) -> vk::AccessFlags {
         match self {
-            Access::Upload => vk::AccessFlags::HOST_WRITE,
             Access::Copy => vk::AccessFlags::TRANSFER_WRITE,
             Access::Kernel | Access::Vertex => vk::AccessFlags::SHADER_WRITE,
             Access::Indirect | Access::Index | Access::Readback => vk::AccessFlags::empty(),
@@ -51,9 +59,8 @@ impl Access {
     }
 
     /// What it has to be made visible to.
-    pub(crate) fn uses(self) -> vk::AccessFlags {
+    fn uses(self) -> vk::AccessFlags {
         match self {
-            Access::Upload => vk::AccessFlags::HOST_WRITE,
             Access::Copy => vk::AccessFlags::TRANSFER_READ | vk::AccessFlags::TRANSFER_WRITE,
             Access::Kernel | Access::Vertex => {
                 vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE
@@ -64,129 +71,197 @@ impl Access {
         }
     }
 
-    fn bit(self) -> u8 {
-        1 << self as u8
+    /// What is done by it, as in `kernel writes`.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Access::Copy => "copy",
+            Access::Kernel => "kernel",
+            Access::Indirect => "indirect",
+            Access::Vertex => "draw",
+            Access::Index => "index",
+            Access::Readback => "host",
+        }
     }
 }
 
-/// What the checker knows of one buffer.
+/// Some ways to touch a buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Accesses(u8);
+
+impl Accesses {
+    pub(crate) fn add(&mut self, access: Access) {
+        self.0 |= 1 << access as u8;
+    }
+
+    pub(crate) fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    pub(crate) fn each(self) -> impl Iterator<Item = Access> {
+        (Access::ALL.into_iter()).filter(move |&access| self.0 & (1 << access as u8) != 0)
+    }
+
+    fn stages(self) -> vk::PipelineStageFlags {
+        self.each()
+            .fold(vk::PipelineStageFlags::empty(), |all, one| {
+                all | one.stage()
+            })
+    }
+}
+
+/// A barrier in the making: what is waited for, by what.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Wait {
+    /// Accesses that come before it, and those of them that have written.
+    pub(crate) before: Accesses,
+    pub(crate) written: Accesses,
+    pub(crate) after: Accesses,
+}
+
+impl Wait {
+    /// Records it.
+    pub(crate) fn record(self, device: &ash::Device, cmd: vk::CommandBuffer) {
+        let none = vk::AccessFlags::empty();
+        let written = (self.written.each()).fold(none, |all, one| all | one.writes());
+        // What has only been read is over when the stages are: nothing has to be made visible.
+        let used = if self.written.is_empty() {
+            none
+        } else {
+            self.after.each().fold(none, |all, one| all | one.uses())
+        };
+        let barrier = vk::MemoryBarrier::default()
+            .src_access_mask(written)
+            .dst_access_mask(used);
+        let (before, after) = (self.before.stages(), self.after.stages());
+        // SAFETY: `cmd` is being recorded, outside of a pass.
+        unsafe {
+            device.cmd_pipeline_barrier(
+                cmd,
+                before,
+                after,
+                vk::DependencyFlags::empty(),
+                &[barrier],
+                &[],
+                &[],
+            )
+        };
+    }
+}
+
+/// Up to when what was done is ordered before what is done next.
+#[derive(Debug, Default)]
+pub(crate) struct Order {
+    /// Counts everything that is recorded.
+    now: u64,
+    /// Of each access, up to when it has finished before each other one; and up to when what it wrote is visible there.
+    finished: [[u64; 6]; 6],
+    visible: [[u64; 6]; 6],
+}
+
+impl Order {
+    /// The next thing is recorded.
+    pub(crate) fn advance(&mut self) -> u64 {
+        self.now += 1;
+        self.now
+    }
+
+    fn has_finished(&self, earlier: &Use, to: Access) -> bool {
+        self.finished[earlier.access as usize][to as usize] >= earlier.at
+    }
+
+    fn is_visible(&self, earlier: &Use, to: Access) -> bool {
+        self.visible[earlier.access as usize][to as usize] >= earlier.at
+    }
+
+    /// A barrier is recorded. Barriers chain: what is ordered before something that this one waits for is ordered before what
+    /// comes after it as well.
+    pub(crate) fn wait(&mut self, wait: &Wait) {
+        let (finished, visible) = (self.finished, self.visible);
+        for after in wait.after.each().map(|access| access as usize) {
+            for before in wait.before.each().map(|access| access as usize) {
+                for other in 0..finished.len() {
+                    let chained = finished[other][before];
+                    let up_to = &mut self.finished[other][after];
+                    *up_to = chained.max(*up_to);
+                    if !wait.written.is_empty() {
+                        let chained = visible[other][before];
+                        let up_to = &mut self.visible[other][after];
+                        *up_to = chained.max(*up_to);
+                    }
+                }
+                self.finished[before][after] = self.now;
+            }
+            for before in wait.written.each().map(|access| access as usize) {
+                self.visible[before][after] = self.now;
+            }
+        }
+    }
+
+    /// A recording with barriers in it was dropped: none of them took place, and nothing is known to be in order.
+    pub(crate) fn forget(&mut self) {
+        self.finished = Default::default();
+        self.visible = Default::default();
+    }
+}
+
+/// What is known of one buffer.
 #[derive(Debug, Default)]
 pub(crate) struct History {
     write: Option<Use>,
     reads: Vec<Use>,
 }
 
-#[derive(Debug)]
-struct Use {
-    who: String,
-    access: Access,
-    /// Bits of the accesses that barriers have put after it.
-    ordered_before: u8,
-}
-
-/// A barrier that is missing.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Hazard {
-    buffer: String,
-    earlier: String,
-    earlier_wrote: bool,
-    from: Access,
-    later: String,
-    later_writes: bool,
-    to: Access,
-}
-
-impl fmt::Display for Hazard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let did = |writes: bool, past: bool| match (writes, past) {
-            (true, true) => "wrote",
-            (false, true) => "read",
-            (true, false) => "writes",
-            (false, false) => "reads",
-        };
-        write!(
-            f,
-            "missing barrier: `{}` {} the buffer `{}`, which `{}` {} before it; \
-             record barrier(Access::{:?}, Access::{:?}, ..) on it between the two",
-            self.later,
-            did(self.later_writes, false),
-            self.buffer,
-            self.earlier,
-            did(self.earlier_wrote, true),
-            self.from,
-            self.to,
-        )
-    }
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Use {
+    pub(crate) who: &'static str,
+    pub(crate) access: Access,
+    at: u64,
 }
 
 impl History {
-    /// Records a use; says which barrier it lacks.
-    pub(crate) fn touch(
-        &mut self,
-        buffer: &str,
-        who: &str,
-        access: Access,
-        reads: bool,
+    /// Adds to a barrier what has to be waited for before a use. `tell` is given each of it, and whether it wrote.
+    pub(crate) fn wait_for(
+        &self,
+        order: &Order,
+        to: Access,
         writes: bool,
-    ) -> Result<(), Hazard> {
-        let after = |earlier: &Use, earlier_wrote| Hazard {
-            buffer: buffer.to_owned(),
-            earlier: earlier.who.clone(),
-            earlier_wrote,
-            from: earlier.access,
-            later: who.to_owned(),
-            later_writes: writes,
-            to: access,
-        };
-        if let Some(write) = self
-            .write
-            .as_ref()
-            .filter(|w| w.ordered_before & access.bit() == 0)
+        wait: &mut Wait,
+        mut tell: impl FnMut(&Use, bool),
+    ) {
+        if let Some(write) = &self.write
+            && !order.is_visible(write, to)
         {
-            return Err(after(write, true));
+            tell(write, true);
+            wait.before.add(write.access);
+            wait.written.add(write.access);
+            wait.after.add(to);
         }
-        if writes
-            && let Some(read) = self
-                .reads
-                .iter()
-                .find(|r| r.ordered_before & access.bit() == 0)
-        {
-            return Err(after(read, false));
+        if writes {
+            for read in &self.reads {
+                if !order.has_finished(read, to) {
+                    tell(read, false);
+                    wait.before.add(read.access);
+                    wait.after.add(to);
+                }
+            }
         }
-        let this = Use {
-            who: who.to_owned(),
-            access,
-            ordered_before: 0,
-        };
+    }
+
+    /// Notes a use.
+    pub(crate) fn note(&mut self, who: &'static str, access: Access, at: u64, writes: bool) {
+        let this = Use { who, access, at };
         if writes {
             self.reads.clear();
             self.write = Some(this);
-        } else if reads {
-            self.reads.retain(|r| r.access != access);
+        } else {
+            self.reads.retain(|read| read.access != access);
             self.reads.push(this);
-        }
-        Ok(())
-    }
-
-    /// Records a barrier. Barriers chain: what is ordered before `from` is ordered before `to` as well.
-    pub(crate) fn barrier(&mut self, from: Access, to: Access) {
-        for earlier in self.write.iter_mut().chain(&mut self.reads) {
-            if earlier.access == from || earlier.ordered_before & from.bit() != 0 {
-                earlier.ordered_before |= to.bit();
-            }
         }
     }
 
     /// Forgets everything: a full barrier on the device, as uploads and downloads record round themselves.
     pub(crate) fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// Has the last write been made visible to the host?
-    pub(crate) fn unread_by_host(&self) -> Option<&str> {
-        let write = self.write.as_ref()?;
-        let visible =
-            write.access == Access::Upload || write.ordered_before & Access::Readback.bit() != 0;
-        (!visible).then_some(&write.who)
+        self.write = None;
+        self.reads.clear();
     }
 }

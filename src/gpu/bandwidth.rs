@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use super::access::Access;
 use super::buffer::{Buffer, Domain};
 use super::context::Context;
 use super::error::GpuResult;
@@ -55,7 +54,6 @@ impl CopyBandwidth {
         let mut frames = Frames::new(ctx, 1)?;
         for _ in 0..WARMUP + runs {
             let mut rec = frames.begin()?;
-            rec.barrier(Access::Copy, Access::Copy, &[&source, &target]);
             rec.scope("copy", |rec| rec.copy(&source, &target));
             frames.submit(rec)?;
         }

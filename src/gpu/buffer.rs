@@ -138,23 +138,13 @@ impl<T: Pod> Buffer<T> {
     /// The mapped elements of an `Upload` or `Readback` buffer.
     ///
     /// # Panics
-    /// If a frame that uses the buffer has not finished, or no barrier made its writes visible to the host.
+    /// If a frame that uses the buffer has not finished.
     #[must_use]
     pub fn as_slice(&self) -> Mapped<'_, T> {
         let core = &self.core;
         core.assert_not_in_use("read");
         {
             let mut state = core.lock();
-            if core.ctx.hazard_check
-                && let Some(writer) = state.history.unread_by_host()
-            {
-                let text = format!(
-                    "missing barrier: the host reads `{}`, which `{writer}` wrote; record barrier(.., Access::Readback, ..)",
-                    core.name
-                );
-                drop(state);
-                panic!("{text}");
-            }
             // The frames that used it were waited for, which orders them before all that follows.
             state.history.clear();
             state.readers += 1;
@@ -175,7 +165,7 @@ impl<T: Pod> Buffer<T> {
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         let core = &self.core;
         core.assert_not_in_use("write");
-        core.lock().history.clear();
+        core.forget_history();
         // SAFETY: as in `as_slice`; and nobody else has the buffer, since texel views are of device buffers only.
         unsafe { std::slice::from_raw_parts_mut(core.mapped("upload").cast(), self.len()) }
     }

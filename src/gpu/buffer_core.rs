@@ -1,4 +1,4 @@
-//! What a buffer is apart from its element type: memory, name, and the history that the hazard check keeps.
+//! What a buffer is apart from its element type: memory, name, and the history that barriers follow from.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -6,7 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
-use super::access::{Access, History};
+use super::access::{Access, History, Order, Use, Wait};
 use super::buffer::Domain;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
@@ -29,6 +29,8 @@ pub(super) struct State {
     pub(super) history: History,
     /// The last recording that uses the buffer.
     ticket: u64,
+    /// Something has been written.
+    has_content: bool,
     /// Slices of it that the host holds.
     pub(super) readers: usize,
 }
@@ -137,36 +139,46 @@ impl BufferCore {
         );
     }
 
-    /// Records a use in the frame `ticket`, and panics if a barrier is missing.
-    pub(crate) fn touch(&self, ticket: u64, who: &str, access: Access, reads: bool, writes: bool) {
+    /// Adds to a barrier what a use has to wait for; see [`History::wait_for`].
+    pub(crate) fn wait_for(
+        &self,
+        order: &Order,
+        to: Access,
+        writes: bool,
+        wait: &mut Wait,
+        tell: impl FnMut(&Use, bool),
+    ) {
+        self.lock().history.wait_for(order, to, writes, wait, tell);
+    }
+
+    /// Notes a use in the frame `ticket`.
+    pub(crate) fn note(
+        &self,
+        ticket: u64,
+        who: &'static str,
+        access: Access,
+        at: u64,
+        writes: bool,
+    ) {
         if writes {
             self.assert_not_read_by_host(who);
         }
-        let hazard = {
-            let mut state = self.lock();
-            state.ticket = ticket;
-            if !self.ctx.hazard_check {
-                return;
-            }
-            state.history.touch(&self.name, who, access, reads, writes)
-        };
-        // Outside the lock, so that a test that catches the panic can go on using the buffer.
-        if let Err(hazard) = hazard {
-            panic!("{hazard}");
-        }
-    }
-
-    pub(crate) fn barrier(&self, ticket: u64, from: Access, to: Access) {
         let mut state = self.lock();
         state.ticket = ticket;
-        if self.ctx.hazard_check {
-            state.history.barrier(from, to);
-        }
+        state.has_content |= writes;
+        state.history.note(who, access, at, writes);
+    }
+
+    /// Has anything been written to it yet?
+    pub(crate) fn has_content(&self) -> bool {
+        self.lock().has_content
     }
 
     /// A full barrier was put round a blocking transfer.
     pub(crate) fn forget_history(&self) {
-        self.lock().history.clear();
+        let mut state = self.lock();
+        state.history.clear();
+        state.has_content = true;
     }
 
     pub(crate) fn is_in_use(&self) -> bool {

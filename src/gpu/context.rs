@@ -10,6 +10,7 @@ use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use raw_window_handle::RawDisplayHandle;
 
+use super::access::Order;
 use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
 use super::debug::DebugEntries;
@@ -30,9 +31,11 @@ pub struct ContextOptions {
     pub validation: bool,
     /// The display that a window will be opened on.
     pub window: Option<RawDisplayHandle>,
-    /// Panic where a buffer is used without the barrier that it needs: a check on the host of everything that is recorded.
-    /// `None` checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
+    /// Panic where a kernel binds one buffer twice and writes it: a check on the host of everything that is recorded. `None` checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
     pub hazard_check: Option<bool>,
+    /// Leaves out the barrier of this number in every recording, counted from 0: only to see whether the validation layer would
+    /// notice.
+    pub leave_out: Option<u32>,
     /// How long the device may take for what it is waited for.
     pub timeout: Duration,
     /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
@@ -62,6 +65,7 @@ impl Default for ContextOptions {
             validation: false,
             window: None,
             hazard_check: None,
+            leave_out: None,
             timeout: Duration::from_secs(60),
             breadcrumbs: true,
             cache_folder: None,
@@ -76,6 +80,9 @@ pub struct Context {
     pub(crate) graveyard: Graveyard,
     pub(crate) transfer: Mutex<Transfer>,
     pub(crate) hazard_check: bool,
+    pub(crate) leave_out: Option<u32>,
+    /// What of all that was recorded is ordered before what.
+    pub(crate) order: Mutex<Order>,
     /// How long it waits at the least.
     timeout: Duration,
     /// What every [`Patience`] that is there allows on top, nanoseconds.
@@ -170,8 +177,10 @@ impl Context {
         Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
             transfer: Mutex::default(),
+            order: Mutex::default(),
             hazard_check: (options.hazard_check)
                 .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
+            leave_out: options.leave_out,
             timeout: options.timeout,
             patience: AtomicU64::new(0),
             breadcrumbs: options.breadcrumbs,

@@ -5,16 +5,18 @@ use bytemuck::Pod;
 
 use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::BufferCore;
 use super::image::{Format, Image, ImageState};
 use super::recorder::Recorder;
 use super::sampled::Sampled;
 use super::timer::SpanKind;
+use super::waits::Touch;
 
 impl Recorder {
     /// Copies all of `source` to the start of `target`.
     ///
     /// # Panics
-    /// If `target` is shorter, both are one, or a barrier is missing.
+    /// If `target` is shorter, or both are one.
     pub fn copy<T: Pod>(&mut self, source: &Buffer<T>, target: &Buffer<T>) {
         self.copy_range(source, 0..source.len(), target, 0);
     }
@@ -22,7 +24,7 @@ impl Recorder {
     /// Copies a range of elements of `source` to `target`, from the element `start` on.
     ///
     /// # Panics
-    /// If the range does not lie in both, both are one, or a barrier is missing.
+    /// If the range does not lie in both, or both are one.
     pub fn copy_range<T: Pod>(
         &mut self,
         source: &Buffer<T>,
@@ -65,8 +67,7 @@ impl Recorder {
         if copy.size == 0 {
             return;
         }
-        from.touch(self.ticket, "copy", Access::Copy, true, false);
-        to.touch(self.ticket, "copy", Access::Copy, false, true);
+        self.touch("copy", &[reads(from), writes(to)]);
         self.work("copy", SpanKind::Copy, |rec| {
             // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
             unsafe {
@@ -77,9 +78,6 @@ impl Recorder {
     }
 
     /// Fills a buffer with a 32-bit value.
-    ///
-    /// # Panics
-    /// If a barrier is missing.
     pub fn fill(&mut self, buffer: &dyn AnyBuffer, value: u32) {
         if self.skips() {
             return;
@@ -88,7 +86,7 @@ impl Recorder {
         if core.size_in_bytes() == 0 {
             return;
         }
-        core.touch(self.ticket, "fill", Access::Copy, false, true);
+        self.touch("fill", &[writes(core)]);
         self.work("fill", SpanKind::Copy, |rec| {
             // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
             unsafe {
@@ -101,7 +99,7 @@ impl Recorder {
     /// Writes all of `data` to the start of a buffer, as [`update`](Self::update) does, in as many parts as it takes.
     ///
     /// # Panics
-    /// If they do not fit the buffer; if a barrier is missing.
+    /// If they do not fit the buffer.
     pub fn update_long<T: Pod>(&mut self, buffer: &Buffer<T>, data: &[T]) {
         let most = 65_536 / size_of::<T>();
         let bytes = size_of_val(data);
@@ -111,9 +109,6 @@ impl Recorder {
             buffer.name()
         );
         for (i, part) in data.chunks(most).enumerate() {
-            if i > 0 {
-                self.barrier(Access::Copy, Access::Copy, &[buffer]);
-            }
             self.update(buffer, i * most, part);
         }
     }
@@ -121,7 +116,7 @@ impl Recorder {
     /// Writes a few elements, which travel in the command buffer, from the element `start` on.
     ///
     /// # Panics
-    /// If they do not fit the buffer or take more than 65,536 bytes; if a barrier is missing.
+    /// If they do not fit the buffer or take more than 65,536 bytes.
     pub fn update<T: Pod>(&mut self, buffer: &Buffer<T>, start: usize, data: &[T]) {
         if self.skips() {
             return;
@@ -145,7 +140,7 @@ impl Recorder {
             return;
         }
         let core = buffer.core();
-        core.touch(self.ticket, "update", Access::Copy, false, true);
+        self.touch("update", &[writes(core)]);
         self.work("update", SpanKind::Copy, |rec| {
             let offset = (start * size_of::<T>()) as u64;
             // SAFETY: the buffer is alive and freed only after this frame; elements have a multiple of 4 bytes.
@@ -232,7 +227,7 @@ impl Recorder {
     /// after it see it.
     ///
     /// # Panics
-    /// If an element is not as large as a pixel, the buffer is too short, or a barrier is missing.
+    /// If an element is not as large as a pixel, or the buffer is too short.
     pub fn copy_to_sampled<T: Pod>(&mut self, buffer: &Buffer<T>, target: &Sampled) {
         if self.skips() {
             return;
@@ -248,7 +243,7 @@ impl Recorder {
             image.format()
         );
         let core = buffer.core();
-        core.touch(self.ticket, "copy_to_sampled", Access::Copy, true, false);
+        self.touch("copy_to_sampled", &[reads(core)]);
         self.transition(image, ImageState::COPY_TARGET, false);
         let region = whole(image);
         self.work("copy_to_sampled", SpanKind::Copy, |rec| {
@@ -270,8 +265,7 @@ impl Recorder {
     /// Copies an image to the start of a buffer, row by row without gaps.
     ///
     /// # Panics
-    /// If an element is not as large as a pixel, the buffer is too short, the image has several samples or depth, or a
-    /// barrier is missing.
+    /// If an element is not as large as a pixel, the buffer is too short, or the image has several samples or depth.
     pub fn copy_image<T: Pod>(&mut self, image: &Image, buffer: &Buffer<T>) {
         if self.skips() {
             return;
@@ -291,7 +285,7 @@ impl Recorder {
             image.format()
         );
         let core = buffer.core();
-        core.touch(self.ticket, "copy_image", Access::Copy, false, true);
+        self.touch("copy_image", &[writes(core)]);
         self.transition(image, ImageState::COPY_SOURCE, true);
         let region = whole(image);
         self.work("copy_image", SpanKind::Copy, |rec| {
@@ -307,6 +301,21 @@ impl Recorder {
                 );
             }
         });
+    }
+}
+
+fn reads(core: &BufferCore) -> Touch<'_> {
+    Touch {
+        core,
+        access: Access::Copy,
+        writes: false,
+    }
+}
+
+fn writes(core: &BufferCore) -> Touch<'_> {
+    Touch {
+        writes: true,
+        ..reads(core)
     }
 }
 

@@ -12,7 +12,7 @@ impl Recorder {
     /// Runs a kernel with at least `threads` invocations; none records nothing.
     ///
     /// # Panics
-    /// If a barrier is missing, or one buffer is bound twice and written.
+    /// If one buffer is bound twice and written.
     pub fn dispatch<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -26,13 +26,7 @@ impl Recorder {
         if !self.admits::<K>(pipeline.core().name, &args) {
             return;
         }
-        self.bind::<K>(
-            pipeline.core(),
-            vk::PipelineBindPoint::COMPUTE,
-            Access::Kernel,
-            &args,
-            &params,
-        );
+        self.bind::<K>(pipeline.core(), Access::Kernel, None, &args, &params);
         self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
             for (i, part) in rec.parts_of(pipeline.core().name, [x, y]).enumerate() {
                 if i > 0 {
@@ -52,7 +46,7 @@ impl Recorder {
     /// As [`Recorder::dispatch`], with the groups that `groups` holds at `index`; they stay on the device.
     ///
     /// # Panics
-    /// If `groups` has no such index, a barrier is missing, or one buffer is bound twice and written.
+    /// If `groups` has no such index or was never written, or one buffer is bound twice and written.
     pub fn dispatch_indirect<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -71,20 +65,14 @@ impl Recorder {
             return;
         }
         let core = groups.core();
-        core.touch(
-            self.ticket,
-            pipeline.core().name,
-            Access::Indirect,
-            true,
-            false,
+        assert!(
+            core.has_content(),
+            "`{}` says how often `{}` runs, and nothing has been written to it",
+            core.name(),
+            pipeline.core().name
         );
-        self.bind::<K>(
-            pipeline.core(),
-            vk::PipelineBindPoint::COMPUTE,
-            Access::Kernel,
-            &args,
-            &params,
-        );
+        let groups = Some((core, Access::Indirect));
+        self.bind::<K>(pipeline.core(), Access::Kernel, groups, &args, &params);
         self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
             let offset = (index * size_of::<DispatchGroups>()) as u64;
             // SAFETY: as in `dispatch`; the groups lie in the buffer, which was made for indirect use.

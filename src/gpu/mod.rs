@@ -8,7 +8,8 @@
 //! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
 //! graveyard until every frame that was begun before is over.
 //!
-//! **Invariant:** a buffer that was written is not used again before a barrier says so; the recorder panics otherwise.
+//! **Invariant:** a buffer that was written is not used again before a barrier says so; the recorder finds which ones that takes,
+//! and records no other.
 //!
 //! **Invariant:** binding numbers, group sizes and element types stand in the shaders and nowhere on the host.
 
@@ -49,6 +50,7 @@ mod texels;
 mod timer;
 mod trace;
 mod transfer;
+mod waits;
 
 pub use access::Access;
 pub use alone::Alone;
@@ -81,6 +83,7 @@ pub use swapchain::{Swapchain, WindowImage};
 pub use texels::{PART, TexelScalar, Texels, TexelsCore};
 pub use timer::{Span, SpanKind, Timings};
 pub use trace::{HostSpan, Trace};
+pub use waits::{Listed, Reason};
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Passes: draws into images.
 //!
-//! A pass brings its images into the right layout by itself. Buffers that its shaders read need their barrier, to
-//! [`Access::Vertex`], before the pass begins; indices need one to [`Access::Index`].
+//! A pass brings its images into the right layout by itself. What else its draws read, and was written since the last pass, is
+//! named by [`Recorder::make_visible`] before it begins: to [`Access::Vertex`] for shaders, to [`Access::Index`] for indices.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -10,6 +10,7 @@ use ash::vk;
 
 use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::image::{Format, Image, ImageState};
 use super::kernel::Draw;
@@ -149,6 +150,7 @@ impl Recorder {
 
         // Inside a pass there can be neither: the draws share what is noted here.
         self.leave_crumb(name);
+        self.list_work(name);
         if self.ctx().draws_debug.load(Ordering::Relaxed) {
             self.announce_debug(name);
         }
@@ -239,6 +241,7 @@ impl Recorder {
         }
         let format = color.format();
         let depth = targets.depth.map(|_| targets.depth_test);
+        self.is_in_pass = true;
         let result = record(&mut PassRecorder {
             rec: self,
             format,
@@ -247,6 +250,7 @@ impl Recorder {
             times_draws: kind == SpanKind::Scope,
             skips: false,
         });
+        self.is_in_pass = false;
         // SAFETY: begun above.
         unsafe { loader.cmd_end_rendering(self.raw()) };
         self.end_span();
@@ -291,7 +295,7 @@ impl PassRecorder<'_> {
     /// `gl_VertexIndex` and `gl_InstanceIndex`.
     ///
     /// # Panics
-    /// If the pipeline was made for other targets, or a barrier is missing before the pass.
+    /// If the pipeline was made for other targets, or a buffer was written and not made visible before the pass.
     pub fn draw<D: Draw>(
         &mut self,
         pipeline: &RasterPipeline<D>,
@@ -301,7 +305,7 @@ impl PassRecorder<'_> {
         params: D::Params,
     ) {
         let is_empty = vertices == 0 || instances == 0;
-        self.draw_by(pipeline, is_empty, &args, &params, |rec| {
+        self.draw_by(pipeline, is_empty, None, &args, &params, |rec| {
             // SAFETY: `draw_by` has bound pipeline, descriptors and constants for one layout.
             unsafe { rec.device().cmd_draw(rec.raw(), vertices, instances, 0, 0) };
         });
@@ -310,7 +314,7 @@ impl PassRecorder<'_> {
     /// Draws a vertex for each index, which is its `gl_VertexIndex`; devices may do the work of equal ones once.
     ///
     /// # Panics
-    /// As [`PassRecorder::draw`], also for a barrier to [`Access::Index`]; if the indices belong to another context.
+    /// As [`PassRecorder::draw`], also for the indices, by [`Access::Index`]; if these belong to another context.
     pub fn draw_indexed<D: Draw>(
         &mut self,
         pipeline: &RasterPipeline<D>,
@@ -325,11 +329,9 @@ impl PassRecorder<'_> {
             core.name()
         );
         let is_empty = indices.is_empty();
-        if !(is_empty || self.skips) {
-            core.touch(self.rec.ticket, D::NAME, Access::Index, true, false);
-        }
         let count = indices.len() as u32;
-        self.draw_by(pipeline, is_empty, &args, &params, |rec| {
+        let more = Some((core, Access::Index));
+        self.draw_by(pipeline, is_empty, more, &args, &params, |rec| {
             let (device, raw) = (rec.device(), rec.raw());
             // SAFETY: as in `draw`; the indices lie in the buffer, which was made for that.
             unsafe {
@@ -343,6 +345,7 @@ impl PassRecorder<'_> {
         &mut self,
         pipeline: &RasterPipeline<D>,
         is_empty: bool,
+        more: Option<(&BufferCore, Access)>,
         args: &D::Args<'_>,
         params: &D::Params,
         draw: impl FnOnce(&Recorder),
@@ -364,13 +367,8 @@ impl PassRecorder<'_> {
         if is_empty || self.skips {
             return;
         }
-        self.rec.bind::<D>(
-            &pipeline.core,
-            vk::PipelineBindPoint::GRAPHICS,
-            Access::Vertex,
-            args,
-            params,
-        );
+        self.rec
+            .bind::<D>(&pipeline.core, Access::Vertex, more, args, params);
         if self.times_draws {
             self.rec.work(D::NAME, SpanKind::Draw, |rec| draw(rec));
         } else {

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer, Domain};
 use super::context::Context;
 use super::error::GpuResult;
@@ -21,9 +20,7 @@ use super::recorder::Recorder;
 /// loop {
 ///     let mut rec = frames.begin()?;
 ///     // ... dispatches that write `counters`, then:
-///     rec.barrier(Access::Kernel, Access::Copy, &[counters]);
 ///     readback.record(&mut rec, counters, 0);
-///     rec.barrier(Access::Copy, Access::Kernel, &[counters]);
 ///     frames.submit(rec)?;
 ///     while let Some((_number, values)) = readback.poll() {
 ///         println!("{} overflows", values[0]);
@@ -66,7 +63,6 @@ impl<T: Pod> Readback<T> {
         // The slot's last copy was read on the host, after its frame had finished.
         target.core().forget_history();
         rec.copy(source, target);
-        rec.barrier(Access::Copy, Access::Readback, &[target]);
         self.waiting.push_back((number, slot, rec.ticket));
         true
     }
@@ -131,7 +127,6 @@ impl ReadbackImage {
         // The slot's last copy was read on the host, after its frame had finished.
         target.core().forget_history();
         rec.copy_image(image, target);
-        rec.barrier(Access::Copy, Access::Readback, &[target]);
         self.waiting.push_back((number, size, slot, rec.ticket));
         Ok(true)
     }

@@ -1,4 +1,4 @@
-//! Records a frame: dispatches, barriers, copies and scopes, each timed, labelled and checked.
+//! Records a frame: dispatches, copies and scopes, each timed, labelled and checked, and the barriers that they need.
 
 use std::sync::Arc;
 
@@ -6,7 +6,6 @@ use ash::vk;
 
 use super::access::Access;
 use super::alone::Part;
-use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::frame::FrameResources;
@@ -17,6 +16,7 @@ use super::kernel::{
 use super::module::note_used;
 use super::slices::Slices;
 use super::timer::SpanKind;
+use super::waits::{Listed, Touch};
 
 /// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.
@@ -39,7 +39,16 @@ pub struct Recorder {
     pub(crate) debug_kernels: Vec<String>,
     /// Which part of what is recorded takes place.
     pub(crate) part: Part,
-    commands: Commands,
+    pub(crate) commands: Commands,
+    /// Everything so far, where that is listed.
+    pub(crate) list: Option<Vec<Listed>>,
+    pub(crate) is_in_pass: bool,
+    /// Something was written that the host reads.
+    pub(crate) host_reads: bool,
+    /// Does every kernel wait for the one before?
+    pub(crate) separates: bool,
+    /// The last thing that was recorded is a barrier.
+    pub(crate) has_waited: bool,
 }
 
 /// How much a frame has recorded so far: what the host does for it grows with these.
@@ -51,7 +60,7 @@ pub struct Commands {
     pub draws: u32,
     /// Copies, fills and updates.
     pub copies: u32,
-    /// Barriers over buffers.
+    /// Barriers.
     pub barriers: u32,
 }
 
@@ -81,6 +90,11 @@ impl Recorder {
             debug_kernels: Vec::new(),
             part: Part::Whole,
             commands: Commands::default(),
+            list: None,
+            is_in_pass: false,
+            host_reads: false,
+            separates: false,
+            has_waited: false,
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder
@@ -104,44 +118,6 @@ impl Recorder {
         self.cmd
     }
 
-    /// What was done by `from` to the buffers happens before, and is seen by, what `to` does next.
-    pub fn barrier(&mut self, from: Access, to: Access, buffers: &[&dyn AnyBuffer]) {
-        if matches!(self.part, Part::Names(_)) {
-            return;
-        }
-        let barriers: Vec<_> = buffers
-            .iter()
-            .map(|buffer| {
-                let core = buffer.core();
-                core.barrier(self.ticket, from, to);
-                vk::BufferMemoryBarrier::default()
-                    .src_access_mask(from.writes())
-                    .dst_access_mask(to.uses())
-                    .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                    .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-                    .buffer(core.raw())
-                    .size(vk::WHOLE_SIZE)
-            })
-            .collect();
-        if barriers.is_empty() {
-            return;
-        }
-        self.commands.barriers += 1;
-        let (before, after) = (from.stage(), to.stage());
-        // SAFETY: the buffers are alive, and freed only after this frame.
-        unsafe {
-            self.device().cmd_pipeline_barrier(
-                self.raw(),
-                before,
-                after,
-                vk::DependencyFlags::empty(),
-                &[],
-                &barriers,
-                &[],
-            )
-        };
-    }
-
     /// Groups what `record` records under a name, in reports and in capture tools.
     pub fn scope<R>(&mut self, name: &str, record: impl FnOnce(&mut Self) -> R) -> R {
         self.begin_span(name, SpanKind::Scope);
@@ -150,22 +126,59 @@ impl Recorder {
         result
     }
 
-    /// Checks and binds everything that a pipeline needs.
+    /// Checks and binds everything that a pipeline needs, after the barrier that this needs; `more` is read beside it.
     pub(crate) fn bind<I: Interface>(
         &mut self,
         pipeline: &PipelineCore,
-        point: vk::PipelineBindPoint,
         access: Access,
+        more: Option<(&BufferCore, Access)>,
         args: &I::Args<'_>,
         params: &I::Params,
     ) {
+        let point = match access {
+            Access::Kernel => vk::PipelineBindPoint::COMPUTE,
+            _ => vk::PipelineBindPoint::GRAPHICS,
+        };
         assert!(
             Arc::ptr_eq(&pipeline.ctx, self.ctx()),
             "the pipeline `{}` belongs to another context",
             pipeline.name
         );
         let resources = I::resources(args);
-        self.check_hazards::<I>(pipeline.name, &resources, access);
+        self.check_arguments::<I>(pipeline.name, &resources);
+        let mut touches: Vec<Touch<'_>> = Vec::with_capacity(resources.len() + 1);
+        for (resource, binding) in resources.iter().zip(I::BINDINGS) {
+            let Some(core) = resource.core() else {
+                continue;
+            };
+            let writes = binding.access != BindingAccess::Read;
+            match touches
+                .iter_mut()
+                .find(|other| other.core.raw() == core.raw())
+            {
+                Some(other) => other.writes |= writes,
+                None => touches.push(Touch {
+                    core,
+                    access,
+                    writes,
+                }),
+            }
+        }
+        if let Some((core, access)) = more {
+            let is_written = |other: &Touch<'_>| other.writes && other.core.raw() == core.raw();
+            assert!(
+                !touches.iter().any(is_written),
+                "`{}` writes the buffer `{}`, which says how often it runs",
+                pipeline.name,
+                core.name()
+            );
+            touches.push(Touch {
+                core,
+                access,
+                writes: false,
+            });
+        }
+        self.touch(pipeline.name, &touches);
         if I::DEBUG_BINDING.is_some() && point == vk::PipelineBindPoint::COMPUTE {
             self.announce_debug(pipeline.name);
         }
@@ -265,7 +278,7 @@ impl Recorder {
         }
     }
 
-    fn check_hazards<I: Interface>(&self, name: &str, resources: &[Resource<'_>], access: Access) {
+    fn check_arguments<I: Interface>(&self, name: &str, resources: &[Resource<'_>]) {
         for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
             let Some(core) = resource.core() else {
                 continue;
@@ -310,24 +323,6 @@ impl Recorder {
                 );
             }
         }
-        for (i, resource) in resources.iter().enumerate() {
-            let Some(core) = resource.core() else {
-                continue;
-            };
-            let is_same = |other: &Resource<'_>| is_of(other, core);
-            if resources[..i].iter().any(is_same) {
-                continue;
-            }
-            let ways = || {
-                resources
-                    .iter()
-                    .zip(I::BINDINGS)
-                    .filter(|way| is_same(way.0))
-            };
-            let reads = ways().any(|(_, binding)| binding.access != BindingAccess::Write);
-            let writes = ways().any(|(_, binding)| binding.access != BindingAccess::Read);
-            core.touch(self.ticket, name, access, reads, writes);
-        }
     }
 
     /// Records one piece of work with its label and its times.
@@ -340,6 +335,8 @@ impl Recorder {
         }
         if kind != SpanKind::Draw {
             self.leave_crumb(name);
+            self.separate();
+            self.list_work(name);
         }
         self.begin_span(name, kind);
         if kind != SpanKind::Draw {
@@ -475,6 +472,7 @@ impl Recorder {
 
     /// Closes the frame's own span.
     pub(crate) fn finish(&mut self) {
+        self.make_visible_to_host();
         if !self.debug_kernels.is_empty() {
             self.full_barrier(vk::PipelineStageFlags::HOST);
         }
@@ -506,6 +504,9 @@ fn is_written_as_texels(binding: &Binding) -> bool {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
+        if !self.submitted {
+            self.forget_order();
+        }
         let graveyard = &self.frame.ctx.graveyard;
         if self.slices.is_running {
             graveyard.submitted(self.ticket);

@@ -6,7 +6,7 @@ use image::RgbaImage;
 
 use super::colormap::{linear_from_srgb, srgb_from_linear};
 use super::renderer::{Canvas, Quality};
-use crate::gpu::{Access, Buffer, Context, Domain, Format, GpuError, Recorder};
+use crate::gpu::{Buffer, Context, Domain, Format, GpuError, Recorder};
 
 /// The format of offscreen pictures: red first, as files have it, and sRGB.
 pub const FORMAT: Format = Format::Rgba8Srgb;
@@ -64,9 +64,7 @@ impl Offscreen {
 
     /// Records that the host will read the picture, after everything that was drawn.
     pub fn record_readback(&self, rec: &mut Recorder) {
-        rec.barrier(Access::Readback, Access::Copy, &[&self.pixels]);
         rec.copy_image(self.canvas.image(), &self.pixels);
-        rec.barrier(Access::Copy, Access::Readback, &[&self.pixels]);
     }
 
     /// The picture, top row first, sRGB.

@@ -289,26 +289,16 @@ impl Renderer {
                 return;
             };
             self.prepare(rec, state, first);
-            let read = self.read(state);
-            // Was painted between steps, if anything was.
-            let bias: Option<&dyn AnyBuffer> = state.bias.as_ref().map(|bias| &bias.field as _);
-            let meals: Option<&dyn AnyBuffer> = state.food.as_ref().map(|food| &food.meals as _);
-            rec.barrier(Access::Kernel, Access::Vertex, &read);
-            rec.barrier(Access::Kernel, Access::Vertex, bias.as_slice());
-            rec.barrier(Access::Kernel, Access::Vertex, meals.as_slice());
+            rec.make_visible(Access::Vertex, &self.read(state));
             for (view, canvas, rows) in pictures {
                 self.draw_one(rec, state, view, canvas, rows.clone());
             }
-            // The next steps and the next picture write over what was read.
-            rec.barrier(Access::Vertex, Access::Kernel, &read);
-            rec.barrier(Access::Vertex, Access::Kernel, bias.as_slice());
-            rec.barrier(Access::Vertex, Access::Kernel, meals.as_slice());
         });
     }
 
     /// What the simulation writes and pictures read.
-    fn read<'a>(&'a self, state: &'a State) -> [&'a dyn AnyBuffer; 8] {
-        [
+    fn read<'a>(&'a self, state: &'a State) -> Vec<&'a dyn AnyBuffer> {
+        let mut read: Vec<&dyn AnyBuffer> = vec![
             &state.trail.front,
             &state.deposits.back,
             &state.distances,
@@ -316,8 +306,17 @@ impl Renderer {
             &state.particles,
             &state.motions,
             &self.brightest,
+            &self.colors,
             &state.poses,
-        ]
+        ];
+        // Was painted between steps, if anything was.
+        if let Some(bias) = &state.bias {
+            read.push(&bias.field);
+        }
+        if let Some(food) = &state.food {
+            read.push(&food.meals);
+        }
+        read
     }
 
     fn draw_one(
@@ -378,9 +377,7 @@ impl Renderer {
 
     /// Records a copy of the trail value that gets the brightest colour in the pictures recorded so far.
     pub fn record_brightest(&self, rec: &mut Recorder, readback: &mut Readback<f32>, tag: u64) {
-        rec.barrier(Access::Kernel, Access::Copy, &[&self.brightest]);
         readback.record(rec, &self.brightest, tag);
-        rec.barrier(Access::Copy, Access::Kernel, &[&self.brightest]);
     }
 
     /// Colours and exposure.
@@ -388,16 +385,11 @@ impl Renderer {
         let colors = (view.color_map, view.darkest);
         if self.colors_are != Some(colors) {
             self.colors_are = Some(colors);
-            rec.barrier(Access::Vertex, Access::Copy, &[&self.colors]);
             rec.update(&self.colors, 0, &view.color_map.table(view.darkest));
-            rec.barrier(Access::Copy, Access::Vertex, &[&self.colors]);
         }
         match view.exposure {
             Exposure::Fixed(brightest) => {
-                rec.barrier(Access::Kernel, Access::Copy, &[&self.brightest]);
                 rec.fill(&self.brightest, brightest.max(f32::MIN_POSITIVE).to_bits());
-                rec.barrier(Access::Copy, Access::Kernel, &[&self.brightest]);
-                rec.barrier(Access::Copy, Access::Vertex, &[&self.brightest]);
             }
             Exposure::Auto {
                 clipped_share,
@@ -418,7 +410,6 @@ impl Renderer {
                         stride,
                     },
                 );
-                rec.barrier(Access::Kernel, Access::Kernel, &[&self.histogram]);
                 rec.dispatch(
                     &self.expose,
                     Threads(1),
@@ -432,11 +423,6 @@ impl Renderer {
                         // The first picture has nothing to follow.
                         adaptation: if self.is_first { 1.0 } else { adaptation },
                     },
-                );
-                rec.barrier(
-                    Access::Kernel,
-                    Access::Kernel,
-                    &[&self.histogram, &self.brightest],
                 );
             }
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::kernels::{DepthQueries, DepthQueriesArgs, DepthQueriesConstants, DepthQueriesParams};
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Threads};
+use crate::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use crate::scene::settings::DepthMapping;
 
 /// The depth of each distance, where distances are told up to `reach`.
@@ -37,7 +37,6 @@ pub fn depth_queries(
             reach,
         },
     );
-    rec.barrier(Access::Kernel, Access::Copy, &[&depths]);
     frames.submit(rec)?;
     frames.wait_idle()?;
     Ok(ctx.download(&depths)?)

@@ -11,9 +11,7 @@ use super::params::spreading;
 use super::state::{PingPong, Views};
 use super::texel_paths::{TexelPaths, Unused};
 use crate::error::{Error, Result};
-use crate::gpu::{
-    Access::Kernel, Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads,
-};
+use crate::gpu::{Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
 /// Steps that are handed to the device together.
@@ -149,10 +147,8 @@ impl Diffusion {
     }
 
     fn record(&self, rec: &mut Recorder) {
-        let (trail, next_trail) = (&self.trail.front, &self.trail.back);
         let (trail_views, deposits_views) = (&self.trail.front_views, &self.deposits.front_views);
         let next_views = &self.trail.back_views;
-        let previous_deposits = &self.deposits.back;
         let spread = (self.unused).spread(self.outgrows_block, &self.trail, &self.deposits);
         rec.dispatch(
             &self.diffuse,
@@ -169,9 +165,6 @@ impl Diffusion {
             },
             self.params,
         );
-        // diffuse_seams writes some texels over.
-        rec.barrier(Kernel, Kernel, &[next_trail, previous_deposits]);
-        rec.barrier(Kernel, Kernel, &self.unused.all());
         rec.dispatch(
             &self.diffuse_seams,
             Threads(self.seams_params.row_count),
@@ -185,8 +178,6 @@ impl Diffusion {
             },
             self.seams_params,
         );
-        // The next step reads what was written here, and writes over what was read.
-        rec.barrier(Kernel, Kernel, &[next_trail, trail]);
     }
 }
 

@@ -11,7 +11,7 @@ use super::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQue
 use super::twin::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use super::types::Walker;
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
+use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::{NONE, Surface};
 use crate::mesh::walk::{BorderRule, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
 
@@ -74,7 +74,6 @@ pub fn walk_queries(
                     attempts: attempts as u32,
                 },
             );
-            rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
             frames.submit(rec)?;
             frames.wait_idle()?;
             let before = std::mem::replace(&mut walkers, ctx.download(&buffer)?);

@@ -1,4 +1,4 @@
-//! One simulation step: every dispatch and every barrier, in order, and nothing else.
+//! One simulation step: every dispatch, in order, and nothing else. The recorder finds the barriers between them.
 
 mod distances;
 mod feeding;
@@ -14,10 +14,7 @@ use super::pipelines::Kernels;
 use super::state::State;
 use super::turns::Turn;
 use super::types::{Physarum, Pose};
-use crate::gpu::{
-    Access::{Copy, Indirect, Kernel},
-    AnyBuffer, DispatchGroups, Recorder, Threads,
-};
+use crate::gpu::{DispatchGroups, Recorder, Threads};
 use crate::scene::settings::Strategy;
 
 use distances::distance;
@@ -44,8 +41,7 @@ pub struct Changes {
     pub physarums: Option<Vec<Physarum>>,
 }
 
-/// Records one step, after which the objects are where `changes` say. Each barrier names what
-/// it separates; the recorder refuses a dispatch that reads what was written and not yet made visible.
+/// Records one step, after which the objects are where `changes` say.
 pub fn record(
     rec: &mut Recorder,
     k: &Kernels,
@@ -75,21 +71,14 @@ pub fn record(
 /// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.
 /// What particles do on each object comes the same way.
 pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
-    // Kernels and pictures before this one have read the old ones; a picture's own barriers end in `Kernel`.
     if let Some(poses) = &changes.poses {
-        rec.barrier(Kernel, Copy, &[&s.poses]);
         rec.update_long(&s.poses, poses);
-        rec.barrier(Copy, Kernel, &[&s.poses]);
     }
     if let Some(poses) = &changes.poses_before {
-        rec.barrier(Kernel, Copy, &[&s.poses_before]);
         rec.update_long(&s.poses_before, poses);
-        rec.barrier(Copy, Kernel, &[&s.poses_before]);
     }
     if let Some(physarums) = &changes.physarums {
-        rec.barrier(Kernel, Copy, &[&s.physarums]);
         rec.update_long(&s.physarums, physarums);
-        rec.barrier(Copy, Kernel, &[&s.physarums]);
     }
 }
 
@@ -183,21 +172,6 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
         let threads = Threads(turn.advance.particle_count);
         rec.dispatch(&k.advance, threads, args(&s.walker_groups), turn.advance);
     }
-    let [unused_floats, unused_words] = s.unused.all();
-    let advanced: [&dyn AnyBuffer; 12] = [
-        &s.particles,
-        &s.motions,
-        &s.deposits.front,
-        &s.transfers.flow,
-        &s.transfers.particle_indices,
-        &s.walkers,
-        &s.walker_count,
-        &s.walker_groups,
-        &s.no_groups,
-        meals,
-        unused_floats,
-        unused_words,
-    ];
     // Those who were listed follow; they list nobody.
     let listed = [
         (WALKING, &k.walk_sensors),
@@ -206,10 +180,6 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
     ];
     for (list, kernel) in listed {
         let Some(kernel) = kernel else { continue };
-        if list == WALKING {
-            rec.barrier(Kernel, Indirect, &[&s.walker_groups]);
-        }
-        rec.barrier(Kernel, Kernel, &advanced);
         rec.dispatch_indirect(
             kernel,
             &s.walker_groups,
@@ -218,20 +188,6 @@ fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
             turn.advance,
         );
     }
-    // diffuse takes up what advance has deposited and clears what it has read; the next turn or step moves particles
-    // on, and takes distances anew; those that were selected leave; what was eaten is taken away.
-    rec.barrier(Kernel, Kernel, &advanced);
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.deposits.back,
-            &s.distances,
-            &s.across,
-            &s.across_triangles,
-            &s.surroundings,
-        ],
-    );
 }
 
 /// Nobody is listed yet whose sensors must walk, or who is near another object.
@@ -242,12 +198,8 @@ fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
         y: rows,
         z: 1,
     };
-    // The turn before has walked.
-    rec.barrier(Indirect, Copy, &[&s.walker_groups]);
-    rec.barrier(Kernel, Copy, &[&s.walker_count, &s.walker_groups]);
     rec.update(&s.walker_count, 0, &[0; 3]);
     rec.update(&s.walker_groups, 0, &[none; 3]);
-    rec.barrier(Copy, Kernel, &[&s.walker_count, &s.walker_groups]);
 }
 
 fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
@@ -268,24 +220,9 @@ fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         },
         turn.transfer_in,
     );
-    // Those that have arrived advance, if they have not yet; those that go on are followed by others.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.particles,
-            &s.motions,
-            &s.transfers.flow,
-            &s.transfers.arriving,
-            &s.transfers.departing,
-        ],
-    );
 }
 
 fn move_border(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    // The dispatches of the turn before have their groups, and advance has its window.
-    rec.barrier(Indirect, Kernel, &[&s.transfers.groups]);
-    rec.barrier(Kernel, Kernel, &[&s.transfers.windows]);
     rec.dispatch(
         &k.move_border,
         Threads(1),
@@ -296,9 +233,6 @@ fn move_border(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         },
         turn.move_border,
     );
-    // How many leave, where the next window begins, and how many invocations that takes.
-    rec.barrier(Kernel, Kernel, &[&s.transfers.flow, &s.transfers.windows]);
-    rec.barrier(Kernel, Indirect, &[&s.transfers.groups]);
 }
 
 fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
@@ -331,21 +265,6 @@ fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         },
         turn.transfer_out,
     );
-    // They are put in order, or arrive; the list of the selected is used again; the next step's poses and distances come.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.transfers.departing,
-            &s.transfers.flow,
-            &s.transfers.flux,
-            &s.transfers.particle_indices,
-            &s.particles,
-            &s.motions,
-            &s.nearest,
-            &s.distances,
-        ],
-    );
 }
 
 fn defragment_scan(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
@@ -362,18 +281,6 @@ fn defragment_scan(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
             transfer_indices: &s.transfers.transfer_indices,
         },
         turn.defragment_scan,
-    );
-    // What was listed is exchanged.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.transfers.flow,
-            &s.transfers.particle_indices,
-            &s.transfers.transfer_indices,
-            &s.transfers.departing,
-            &s.motions,
-        ],
     );
 }
 
@@ -392,19 +299,6 @@ fn defragment_swap(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         },
         turn.defragment_swap,
     );
-    // The next turn's transfers arrive, and its lists begin anew.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.transfers.flow,
-            &s.transfers.particle_indices,
-            &s.transfers.transfer_indices,
-            &s.transfers.departing,
-            &s.particles,
-            &s.motions,
-        ],
-    );
 }
 
 fn defragment_sequential(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
@@ -422,19 +316,6 @@ fn defragment_sequential(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn
                 transfer_indices: &s.transfers.transfer_indices,
             },
             part,
-        );
-        // The next part goes on, or the next turn's transfers arrive, and its lists begin anew.
-        rec.barrier(
-            Kernel,
-            Kernel,
-            &[
-                &s.transfers.flow,
-                &s.transfers.departing,
-                &s.transfers.particle_indices,
-                &s.transfers.transfer_indices,
-                &s.particles,
-                &s.motions,
-            ],
         );
     }
 }
@@ -455,17 +336,6 @@ fn respawn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         },
         turn.respawn,
     );
-    // The next step moves them on, and lists others.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.transfers.flow,
-            &s.transfers.particle_indices,
-            &s.particles,
-            &s.motions,
-        ],
-    );
 }
 
 fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -485,9 +355,6 @@ fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         },
         params.diffuse,
     );
-    // diffuse_seams writes some texels over; the next step counts deposits from zero.
-    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.deposits.back]);
-    rec.barrier(Kernel, Kernel, &s.unused.all());
 }
 
 fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -504,9 +371,6 @@ fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams
         },
         params.diffuse_seams,
     );
-    // The gutter is filled from texels that were written here; a second half of the step reads them, and writes over
-    // those that were read.
-    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.trail.front]);
 }
 
 fn exchange_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -521,6 +385,4 @@ fn exchange_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParam
         },
         params.exchange_seams,
     );
-    // The next step senses the new trail, and writes its own over the old one.
-    rec.barrier(Kernel, Kernel, &[&s.trail.back, &s.trail.front]);
 }

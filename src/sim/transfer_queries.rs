@@ -13,7 +13,7 @@ use super::twin::transfer::Ground;
 use super::twin::transfer_queries::{self as twin, PHASE_DONE, PHASE_ON_SOURCE};
 use super::types::{Pose, Vertex, Walker};
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
+use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::Trees;
 use crate::mesh::walk::{WalkEnd, WalkQuery};
@@ -118,11 +118,6 @@ pub fn transfer_queries(
                     walkers: &walkers_buffer,
                 },
                 params,
-            );
-            rec.barrier(
-                Access::Kernel,
-                Access::Copy,
-                &[&phases_buffer, &walkers_buffer],
             );
             frames.submit(rec)?;
             frames.wait_idle()?;

@@ -12,7 +12,7 @@ use super::turns::Turn;
 use super::twin::ring::dispatch_groups;
 use super::twin::transfer::Ground;
 use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
-use crate::gpu::{Access, Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
+use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
@@ -472,9 +472,7 @@ impl Transfers {
 
     /// Copies the counters to where the host reads them some frames later.
     pub fn record_readback(&self, rec: &mut Recorder, counters: &mut Readback<Flow>, step: u64) {
-        rec.barrier(Access::Kernel, Access::Copy, &[&self.flow]);
         counters.record(rec, &self.flow, step);
-        rec.barrier(Access::Copy, Access::Kernel, &[&self.flow]);
     }
 
     /// What leaves in one turn arrives in the next.

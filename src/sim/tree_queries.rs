@@ -11,7 +11,7 @@ use super::twin;
 use super::twin::sign::Sides;
 use super::types::TreeQuery;
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Context, Frames, Pipeline, Texels, Threads};
+use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::Trees;
 use crate::scene::settings::SignRule;
@@ -124,7 +124,6 @@ pub fn tree_queries(
             },
             params,
         );
-        rec.barrier(Access::Kernel, Access::Copy, &[&buffer]);
         frames.submit(rec)?;
         frames.wait_idle()?;
         let answers = ctx.download(&buffer)?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::common::{Gpu, awkward_sizes, gpu, scene};
 use glam::{DVec2, Vec2, Vec4};
 use myxo::gpu::{
-    Access, Blend, Buffer, Context, DepthTest, Domain, Format, Image, Pipeline, RasterOptions,
+    Blend, Buffer, Context, DepthTest, Domain, Format, Image, Pipeline, RasterOptions,
     RasterPipeline, Sampled, Targets, Texels, Threads, Topology,
 };
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
@@ -300,7 +300,6 @@ fn counts_are_those_of_the_twin_however_particles_crowd() {
                 pass.draw(&draw, size, 1, args, params);
             });
             rec.copy_image(&target, &drawn);
-            rec.barrier(Access::Copy, Access::Readback, &[&drawn]);
         });
         assert!(
             ctx.download(&deposits).unwrap() == expected,

@@ -97,7 +97,6 @@ fn frames_copy_update_and_use_mapped_memory() {
     let mut frames = Frames::new(&ctx, 1).unwrap();
     let mut rec = frames.begin().unwrap();
     rec.copy_range(&up, 1..3, &values, 2);
-    rec.barrier(Access::Copy, Access::Copy, &[&values]);
     rec.update(&values, 5, &[9]);
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
@@ -146,9 +145,7 @@ fn a_device_that_was_lost_ends_when_nobody_has_anything_of_it() {
             amount: 5,
         };
         rec.dispatch(&bump, Threads(64), BumpArgs { values: &values }, params);
-        rec.barrier(Access::Kernel, Access::Copy, &[&values]);
         readback.record(rec, &values, 0);
-        rec.barrier(Access::Copy, Access::Kernel, &[&values]);
     };
     let mut rec = frames.begin().unwrap();
     record(&mut rec, &mut readback);

@@ -40,7 +40,6 @@ fn a_picture_is_drawn_and_read_back() {
             pass.draw(&pipeline, 3, 1, DiscArgs { centres: &centres }, params);
         });
         rec.copy_image(resolve.as_ref().unwrap_or(&color), &pixels);
-        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
         frames.submit(rec).unwrap();
         frames.wait_idle().unwrap();
         let pixels = pixels.as_slice();
@@ -103,7 +102,6 @@ fn depth_and_blending_do_what_they_say() {
         pass.draw(&add, 3, 1, DiscArgs { centres: &centres }, params)
     });
     rec.copy_image(&color, &pixels);
-    rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
     assert_eq!(pixels.as_slice()[0][..3], [3.0, 4.0, 0.0]);
@@ -143,7 +141,6 @@ fn of_equal_depths_one_stays_as_the_test_says() {
             }
         });
         rec.copy_image(&color, &pixels);
-        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
         frames.submit(rec).unwrap();
         frames.wait_idle().unwrap();
         assert_eq!(pixels.as_slice()[27][0], stays, "{depth_test:?}");
@@ -179,7 +176,6 @@ fn pictures_are_copied_into_pictures_and_cut_at_the_edge() {
     rec.copy_image_to(&small, &large, [6, 1]);
     rec.copy_image_to(&small, &large, [8, 0]);
     rec.copy_image(&large, &pixels);
-    rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
     for (i, pixel) in pixels.as_slice().iter().enumerate() {
@@ -264,10 +260,8 @@ fn indices_say_which_vertices_are_drawn() {
     let mut covered = |indices: &[u32]| {
         let indices = Buffer::from_slice(&ctx, "indices", indices).unwrap();
         let mut rec = frames.begin().unwrap();
-        rec.barrier(Access::Readback, Access::Copy, &[&pixels]);
         draw(&mut rec, &indices);
         rec.copy_image(&color, &pixels);
-        rec.barrier(Access::Copy, Access::Readback, &[&pixels]);
         frames.submit(rec).unwrap();
         frames.wait_idle().unwrap();
         let pixels = pixels.as_slice();

@@ -30,13 +30,11 @@ fn times_form_a_tree_and_add_up() {
                     };
                     rec.dispatch(&spin, Threads(4096), SpinArgs { values: &values }, params);
                 });
-                rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
                 let params = BumpParams {
                     count: 4096,
                     amount: 1,
                 };
                 rec.dispatch(&bump, Threads(4096), BumpArgs { values: &values }, params);
-                rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
             });
         }
         frames.submit(rec).unwrap();
@@ -91,7 +89,6 @@ fn longer_work_takes_longer() {
                 SpinArgs { values: &values },
                 SpinParams { count: 64, rounds },
             );
-            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
         });
         frames.submit(rec).unwrap();
     }
@@ -127,7 +124,6 @@ fn a_frame_with_more_spans_than_queries_gets_more_the_next_time() {
                     amount: 1,
                 },
             );
-            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
         }
         frames.submit(rec).unwrap();
     }
@@ -166,7 +162,6 @@ fn a_hang_is_blamed_on_its_kernel() {
             amount: 1,
         },
     );
-    rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
     // Seconds on a processor; a fast device may finish, and then there is nothing to blame.
     rec.dispatch(
         &spin,
@@ -177,7 +172,6 @@ fn a_hang_is_blamed_on_its_kernel() {
             rounds: 60_000,
         },
     );
-    rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
     rec.dispatch(
         &bump,
         Threads(64),
@@ -249,9 +243,7 @@ fn objects_outlive_their_owners_while_a_frame_uses_them() {
                 amount: 5,
             },
         );
-        rec.barrier(Access::Kernel, Access::Copy, &[&values]);
         rec.copy(&values, &back);
-        rec.barrier(Access::Copy, Access::Readback, &[&back]);
     }
     frames.submit(rec).unwrap();
     // A ring that goes away leaves its frame to the device.
@@ -282,9 +274,7 @@ fn results_are_read_back_some_frames_later() {
                 amount: 1,
             },
         );
-        rec.barrier(Access::Kernel, Access::Copy, &[&values]);
         assert!(readback.record(&mut rec, &values, step));
-        rec.barrier(Access::Copy, Access::Kernel, &[&values]);
         frames.submit(rec).unwrap();
         found.extend(readback.poll());
     }
@@ -296,7 +286,6 @@ fn results_are_read_back_some_frames_later() {
     assert_eq!(found, expected);
     // A frame that is thrown away brings nothing.
     let mut rec = frames.begin().unwrap();
-    rec.barrier(Access::Kernel, Access::Copy, &[&values]);
     assert!(readback.record(&mut rec, &values, 99));
     drop(rec);
     assert_eq!(readback.poll(), None);
@@ -368,7 +357,6 @@ fn other_frames_come_between_slices_and_their_time_is_not_counted() {
             amount,
         };
         rec.dispatch(&bump, Threads(COUNT), BumpArgs { values: &values }, params);
-        rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
     };
     for round in 1..=2 {
         let mut rec = frames.begin().unwrap();
@@ -387,7 +375,6 @@ fn other_frames_come_between_slices_and_their_time_is_not_counted() {
                 rounds: 10_000,
             };
             answer.dispatch(&spin, Threads(COUNT), SpinArgs { values: &other }, params);
-            answer.barrier(Access::Kernel, Access::Kernel, &[&other]);
             between.submit(answer).unwrap();
             between.wait_idle().unwrap();
             if !frames.run_slice(&mut rec).unwrap() {
@@ -440,7 +427,6 @@ fn what_is_left_of_slices_is_submitted_with_the_frame() {
                 amount: 1,
             };
             rec.dispatch(&bump, Threads(65), BumpArgs { values: &values }, params);
-            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
         }
         for _ in 0..run {
             assert!(frames.run_slice(&mut rec).unwrap());
@@ -468,7 +454,6 @@ fn the_rest_of_slices_can_be_left() {
                 amount: 1,
             };
             rec.dispatch(&bump, Threads(65), BumpArgs { values: &values }, params);
-            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
         }
     };
     let mut rec = frames.begin().unwrap();
@@ -521,7 +506,6 @@ fn kernels_that_take_long_are_several_slices() {
             rec.scope("step", |rec| {
                 rec.dispatch(&bump, Threads(count), args, params)
             });
-            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
             let mut seen = 0;
             while frames.run_slice(&mut rec).unwrap() {
                 seen += 1;
@@ -564,7 +548,6 @@ fn what_only_the_device_counts_is_divided_too() {
             };
             let args = SizeUpArgs { groups: &groups };
             rec.dispatch(&size_up, Threads(1), args, params);
-            rec.barrier(Access::Kernel, Access::Indirect, &[&groups]);
             let mut lately = Timings::default();
             if slices > 1 {
                 lately.push(vec![kernel_span("bump", 29.0)]);
@@ -573,8 +556,6 @@ fn what_only_the_device_counts_is_divided_too() {
             let params = BumpParams { count, amount: 1 };
             let args = BumpArgs { values: &values };
             rec.dispatch_at_most(&bump, Threads(MOST), (&groups, 0), args, params);
-            rec.barrier(Access::Kernel, Access::Kernel, &[&values]);
-            rec.barrier(Access::Indirect, Access::Kernel, &[&groups]);
             let mut seen = 0;
             while frames.run_slice(&mut rec).unwrap() {
                 seen += 1;

@@ -1,4 +1,4 @@
-//! Missing barriers: the recorder's own check, and the validation layer behind it.
+//! Barriers: there where something depends on something, nowhere else, and the validation layer sees one that is left out.
 
 use super::selftest::*;
 use super::*;
@@ -7,21 +7,27 @@ struct Setup {
     scale: Pipeline<Scale>,
     a: Buffer<f32>,
     b: Buffer<f32>,
+    c: Buffer<f32>,
     frames: Frames,
     ctx: Arc<Context>,
 }
 
 impl Setup {
-    fn new(hazard_check: bool) -> Option<Self> {
+    fn new() -> Option<Self> {
+        Self::with(ContextOptions::default())
+    }
+
+    fn with(options: ContextOptions) -> Option<Self> {
         let ctx = context_with(ContextOptions {
             validation: true,
-            hazard_check: Some(hazard_check),
-            ..ContextOptions::default()
+            ..options
         })?;
+        let buffer = |name| Buffer::zeroed(&ctx, name, 64).unwrap();
         Some(Self {
             scale: Pipeline::new(&ctx, &ScaleConstants::default()).unwrap(),
-            a: Buffer::zeroed(&ctx, "first", 64).unwrap(),
-            b: Buffer::zeroed(&ctx, "second", 64).unwrap(),
+            a: buffer("first"),
+            b: buffer("second"),
+            c: buffer("third"),
             frames: Frames::new(&ctx, 1).unwrap(),
             ctx,
         })
@@ -39,106 +45,154 @@ impl Setup {
             params,
         );
     }
+
+    /// Records, submits and waits; tells what was listed, a line each.
+    fn listed(&mut self, record: impl FnOnce(&Self, &mut Recorder)) -> Vec<String> {
+        let mut rec = self.frames.begin().unwrap();
+        rec.list();
+        record(self, &mut rec);
+        let listed = rec.listed();
+        self.frames.submit(rec).unwrap();
+        self.frames.wait_idle().unwrap();
+        lines(&listed)
+    }
 }
 
-#[test]
-fn a_read_without_a_barrier_panics_naming_both_kernels_and_the_buffer() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
+fn lines(listed: &[Listed]) -> Vec<String> {
+    let line = |listed: &Listed| match listed {
+        Listed::Work(name) => name.clone(),
+        Listed::Barrier(reasons) => {
+            let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
+            format!("- {}", reasons.join("; "))
+        }
     };
-    let bump = Pipeline::<Bump>::new(&s.ctx, &()).unwrap();
-    let values = Buffer::<u32>::zeroed(&s.ctx, "values", 64).unwrap();
-    let copy = Buffer::<u32>::zeroed(&s.ctx, "copy of values", 64).unwrap();
-    let mut rec = s.frames.begin().unwrap();
-    rec.dispatch(
-        &bump,
-        Threads(64),
-        BumpArgs { values: &values },
-        BumpParams {
-            count: 64,
-            amount: 1,
-        },
-    );
-    let text = panic_text(|| rec.copy(&values, &copy));
-    assert_eq!(
-        text,
-        "missing barrier: `copy` reads the buffer `values`, which `bump` wrote before it; \
-         record barrier(Access::Kernel, Access::Copy, ..) on it between the two"
-    );
-    rec.barrier(Access::Kernel, Access::Copy, &[&values]);
-    rec.copy(&values, &copy);
-    // Written after a read.
-    let text = panic_text(|| {
-        rec.dispatch(
-            &bump,
-            Threads(64),
-            BumpArgs { values: &values },
-            BumpParams {
-                count: 64,
-                amount: 1,
-            },
-        );
+    listed.iter().map(line).collect()
+}
+
+/// Catches barriers that are missing, or that nothing needs: two kernels that only read the same may overlap.
+#[test]
+fn barriers_stand_where_something_depends_and_nowhere_else() {
+    let Some(mut s) = Setup::new() else { return };
+    let d = Buffer::zeroed(&s.ctx, "fourth", 64).unwrap();
+    let listed = s.listed(|s, rec| {
+        s.scale(rec, &s.a, &s.b);
+        s.scale(rec, &s.a, &s.c);
+        s.scale(rec, &s.b, &d);
+        // Ordered by the barrier above, as `second` is.
+        s.scale(rec, &s.c, &s.a);
     });
-    assert!(
-        text.contains("`bump` writes the buffer `values`, which `bump` wrote"),
-        "{text}"
+    assert_eq!(
+        listed,
+        [
+            "scale",
+            "scale",
+            "- second: scale wrote it (kernel), scale reads it (kernel)",
+            "scale",
+            "scale",
+        ]
     );
-    rec.barrier(Access::Copy, Access::Kernel, &[&values]);
-    rec.dispatch(
-        &bump,
-        Threads(64),
-        BumpArgs { values: &values },
-        BumpParams {
-            count: 64,
-            amount: 1,
-        },
-    );
-    s.frames.submit(rec).unwrap();
-    s.frames.wait_idle().unwrap();
-    assert_eq!(s.ctx.download(&values).unwrap(), [2; 64]);
     assert_silent(&s.ctx);
 }
 
+/// Catches histories that end with a frame: the next one is submitted to the same queue.
 #[test]
-fn a_write_after_a_read_needs_a_barrier_also_in_a_later_frame() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
-    };
-    let mut rec = s.frames.begin().unwrap();
-    s.scale(&mut rec, &s.a, &s.b);
-    s.frames.submit(rec).unwrap();
-    let mut rec = s.frames.begin().unwrap();
-    let text = panic_text(|| s.scale(&mut rec, &s.b, &s.a));
-    // The buffer that was written is found first.
-    assert!(
-        text.contains("`scale` reads the buffer `second`, which `scale` wrote"),
-        "{text}"
+fn a_later_frame_waits_for_an_earlier_one() {
+    let Some(mut s) = Setup::new() else { return };
+    let first = s.listed(|s, rec| s.scale(rec, &s.a, &s.b));
+    assert_eq!(first, ["scale"]);
+    let second = s.listed(|s, rec| {
+        rec.fill(&s.a, 0x3f80_0000);
+        s.scale(rec, &s.a, &s.b);
+    });
+    assert_eq!(
+        second,
+        [
+            "- first: scale read it (kernel), fill writes it (copy)",
+            "fill",
+            "- first: fill wrote it (copy), scale reads it (kernel); second: scale wrote it (kernel), scale writes it (kernel)",
+            "scale",
+        ]
     );
-    rec.barrier(Access::Kernel, Access::Kernel, &[&s.b]);
-    let text = panic_text(|| s.scale(&mut rec, &s.b, &s.a));
-    assert!(
-        text.contains("`scale` writes the buffer `first`, which `scale` read"),
-        "{text}"
-    );
-    rec.barrier(Access::Kernel, Access::Kernel, &[&s.a]);
-    s.scale(&mut rec, &s.b, &s.a);
-    s.frames.submit(rec).unwrap();
+    assert_silent(&s.ctx);
     // A transfer orders everything round itself.
-    assert_eq!(s.ctx.download(&s.a).unwrap(), [10.0; 64]);
     s.ctx.fill(&s.a, 0).unwrap();
     s.ctx.fill(&s.b, 0).unwrap();
-    let mut rec = s.frames.begin().unwrap();
-    s.scale(&mut rec, &s.b, &s.a);
-    s.frames.submit(rec).unwrap();
-    s.frames.wait_idle().unwrap();
+    assert_eq!(s.listed(|s, rec| s.scale(rec, &s.b, &s.a)), ["scale"]);
     assert_silent(&s.ctx);
+}
+
+/// Catches barriers that are believed though their recording was dropped: what they ordered is in no order.
+#[test]
+fn what_was_dropped_has_ordered_nothing() {
+    let Some(mut s) = Setup::new() else { return };
+    s.listed(|s, rec| s.scale(rec, &s.a, &s.b));
+    let mut rec = s.frames.begin().unwrap();
+    s.scale(&mut rec, &s.b, &s.c);
+    assert_eq!(rec.commands().barriers, 1);
+    drop(rec);
+    let again = s.listed(|s, rec| s.scale(rec, &s.b, &s.c));
+    assert_eq!(again.len(), 2, "{again:?}");
+    assert_silent(&s.ctx);
+}
+
+/// Catches results that the host reads before they are there.
+#[test]
+fn the_host_reads_what_was_written_last() {
+    let Some(mut s) = Setup::new() else { return };
+    let back = Buffer::<f32>::new(&s.ctx, "back", 64, Domain::Readback).unwrap();
+    let mut rec = s.frames.begin().unwrap();
+    rec.fill(&s.a, 0x3f80_0000);
+    rec.copy(&s.a, &back);
+    rec.fill(&s.a, 0x4000_0000);
+    rec.copy(&s.a, &back);
+    s.frames.submit(rec).unwrap();
+    let text = panic_text(|| assert_eq!(back.as_slice()[..], [1.0; 64]));
+    assert!(
+        text.contains("a frame that uses it has not finished"),
+        "{text}"
+    );
+    s.frames.wait_idle().unwrap();
+    assert_eq!(back.as_slice()[..], [2.0; 64]);
+    assert_silent(&s.ctx);
+}
+
+/// Catches times that are those of two kernels: where each has its own, it waits for the one before.
+#[test]
+fn kernels_that_could_overlap_are_separated_to_be_timed() {
+    let Some(mut s) = Setup::new() else { return };
+    let listed = s.listed(|s, rec| {
+        rec.separate_works();
+        s.scale(rec, &s.a, &s.b);
+        s.scale(rec, &s.a, &s.c);
+    });
+    assert_eq!(listed, ["- ", "scale", "- ", "scale"]);
+    assert_silent(&s.ctx);
+}
+
+/// Catches a dispatch of as many groups as happen to be in memory.
+#[test]
+fn groups_that_nothing_has_written_are_refused() {
+    let Some(mut s) = Setup::new() else { return };
+    let groups = Buffer::<DispatchGroups>::new(&s.ctx, "how often", 1, Domain::Device).unwrap();
+    let mut rec = s.frames.begin().unwrap();
+    let args = ScaleArgs {
+        source: &s.a,
+        target: &s.b,
+    };
+    let params = ScaleParams {
+        count: 64,
+        factor: glam::Vec2::ONE,
+    };
+    let text = panic_text(|| rec.dispatch_indirect(&s.scale, &groups, 0, args, params));
+    assert_eq!(
+        text,
+        "`how often` says how often `scale` runs, and nothing has been written to it"
+    );
 }
 
 #[test]
 fn one_buffer_is_not_bound_twice_to_be_written() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
-    };
+    let Some(mut s) = Setup::new() else { return };
     let mut rec = s.frames.begin().unwrap();
     let text = panic_text(|| s.scale(&mut rec, &s.a, &s.a));
     assert_eq!(
@@ -148,50 +202,8 @@ fn one_buffer_is_not_bound_twice_to_be_written() {
 }
 
 #[test]
-fn barriers_chain() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
-    };
-    let back = Buffer::<f32>::new(&s.ctx, "back", 64, Domain::Readback).unwrap();
-    let mut rec = s.frames.begin().unwrap();
-    rec.fill(&s.a, 0x3f80_0000);
-    rec.barrier(Access::Copy, Access::Kernel, &[&s.a]);
-    rec.barrier(Access::Kernel, Access::Copy, &[&s.a]);
-    rec.copy(&s.a, &back);
-    rec.barrier(Access::Copy, Access::Readback, &[&back]);
-    s.frames.submit(rec).unwrap();
-    let text = panic_text(|| assert_eq!(back.as_slice()[..], [1.0; 64]));
-    assert!(
-        text.contains("a frame that uses it has not finished"),
-        "{text}"
-    );
-    s.frames.wait_idle().unwrap();
-    assert_eq!(back.as_slice()[..], [1.0; 64]);
-    assert_silent(&s.ctx);
-}
-
-#[test]
-fn the_host_needs_a_barrier_to_read() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
-    };
-    let back = Buffer::<f32>::new(&s.ctx, "back", 64, Domain::Readback).unwrap();
-    let mut rec = s.frames.begin().unwrap();
-    rec.copy(&s.a, &back);
-    s.frames.submit(rec).unwrap();
-    s.frames.wait_idle().unwrap();
-    let text = panic_text(|| assert!(back.as_slice().is_empty()));
-    assert!(
-        text.contains("the host reads `back`, which `copy` wrote"),
-        "{text}"
-    );
-}
-
-#[test]
 fn a_slice_that_the_host_holds_does_not_change() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
-    };
+    let Some(mut s) = Setup::new() else { return };
     let back = Buffer::<f32>::new(&s.ctx, "back", 64, Domain::Readback).unwrap();
     let slice = back.as_slice();
     let mut rec = s.frames.begin().unwrap();
@@ -208,15 +220,17 @@ fn a_slice_that_the_host_holds_does_not_change() {
 /// If this fails, the validation layer is not watching, and every other test's silence means nothing.
 #[test]
 fn the_validation_layer_sees_a_barrier_that_is_left_out() {
-    let Some(mut s) = Setup::new(false) else {
+    let left_out = ContextOptions {
+        leave_out: Some(0),
+        ..ContextOptions::default()
+    };
+    let Some(mut s) = Setup::with(left_out) else {
         return;
     };
-    let mut rec = s.frames.begin().unwrap();
-    s.scale(&mut rec, &s.a, &s.b);
-    let other = Buffer::zeroed(&s.ctx, "third", 64).unwrap();
-    s.scale(&mut rec, &s.b, &other);
-    s.frames.submit(rec).unwrap();
-    s.frames.wait_idle().unwrap();
+    s.listed(|s, rec| {
+        s.scale(rec, &s.a, &s.b);
+        s.scale(rec, &s.b, &s.c);
+    });
     let messages = s.ctx.take_messages();
     assert!(
         messages.iter().any(|m| m.contains("READ_AFTER_WRITE")),
@@ -227,9 +241,7 @@ fn the_validation_layer_sees_a_barrier_that_is_left_out() {
 
 #[test]
 fn a_transfer_does_not_overtake_a_frame_that_is_being_recorded() {
-    let Some(mut s) = Setup::new(true) else {
-        return;
-    };
+    let Some(mut s) = Setup::new() else { return };
     let mut rec = s.frames.begin().unwrap();
     s.scale(&mut rec, &s.a, &s.b);
     let text = panic_text(|| assert!(s.ctx.download(&s.b).is_ok()));

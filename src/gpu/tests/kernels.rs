@@ -132,7 +132,6 @@ fn groups_made_on_the_device_run_every_invocation() {
                 group_size: 64,
             },
         );
-        rec.barrier(Access::Kernel, Access::Indirect, &[&groups]);
         rec.dispatch_indirect(
             &bump,
             &groups,

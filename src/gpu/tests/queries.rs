@@ -12,7 +12,6 @@ fn record(rec: &mut Recorder, spin: &Pipeline<Spin>, values: &Buffer<u32>, kerne
             rounds: 10,
         };
         rec.dispatch(spin, Threads(64), SpinArgs { values }, params);
-        rec.barrier(Access::Kernel, Access::Kernel, &[values]);
     }
 }
 

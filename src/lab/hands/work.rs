@@ -1,7 +1,7 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
 use glam::{DVec3, Vec2, Vec3};
-use myxo::gpu::{Access, Buffer, Context, Readback, Recorder};
+use myxo::gpu::{Buffer, Context, Readback, Recorder};
 use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
@@ -110,13 +110,9 @@ impl Probe {
         });
         sources.extend(state.bias.as_ref().map(|bias| &bias.field));
         for (i, source) in sources.into_iter().enumerate() {
-            rec.barrier(Access::Kernel, Access::Copy, &[source]);
             rec.copy_range(source, texel..texel + 1, &self.values, i);
-            rec.barrier(Access::Copy, Access::Copy, &[&self.values]);
-            rec.barrier(Access::Copy, Access::Kernel, &[source]);
         }
         self.readback.record(rec, &self.values, texel as u64);
-        rec.barrier(Access::Copy, Access::Copy, &[&self.values]);
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::Result;
-use myxo::gpu::{Access, Buffer, Context, Domain, Format, Frames};
+use myxo::gpu::{Buffer, Context, Domain, Format, Frames};
 use myxo::render::exposure::Exposure;
 use myxo::render::{Canvas, View};
 
@@ -59,9 +59,7 @@ impl Shot {
         stage.draw_rows(&mut rec, &view, &self.canvas, self.done..end);
         let is_whole = end == height;
         if is_whole {
-            rec.barrier(Access::Readback, Access::Copy, &[&self.pixels]);
             rec.copy_image(self.canvas.image(), &self.pixels);
-            rec.barrier(Access::Copy, Access::Readback, &[&self.pixels]);
         }
         frames.submit(rec)?;
         frames.wait_idle()?;

@@ -15,7 +15,6 @@ use crate::sim::kernels::{DrawOrderArgs, DrawOrderParams};
 impl Renderer {
     /// Before the pass that draws them.
     pub(super) fn order_particles(&self, rec: &mut Recorder, state: &State, view: &View) {
-        rec.barrier(Access::Vertex, Access::Kernel, &[&self.order]);
         rec.dispatch(
             &self.draw_order,
             Threads(self.shape.particle_count),
@@ -28,9 +27,7 @@ impl Renderer {
                 stride: self.particle_stride(view),
             },
         );
-        rec.barrier(Access::Kernel, Access::Vertex, &[&self.order]);
-        // The next step writes over them.
-        rec.barrier(Access::Kernel, Access::Kernel, &[&state.particles]);
+        rec.make_visible(Access::Vertex, &[&self.order]);
     }
 
     pub(super) fn draw_particles(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {

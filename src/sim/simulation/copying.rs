@@ -7,7 +7,7 @@ use super::super::transfers::TransferState;
 use super::super::types::{Flow, Meal, Motion, Particle, Transfer, Window};
 use super::Simulation;
 use crate::error::Result;
-use crate::gpu::{Access, Buffer, Readback, Recorder};
+use crate::gpu::{Buffer, Readback, Recorder};
 use crate::scene::settings::Strategy;
 
 /// One buffer on its way.
@@ -20,11 +20,7 @@ impl<T: Pod> Part<T> {
     fn record(rec: &mut Recorder, source: &Buffer<T>) -> Result<Self> {
         let name = format!("{}.copy", source.name());
         let mut readback = Readback::new(rec.ctx(), &name, source.len(), 1)?;
-        // Fills and updates write some of them, kernels the others.
-        rec.barrier(Access::Kernel, Access::Copy, &[source]);
-        rec.barrier(Access::Copy, Access::Copy, &[source]);
         readback.record(rec, source, 0);
-        rec.barrier(Access::Copy, Access::Kernel, &[source]);
         Ok(Self {
             readback,
             values: None,

@@ -18,10 +18,7 @@ use super::super::state::{Bias, Views};
 use super::super::types::Particle;
 use super::Simulation;
 use crate::error::{Error, Result};
-use crate::gpu::{
-    Access, Access::Kernel, AnyBuffer, Buffer, Context, Domain, GpuError, Pipeline, Recorder,
-    Threads,
-};
+use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads};
 
 /// The kernels of brushes; made when somebody paints.
 pub(super) struct Painter {
@@ -108,10 +105,10 @@ impl Simulation {
             let state = &self.state;
             if let Some(params) = of_trail {
                 let trail = &state.trail;
-                self.paint_field(rec, &entries, &trail.front, &trail.front_views, params);
+                self.paint_field(rec, &entries, &trail.front_views, params);
             }
             if let (Some(params), Some(bias)) = (of_bias, &state.bias) {
-                self.paint_field(rec, &entries, &bias.field, &bias.views, params);
+                self.paint_field(rec, &entries, &bias.views, params);
             }
         }
         self.summon(rec, dab, &texels)?;
@@ -161,16 +158,12 @@ impl Simulation {
         &self,
         rec: &mut Recorder,
         dab: &Buffer<UVec2>,
-        field: &Buffer<f32>,
         views: &Views<f32>,
         params: PaintParams,
     ) {
         let Some(painter) = &self.painter else {
             return;
         };
-        // The dab before, a step or a picture may have read it.
-        let painted: [&dyn AnyBuffer; 1] = [field];
-        rec.barrier(Kernel, Kernel, &painted);
         rec.dispatch(
             &painter.paint,
             Threads(params.texel_count),
@@ -182,8 +175,6 @@ impl Simulation {
             },
             params,
         );
-        // The gutter is filled from texels that were painted, and is read by sensors and pictures.
-        rec.barrier(Kernel, Kernel, &painted);
         rec.dispatch(
             &self.kernels.exchange_seams,
             Threads(self.setup.atlas.seams.len() as u32),
@@ -197,7 +188,6 @@ impl Simulation {
                 seam_count: self.setup.atlas.seams.len() as u32,
             },
         );
-        rec.barrier(Kernel, Kernel, &painted);
     }
 
     /// Takes particles there, if that is what the brush does.
@@ -226,7 +216,6 @@ impl Simulation {
             },
             params,
         );
-        rec.barrier(Kernel, Kernel, &[&state.particles, &state.motions]);
         Ok(())
     }
 }
@@ -248,9 +237,7 @@ impl Simulation {
             return Ok(Areas { field: None });
         };
         let copy = Buffer::new(&self.ctx, "bias.before", field.len(), Domain::Device)?;
-        rec.barrier(Kernel, Access::Copy, &[field]);
         rec.copy(field, &copy);
-        rec.barrier(Access::Copy, Kernel, &[field]);
         Ok(Areas { field: Some(copy) })
     }
 
@@ -316,7 +303,7 @@ impl Simulation {
         rec: &mut Recorder,
         (texel_count, ones, values): (u32, Buffer<UVec2>, Buffer<UVec2>),
     ) {
-        let Some(Bias { field, views }) = &self.state.bias else {
+        let Some(Bias { views, .. }) = &self.state.bias else {
             return;
         };
         // All of it is taken away; then as many units come as the weight says.
@@ -328,13 +315,13 @@ impl Simulation {
             highest: GREATEST,
             no_go: NO_GO_BELOW,
         };
-        self.paint_field(rec, &ones, field, views, params);
+        self.paint_field(rec, &ones, views, params);
         let params = PaintParams {
             fade: 0.0,
             amount: 1.0,
             ..params
         };
-        self.paint_field(rec, &values, field, views, params);
+        self.paint_field(rec, &values, views, params);
     }
 
     /// What attracts, repels and forbids now: one a texel, gutters filled; empty where nothing was ever painted. Waits for

@@ -9,10 +9,7 @@ use super::super::params::StepParams;
 use super::super::pipelines::Kernels;
 use super::super::samples::TILE_SAMPLES;
 use super::super::state::State;
-use crate::gpu::{
-    Access::{Copy, Indirect, Kernel},
-    DispatchGroups, Recorder, Threads,
-};
+use crate::gpu::{DispatchGroups, Recorder, Threads};
 use crate::scene::settings::DistanceMethod;
 
 /// Which of the groups of a list are those of the kernel that works on it.
@@ -33,16 +30,10 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
     rec.update_long(&s.distance_jobs, &update.jobs);
     rec.update_long(&s.distance_pairs, &update.pairs);
     rec.update_long(&s.distance_moves, &update.moves);
-    rec.barrier(
-        Copy,
-        Kernel,
-        &[&s.distance_jobs, &s.distance_pairs, &s.distance_moves],
-    );
     match params.distance_method {
         DistanceMethod::Bvh => {
             rec.update_long(&s.tile_groups, &NONE_LISTED);
             rec.update_long(&s.covered_groups, &NONE_LISTED);
-            rec.barrier(Copy, Kernel, &[&s.tile_groups, &s.covered_groups]);
             rec.dispatch(
                 &k.distance_tiles,
                 Threads(params.distance_tiles.tile_count),
@@ -65,20 +56,6 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                 },
                 params.distance_tiles,
             );
-            // Texels of the tiles that are listed look at the faces that those have found.
-            rec.barrier(
-                Kernel,
-                Kernel,
-                &[
-                    &s.hints,
-                    &s.candidates,
-                    &s.tile_states,
-                    &s.margins,
-                    &s.listed_tiles,
-                    &s.tile_groups,
-                ],
-            );
-            rec.barrier(Kernel, Indirect, &[&s.tile_groups]);
             rec.dispatch_at_most(
                 &k.distance,
                 Threads(params.distance.tile_count * TILE_SAMPLES),
@@ -103,21 +80,6 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
                 },
                 params.distance,
             );
-            // The next update writes other hints; what is covered is looked at.
-            rec.barrier(
-                Kernel,
-                Kernel,
-                &[
-                    &s.hints,
-                    &s.candidates,
-                    &s.listed_tiles,
-                    &s.tile_groups,
-                    &s.covered,
-                    &s.covered_groups,
-                    &s.surroundings,
-                ],
-            );
-            rec.barrier(Kernel, Indirect, &[&s.covered_groups]);
         }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,
@@ -138,13 +100,6 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
         ),
         DistanceMethod::Raster => distance_raster(rec, k, s, params),
     }
-    // Gutter texels are filled from those that were written; the next update writes other jobs.
-    rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
-    rec.barrier(
-        Kernel,
-        Copy,
-        &[&s.distance_jobs, &s.distance_pairs, &s.distance_moves],
-    );
     rec.dispatch(
         &k.exchange_seams,
         Threads(params.exchange_seams.seam_count),
@@ -156,16 +111,10 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
         },
         params.exchange_seams,
     );
-    // What follows reads distances.
-    rec.barrier(Kernel, Kernel, &[&s.distances]);
     if params.sees_across {
         unfold(rec, k, s, params);
     }
-    if params.distance_method == DistanceMethod::Bvh {
-        // The next update lists others.
-        rec.barrier(Indirect, Copy, &[&s.tile_groups, &s.covered_groups]);
-        rec.barrier(Kernel, Copy, &[&s.tile_groups, &s.covered_groups]);
-    }
+    if params.distance_method == DistanceMethod::Bvh {}
 }
 
 fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
@@ -194,25 +143,6 @@ fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
         let threads = Threads(params.unfold.thread_count);
         rec.dispatch(&k.unfold, threads, args, params.unfold);
     }
-    // Sensors look there; the next update writes other jobs, and distances anew.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.across,
-            &s.across_triangles,
-            &s.surroundings,
-            &s.distances,
-            &s.nearest,
-            &s.listed_tiles,
-            &s.covered,
-        ],
-    );
-    rec.barrier(
-        Kernel,
-        Copy,
-        &[&s.distance_jobs, &s.distance_pairs, &s.distance_moves],
-    );
 }
 
 /// In each round every job has one of its pairs: what is nearest on the other object is drawn, and counts if it is less
@@ -246,7 +176,6 @@ fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepPara
                 }
             });
             rec.copy_image(&raster.target, &raster.winners);
-            rec.barrier(Copy, Kernel, &[&raster.winners]);
         }
         rec.dispatch(
             &k.distance_merge,
@@ -269,8 +198,5 @@ fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepPara
                 ..params.distance_merge
             },
         );
-        // The next round draws others, and compares them with these.
-        rec.barrier(Kernel, Copy, &[&raster.winners]);
-        rec.barrier(Kernel, Kernel, &[&s.distances, &s.nearest]);
     }
 }

@@ -1,10 +1,7 @@
 //! Food in a step: what was eaten is taken away, and where that changes a smell, sensors read another one.
 
 use super::{Kernels, Recorder, State};
-use crate::gpu::{
-    Access::{Copy, Indirect, Kernel},
-    DispatchGroups, Kernel as _, Threads,
-};
+use crate::gpu::{DispatchGroups, Kernel as _, Threads};
 use crate::sim::kernels::{DigestArgs, DigestParams, Scent, ScentArgs, ScentParams};
 
 /// Nothing where there is no food.
@@ -13,10 +10,7 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
         return;
     };
     let none = DispatchGroups { x: 0, y: 0, z: 1 };
-    rec.barrier(Indirect, Copy, &[&food.groups]);
-    rec.barrier(Kernel, Copy, &[&food.groups]);
     rec.update(&food.groups, 0, &[none]);
-    rec.barrier(Copy, Kernel, &[&food.groups]);
     rec.dispatch(
         digest,
         Threads(food.food_count),
@@ -30,10 +24,6 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
             scent_group: Scent::GROUP_SIZE,
         },
     );
-    // What is left says how strongly it smells, and the next step eats of it.
-    // This step's sensors have read the field.
-    rec.barrier(Kernel, Kernel, &[&food.meals, &food.scent]);
-    rec.barrier(Kernel, Indirect, &[&food.groups]);
     rec.dispatch_indirect(
         scent,
         &food.groups,
@@ -49,6 +39,4 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
             scented_count: food.scented_count,
         },
     );
-    // The next step's sensors read it, and its particles eat of what is left.
-    rec.barrier(Kernel, Kernel, &[&food.scent, &food.meals]);
 }

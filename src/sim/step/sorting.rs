@@ -4,17 +4,12 @@ use super::super::kernels::{SortCountArgs, SortScanArgs, SortScatterArgs};
 use super::super::pipelines::Kernels;
 use super::super::sorting::SortParams;
 use super::super::state::State;
-use crate::gpu::{
-    Access::{Copy, Kernel},
-    Recorder, Threads,
-};
+use crate::gpu::{Recorder, Threads};
 
 /// Particles lie in other buffers afterwards.
 pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &SortParams) {
     let bins = &s.sorting.bins;
-    rec.barrier(Kernel, Copy, &[bins]);
     rec.fill(bins, 0);
-    rec.barrier(Copy, Kernel, &[bins]);
     rec.dispatch(
         &k.sort_count,
         Threads(params.count.particle_count),
@@ -26,9 +21,7 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
         },
         params.count,
     );
-    rec.barrier(Kernel, Kernel, &[bins]);
     rec.dispatch(&k.sort_scan, Threads(1), SortScanArgs { bins }, params.scan);
-    rec.barrier(Kernel, Kernel, &[bins]);
     rec.dispatch(
         &k.sort_scatter,
         Threads(params.scatter.particle_count),
@@ -43,19 +36,6 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
             flow: &s.transfers.flow,
         },
         params.scatter,
-    );
-    // The next step and pictures read them there; the next sort writes where they were read.
-    rec.barrier(
-        Kernel,
-        Kernel,
-        &[
-            &s.sorting.particles,
-            &s.sorting.motions,
-            &s.particles,
-            &s.motions,
-            &s.transfers.windows,
-            &s.transfers.flow,
-        ],
     );
     s.swap_particles();
 }

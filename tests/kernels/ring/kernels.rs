@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use myxo::gpu::{Access, AnyBuffer, Buffer, Context, Pipeline, Texels, Threads};
+use myxo::gpu::{Buffer, Context, Pipeline, Texels, Threads};
 use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::sim::kernels::{
@@ -97,15 +97,6 @@ fn windows_are_kept_as_the_twins_keep_them() {
                                     ..first
                                 };
                                 rec.dispatch(&one_pass, Threads(1), args, params);
-                                let next: [&dyn AnyBuffer; 6] = [
-                                    &flow,
-                                    &departing,
-                                    &particles_buffer,
-                                    &motions,
-                                    &inside,
-                                    &outside,
-                                ];
-                                rec.barrier(Access::Kernel, Access::Kernel, &next);
                             });
                         }
                         ring.sequential(object);
@@ -127,8 +118,6 @@ fn windows_are_kept_as_the_twins_keep_them() {
                             };
                             let threads = Threads(capacity);
                             rec.dispatch(&scan, threads, args, ring.scan_params(object));
-                            let next: [&dyn AnyBuffer; 2] = [&departing, &motions];
-                            rec.barrier(Access::Kernel, Access::Kernel, &next);
                         });
                         ring.scan(object);
                         assert_eq!(ctx.download(&flow).unwrap(), [ring.flow], "{case:?}");
@@ -217,9 +206,6 @@ fn what_one_invocation_did_not_get_to_is_told() {
                     ..ring.sequential_params(0)
                 };
                 rec.dispatch(&pipeline, Threads(1), args, params);
-                let next: [&dyn AnyBuffer; 6] =
-                    [&flow, &departing, &particles, &motions, &inside, &outside];
-                rec.barrier(Access::Kernel, Access::Kernel, &next);
             });
         }
         ring.flow = ctx.download(&flow).unwrap()[0];

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use myxo::gpu::{
-    Access::{Copy, Kernel},
     Blend, Buffer, Context, DepthTest, Domain, Format, Frames, Image, Pipeline, RasterOptions,
     RasterPipeline, Recorder, Sampled, Targets, Texels, Threads, Topology,
 };
@@ -68,7 +67,6 @@ pub enum Way {
 /// Walkers: particles and motions, as kernels read and write them.
 pub struct Walkers {
     particles: Buffer<Particle>,
-    motions: Buffer<Motion>,
     particle_texels: Texels<u32>,
     motion_texels: Texels<u32>,
 }
@@ -81,12 +79,7 @@ impl Walkers {
             particle_texels: Texels::new(&particles, 4)?,
             motion_texels: Texels::new(&motions, 4)?,
             particles,
-            motions,
         })
-    }
-
-    fn visible(&self, rec: &mut Recorder) {
-        rec.barrier(Kernel, Kernel, &[&self.particles, &self.motions]);
     }
 }
 
@@ -199,9 +192,7 @@ impl<'a> Ways<'a> {
         let mut frames = Frames::new(ctx, 1)?;
         let mut rec = frames.begin()?;
         let trail = &simulation.state().trail.front;
-        rec.barrier(Kernel, Copy, &[trail]);
         rec.copy_to_sampled(trail, &image);
-        rec.barrier(Copy, Kernel, &[trail]);
         frames.submit(rec)?;
         frames.wait_idle()?;
         Ok(Self {
@@ -243,7 +234,6 @@ impl<'a> Ways<'a> {
         match way {
             Way::Walk(reach, walking) => {
                 self.walk(rec, reach, walking, &self.start, &self.ends);
-                self.ends.visible(rec);
             }
             Way::Count => self.count(rec),
             Way::Draw => self.draw(rec),
@@ -319,8 +309,6 @@ impl<'a> Ways<'a> {
         for _ in 0..times {
             let mut rec = frames.begin()?;
             self.walk(&mut rec, reach, walking, &pair[0], &pair[1]);
-            pair[0].visible(&mut rec);
-            pair[1].visible(&mut rec);
             frames.submit(rec)?;
             pair.swap(0, 1);
         }
@@ -330,9 +318,7 @@ impl<'a> Ways<'a> {
 
     fn count(&self, rec: &mut Recorder) {
         let state = self.simulation.state();
-        rec.barrier(Kernel, Copy, &[&self.deposits]);
         rec.fill(&self.deposits, 0);
-        rec.barrier(Copy, Kernel, &[&self.deposits]);
         let particle_count = self.start.particles.len() as u32;
         rec.dispatch(
             &self.count,
@@ -468,7 +454,6 @@ impl<'a> Ways<'a> {
                 );
             }
         }
-        rec.barrier(Kernel, Kernel, &[values]);
     }
 
     /// What sensors read, one sum a particle.

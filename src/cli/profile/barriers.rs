@@ -1,0 +1,99 @@
+//! What a step records, as text.
+
+use std::fmt::Write as _;
+
+use myxo::gpu::{Listed, Reason};
+
+/// One line a kernel or copy, and one for each barrier and each pair that it separates, with the buffers.
+pub fn text(scene: &str, step: u64, listed: &[Listed]) -> String {
+    let barriers = listed.iter().filter(|l| matches!(l, Listed::Barrier(_)));
+    let barriers = barriers.count();
+    let mut text = format!(
+        "step {step} of {scene}: {} kernels and copies, {barriers} barriers\n",
+        listed.len() - barriers
+    );
+    for listed in listed {
+        match listed {
+            Listed::Work(name) => {
+                let _ = writeln!(text, "{name}");
+            }
+            Listed::Barrier(reasons) => {
+                let _ = writeln!(text, "    barrier");
+                for (pair, buffers) in by_pair(reasons) {
+                    let _ = writeln!(text, "        {}: {}", pair, buffers.join(", "));
+                }
+            }
+        }
+    }
+    text
+}
+
+/// Who waits for whom, in the order of their first, and for which buffers.
+fn by_pair(reasons: &[Reason]) -> Vec<(String, Vec<&str>)> {
+    let mut pairs: Vec<(String, Vec<&str>)> = Vec::new();
+    for reason in reasons {
+        let Reason { earlier, later, .. } = reason;
+        // How the groups of an indirect dispatch are read says itself.
+        let by = match later.1 {
+            "indirect" => ", for its groups",
+            _ => "",
+        };
+        let pair = format!(
+            "{} {} what {} {}{by}",
+            later.0,
+            if reason.later_writes {
+                "writes"
+            } else {
+                "reads"
+            },
+            earlier.0,
+            if reason.earlier_wrote {
+                "wrote"
+            } else {
+                "read"
+            },
+        );
+        match pairs.iter_mut().find(|(known, _)| *known == pair) {
+            Some((_, buffers)) => buffers.push(&reason.buffer),
+            None => pairs.push((pair, vec![&reason.buffer])),
+        }
+    }
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Catches a list in which a barrier stands without what it is for.
+    #[test]
+    fn every_barrier_has_its_reasons() {
+        let reason = |buffer: &str, later_writes, access| Reason {
+            buffer: buffer.to_owned(),
+            earlier: ("advance", "kernel"),
+            earlier_wrote: true,
+            later: ("diffuse", access),
+            later_writes,
+        };
+        let listed = [
+            Listed::Work("advance".to_owned()),
+            Listed::Barrier(vec![
+                reason("deposits", false, "kernel"),
+                reason("particles", true, "kernel"),
+                reason("flow", false, "kernel"),
+                reason("groups", false, "indirect"),
+            ]),
+            Listed::Work("diffuse".to_owned()),
+        ];
+        assert_eq!(
+            text("torus", 7, &listed),
+            "step 7 of torus: 2 kernels and copies, 1 barriers\n\
+             advance\n    \
+             barrier\n        \
+             diffuse reads what advance wrote: deposits, flow\n        \
+             diffuse writes what advance wrote: particles\n        \
+             diffuse reads what advance wrote, for its groups: groups\n\
+             diffuse\n"
+        );
+    }
+}
