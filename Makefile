@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times clean
+.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times notices advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -127,6 +127,15 @@ window-times: ## time the window: its start, keys, a large picture and a film; t
 	@.ci/setup test
 	xvfb-run -a -s "$(DISPLAY_OF_TESTS)" \
 		cargo test --release --test window window_times -- --ignored --nocapture
+
+notices: ## write the licences of all that a binary contains to target/notices/ (needs cargo-about; minutes)
+	@.ci/notices
+
+advisories: ## look for dependencies with known faults and for those that nobody keeps up (needs cargo-deny and the network)
+	@command -v cargo-deny >/dev/null || \
+		{ echo "advisories: cargo-deny is missing: install it by  cargo install --locked cargo-deny" >&2; exit 1; }
+	cargo deny --locked --config .ci/deny.toml check advisories
+	cargo deny --locked --config .ci/deny.toml --manifest-path tests/fuzz/Cargo.toml check advisories
 
 clean: ## remove what was built (target/ and .shaderc/, not your pictures)
 	cargo clean

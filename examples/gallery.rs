@@ -20,6 +20,11 @@ use myxo::{Error, Result};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+// Pictures with letters, as in the plots of the program.
+#[path = "../src/cli/bench/pixels.rs"]
+mod pixels;
+use pixels::Pixels;
+
 const SIZE: [u32; 2] = [300, 200];
 /// Until a scene's own look can be seen.
 const SCENE_STEPS: u32 = 90;
@@ -112,14 +117,13 @@ type Problem = Box<dyn std::error::Error>;
 
 /// Each with its name below.
 fn on_one_sheet(pictures: &[(&str, RgbaImage)]) -> Result<RgbaImage, Problem> {
-    load_font();
     let count = pictures.len() as u32;
     let columns = COLUMNS.min(count);
     let [across, down] = [SIZE[0] + GAP, SIZE[1] + BAND];
     let size = (columns * across - GAP, count.div_ceil(columns) * down);
     let place = |i: u32| (i % columns * across, i / columns * down);
-    let mut pixels = vec![0; (3 * size.0 * size.1) as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
+    let mut sheet = RgbImage::new(size.0, size.1);
+    let area = Pixels::new(&mut sheet).into_drawing_area();
     area.fill(&GROUND)?;
     let style = TextStyle::from((FONT, LETTERS).into_font())
         .color(&INK)
@@ -131,24 +135,12 @@ fn on_one_sheet(pictures: &[(&str, RgbaImage)]) -> Result<RgbaImage, Problem> {
     }
     area.present()?;
     drop(area);
-    let sheet = RgbImage::from_raw(size.0, size.1, pixels).expect("three bytes a pixel");
     let mut sheet = DynamicImage::ImageRgb8(sheet).into_rgba8();
     for (i, (_, picture)) in (0..).zip(pictures) {
         let (x, y) = place(i);
         imageops::replace(&mut sheet, picture, x.into(), y.into());
     }
     Ok(sheet)
-}
-
-/// The letters of the interface.
-fn load_font() {
-    let fonts = egui::FontDefinitions::default();
-    let Some(font) = fonts.font_data.get("Ubuntu-Light") else {
-        return;
-    };
-    let bytes = font.font.to_vec().leak();
-    // Without it, drawing fails and says so.
-    let _ = plotters::style::register_font(FONT, FontStyle::Normal, bytes);
 }
 
 fn save(folder: &Path, name: &str, picture: &RgbaImage) -> Result<()> {

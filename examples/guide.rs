@@ -24,6 +24,11 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde::Deserialize;
 
+// Pictures with letters, as in the plots of the program.
+#[path = "../src/cli/bench/pixels.rs"]
+mod pixels;
+use pixels::Pixels;
+
 /// Pixels of one picture, between two, and below each for its label.
 const SIZE: [u32; 2] = [280, 210];
 const GAP: u32 = 4;
@@ -117,7 +122,6 @@ fn main() -> Result<()> {
         return Err(Error::Invalid(format!("the table has no strip {unknown}")));
     }
     fs::create_dir_all(&folder).map_err(|source| unwritable(&folder, source))?;
-    load_font();
     let ctx = Context::new(&ContextOptions {
         cache_folder: default_cache_folder(),
         ..ContextOptions::default()
@@ -232,8 +236,8 @@ fn side_by_side(pictures: &[(String, RgbImage)]) -> Result<RgbImage, Problem> {
     let [across, down] = [SIZE[0] + GAP, SIZE[1] + BAND];
     let size = (columns * across - GAP, count.div_ceil(columns) * down);
     let place = |i: u32| (i % columns * across, i / columns * down);
-    let mut pixels = vec![0; (3 * size.0 * size.1) as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
+    let mut sheet = RgbImage::new(size.0, size.1);
+    let area = Pixels::new(&mut sheet).into_drawing_area();
     area.fill(&GROUND)?;
     let style = TextStyle::from((FONT, LETTERS).into_font())
         .color(&INK)
@@ -245,7 +249,6 @@ fn side_by_side(pictures: &[(String, RgbImage)]) -> Result<RgbImage, Problem> {
     }
     area.present()?;
     drop(area);
-    let mut sheet = RgbImage::from_raw(size.0, size.1, pixels).expect("three bytes a pixel");
     for (i, (_, picture)) in (0..).zip(pictures) {
         let (x, y) = place(i);
         imageops::replace(&mut sheet, picture, x.into(), y.into());
@@ -274,17 +277,6 @@ fn indexed(sheet: &RgbImage) -> Result<Vec<u8>, Problem> {
     writer.write_image_data(&indices)?;
     writer.finish()?;
     Ok(bytes)
-}
-
-/// The letters of the interface.
-fn load_font() {
-    let fonts = egui::FontDefinitions::default();
-    let Some(font) = fonts.font_data.get("Ubuntu-Light") else {
-        return;
-    };
-    let bytes = font.font.to_vec().leak();
-    // Without it, drawing fails and says so.
-    let _ = plotters::style::register_font(FONT, FontStyle::Normal, bytes);
 }
 
 fn unwritable(path: &Path, source: std::io::Error) -> Error {

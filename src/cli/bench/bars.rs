@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::plot::{
-    BOTTOM, COLORS, Drawn, GRID, INK, Picture, SIZE, TOP, linear_ticks, load_font, style, tick_text,
+    BOTTOM, COLORS, Drawn, GRID, INK, Picture, SIZE, TOP, linear_ticks, style, tick_text,
 };
 
 /// Where bars begin and how far they may reach, pixels; names stand on the left, notes on the right.
@@ -49,7 +49,6 @@ impl Picture for Bars {
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        load_font();
         area.fill(&WHITE)?;
         let title = style(20, HPos::Left, VPos::Center);
         area.draw(&Text::new(self.title.clone(), (24, TOP / 2), title))?;

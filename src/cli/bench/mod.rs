@@ -5,6 +5,7 @@ mod bars;
 mod choices;
 mod measure;
 mod meshes;
+mod pixels;
 mod plot;
 mod suite;
 mod suites;

@@ -1,13 +1,13 @@
 //! Plots of measurements: lines over an axis, either of them logarithmic, with the spread of each point as a bar. The same
 //! drawing becomes an SVG and a PNG.
 
-use std::sync::Once;
-
 use myxo::scene::parameters::grouped;
 use myxo::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::pixels::Pixels;
 
 /// Pixels.
 pub const SIZE: (u32, u32) = (960, 560);
@@ -105,14 +105,12 @@ pub trait Picture {
 
     /// As a PNG file.
     fn png(&self) -> Result<Vec<u8>> {
-        let (width, height) = SIZE;
-        let mut pixels = vec![0; (3 * width * height) as usize];
-        let area = BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area();
+        let mut picture = image::RgbImage::new(SIZE.0, SIZE.1);
+        let area = Pixels::new(&mut picture).into_drawing_area();
         self.draw(&area).map_err(|error| self.failure(&error))?;
         drop(area);
-        let image = image::RgbImage::from_raw(width, height, pixels).expect("it has that size");
         let mut file = std::io::Cursor::new(Vec::new());
-        image
+        picture
             .write_to(&mut file, image::ImageFormat::Png)
             .map_err(|error| self.failure(&error))?;
         Ok(file.into_inner())
@@ -143,7 +141,6 @@ impl Picture for Plot {
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        load_font();
         area.fill(&WHITE)?;
         let dots: Vec<Dot> = self
             .lines
@@ -269,23 +266,6 @@ pub fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
     TextStyle::from((FONT, size).into_font())
         .color(&INK)
         .pos(Pos::new(across, up))
-}
-
-/// The interface's letters.
-pub fn load_font() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        let fonts = egui::FontDefinitions::default();
-        let Some(font) = fonts.font_data.get("Ubuntu-Light") else {
-            return;
-        };
-        let bytes: &'static [u8] = match &font.font {
-            std::borrow::Cow::Borrowed(bytes) => bytes,
-            std::borrow::Cow::Owned(bytes) => bytes.clone().leak(),
-        };
-        // Without it, drawing fails and says so.
-        let _ = plotters::style::register_font(FONT, FontStyle::Normal, bytes);
-    });
 }
 
 /// From values to pixels, and which values are named.
