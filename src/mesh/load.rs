@@ -139,7 +139,7 @@ pub(crate) fn from_bytes(
         if let Some(count) = stl::declared_triangles(bytes) {
             check_count(count, most)?;
         }
-        let soup = parse(path, bytes, extent)?;
+        let soup = parse_within(path, bytes, extent, most)?;
         check_count(soup.triangles.len() as u64, most)?;
         Mesh::from_soup(name, soup)
     }));
@@ -163,19 +163,25 @@ fn check_count(count: u64, most: u64) -> Result<(), MeshProblem> {
 
 /// Reads the triangles of a model whose bytes are given; `path` says of what kind it is, and where files that it names
 /// would lie.
+#[cfg(test)]
 pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, MeshProblem> {
+    parse_within(path, bytes, extent, u64::MAX)
+}
+
+/// The same; where it is known early that there are more triangles than `most`, they are counted and not kept.
+fn parse_within(path: &Path, bytes: &[u8], extent: Extent, most: u64) -> Result<Soup, MeshProblem> {
     let ending = path
         .extension()
         .map(|ending| ending.to_string_lossy().to_lowercase())
         .unwrap_or_default();
     let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_str() {
-        _ if gltf::is_glb(bytes) => gltf::read(bytes, folder, extent),
+        _ if gltf::is_glb(bytes) => gltf::read(bytes, folder, extent, most),
         _ if ply::is_ply(bytes) => ply::read(bytes),
         "obj" => obj::read(bytes),
         "ply" => ply::read(bytes),
         "stl" => stl::read(bytes),
-        "glb" | "gltf" => gltf::read(bytes, folder, extent),
+        "glb" | "gltf" => gltf::read(bytes, folder, extent, most),
         "" => Err(MeshProblem::UnknownKind {
             found: "its name has no ending".to_owned(),
         }),

@@ -71,12 +71,18 @@ const APPLIED: &[&str] = &[
     "KHR_node_visibility",
 ];
 
-/// Reads a `.glb`, or a `.gltf` whose buffers are data URIs or files in the given folder.
-pub(crate) fn read(bytes: &[u8], folder: &Path, extent: Extent) -> Result<Soup, MeshProblem> {
+/// Reads a `.glb`, or a `.gltf` whose buffers are data URIs or files in the given folder. More triangles than `most` are an
+/// error; they are counted and not kept, because a small file can show the same ones any number of times.
+pub(crate) fn read(
+    bytes: &[u8],
+    folder: &Path,
+    extent: Extent,
+    most: u64,
+) -> Result<Soup, MeshProblem> {
     let (json, blob) = glb::split(bytes)?;
     let json = json::parse(json)?;
     check_version(&Part::root(&json))?;
-    let mut reader = Reader::new(Buffers::new(&json, blob, folder));
+    let mut reader = Reader::new(Buffers::new(&json, blob, folder), most);
     match extent {
         Extent::Scene => reader.add_scene()?,
         Extent::FirstPrimitive => reader.add_first_primitive()?,

@@ -20,6 +20,9 @@ use crate::mesh::soup::{MOST_TRIANGLES, Soup};
 /// Collects the triangles of one file.
 pub(super) struct Reader<'a> {
     buffers: Buffers<'a>,
+    /// Triangles that there is room for; more are counted only.
+    most: u64,
+    triangle_count: usize,
     /// Skins that were needed, by their number.
     skins: BTreeMap<usize, Skin>,
     soup: Soup,
@@ -51,9 +54,11 @@ struct Places<'s> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(buffers: Buffers<'a>) -> Self {
+    pub(super) fn new(buffers: Buffers<'a>, most: u64) -> Self {
         Self {
             buffers,
+            most,
+            triangle_count: 0,
             skins: BTreeMap::new(),
             soup: Soup::default(),
             stored: bounds([]),
@@ -215,7 +220,7 @@ impl<'a> Reader<'a> {
             self.soup.seen.incomplete_triangles += 1;
         }
         let corners = triangles(number as u32, &indices);
-        check_indices(&corners, self.soup.triangles.len(), positions.len())?;
+        check_indices(&corners, self.triangle_count, positions.len())?;
         let uvs = match primitive.at(&["attributes", "TEXCOORD_0"]) {
             Some(reference) => {
                 self.some_primitive_has_uvs = true;
@@ -292,7 +297,8 @@ impl<'a> Reader<'a> {
         is_mirrored: bool,
     ) -> Result<(), MeshProblem> {
         self.buffers.spend(16)?;
-        let count = self.soup.triangles.len() + shape.corners.len();
+        self.triangle_count += shape.corners.len();
+        let count = self.triangle_count;
         let first = self.soup.positions.len();
         for (what, count, most) in [
             ("triangles", count, MOST_TRIANGLES),
@@ -309,6 +315,12 @@ impl<'a> Reader<'a> {
                     most: most as u64,
                 });
             }
+        }
+        if count as u64 > self.most {
+            self.soup.positions = Vec::new();
+            self.soup.triangles = Vec::new();
+            self.uvs = Vec::new();
+            return Ok(());
         }
         // A mirror turns the winding, so that the outside stays outside.
         let wound = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
@@ -333,6 +345,13 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn finish(mut self) -> Result<Soup, MeshProblem> {
+        let count = self.triangle_count as u64;
+        if count > self.most {
+            return Err(MeshProblem::NoRoom {
+                count,
+                most: self.most,
+            });
+        }
         if self.soup.triangles.is_empty() {
             return Err(MeshProblem::NoTriangles {
                 found: self.what_there_is()?,

@@ -1120,7 +1120,7 @@ fn read_within(work: u64, model: &Model, is_track: bool) -> Result<(), MeshProbl
     if is_track {
         animation::track(&mut buffers).map(|_| ())
     } else {
-        let mut reader = Reader::new(buffers);
+        let mut reader = Reader::new(buffers, u64::MAX);
         reader.add_scene()
     }
 }
@@ -1323,7 +1323,7 @@ fn buffers_that_name_one_file_are_counted() {
         let json = super::json::parse(model.text().as_bytes()).unwrap();
         let mut buffers = Buffers::new(&json, None, folder.path());
         buffers.bytes_left = 5 << 19;
-        Reader::new(buffers).add_scene()
+        Reader::new(buffers, u64::MAX).add_scene()
     };
     assert_eq!(read(2), Ok(()));
     let problem = read(3).unwrap_err().to_string();
@@ -1429,5 +1429,24 @@ fn animations_of_several_nodes_are_followed_where_meshes_move_alike() {
     ] {
         let problem = animated(nodes, path).unwrap_err();
         assert!(problem.contains(words), "{problem}\n  should have: {words}");
+    }
+}
+
+/// Catches a file of some kilobytes that shows the same triangles again and again, until memory is full.
+#[test]
+fn triangles_for_which_there_is_no_room_are_counted_and_not_kept() {
+    let model = Model::with(|json| {
+        let cube = json["meshes"][0]["primitives"][0].clone();
+        json["meshes"][0]["primitives"] = json!(vec![cube; 50]);
+        json["nodes"] = json!(vec![json!({"mesh": 0}); 20]);
+        json["scenes"] = json!([{"nodes": (0..20).collect::<Vec<_>>()}]);
+    });
+    let glb = model.glb();
+    let read = |most| super::read(&glb, Path::new(""), Extent::Scene, most);
+    let whole = read(12_000).expect("there is room");
+    assert_eq!(whole.triangles.len(), 12_000);
+    match read(11_999) {
+        Err(MeshProblem::NoRoom { count, most }) => assert_eq!((count, most), (12_000, 11_999)),
+        other => panic!("{:?}", other.map(|soup| soup.triangles.len())),
     }
 }
