@@ -50,8 +50,7 @@ impl Recorder {
     pub fn dispatch_indirect<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
-        groups: &Buffer<DispatchGroups>,
-        index: usize,
+        (groups, index): (&Buffer<DispatchGroups>, usize),
         args: K::Args<'_>,
         params: K::Params,
     ) {
@@ -92,14 +91,14 @@ impl Recorder {
         &mut self,
         pipeline: &Pipeline<K>,
         most: Threads,
-        (groups, index): (&Buffer<DispatchGroups>, usize),
+        groups: (&Buffer<DispatchGroups>, usize),
         args: K::Args<'_>,
         params: K::Params,
     ) {
         if self.takes_long(pipeline.core().name) {
             self.dispatch(pipeline, most, args, params);
         } else {
-            self.dispatch_indirect(pipeline, groups, index, args, params);
+            self.dispatch_indirect(pipeline, groups, args, params);
         }
     }
 }

@@ -1,14 +1,11 @@
-//! One simulation step: every dispatch, in order, and nothing else. The recorder finds the barriers between them.
+//! One simulation step, as a script: a line a kernel, in order. What each reads and writes stands in [`arguments`]; the barriers
+//! between them follow from that, and the recorder records them.
 
+mod arguments;
 mod distances;
 mod feeding;
 mod sorting;
 
-use super::kernels::{
-    AdvanceArgs, DefragmentScanArgs, DefragmentSequentialArgs, DefragmentSwapArgs, DiffuseArgs,
-    DiffuseSeamsArgs, ExchangeSeamsArgs, MoveBorderArgs, RespawnArgs, TransferInArgs,
-    TransferOutArgs,
-};
 use super::params::StepParams;
 use super::pipelines::Kernels;
 use super::state::State;
@@ -55,12 +52,13 @@ pub fn record(
     feed(rec, k, s);
     if let Some(first_half) = params.first_half() {
         diffuse(rec, k, s, &first_half);
-        diffuse_seams(rec, k, s, &first_half);
         s.trail.swap();
     }
     diffuse(rec, k, s, params);
-    diffuse_seams(rec, k, s, params);
-    exchange_seams(rec, k, s, params);
+    // Gutters are filled, so that the next step's sensors see no seam.
+    let seams = Threads(params.exchange_seams.seam_count);
+    let trail = arguments::exchange_seams(s);
+    rec.dispatch(&k.exchange_seams, seams, trail, params.exchange_seams);
     s.trail.swap();
     s.deposits.swap();
     if let Some(params) = &params.sort {
@@ -89,7 +87,8 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
         Strategy::Respawn => {
             advance(rec, k, s, all);
             move_border(rec, k, s, all);
-            respawn(rec, k, s, all);
+            let selected = (&s.transfers.groups, TRANSFERS);
+            rec.dispatch_indirect(&k.respawn, selected, arguments::respawn(s), all.respawn);
         }
         Strategy::Direct => {
             advance(rec, k, s, all);
@@ -104,14 +103,7 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
                 advance(rec, k, s, &turn);
                 move_border(rec, k, s, &turn);
                 transfer_out(rec, k, s, &turn);
-                match turn.strategy {
-                    Strategy::Sequential => defragment_sequential(rec, k, s, &turn),
-                    Strategy::Parallel => {
-                        defragment_scan(rec, k, s, &turn);
-                        defragment_swap(rec, k, s, &turn);
-                    }
-                    _ => {}
-                }
+                defragment(rec, k, s, &turn);
                 s.transfers.swap();
             }
         }
@@ -120,269 +112,86 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
 
 /// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
 /// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
-fn advance<'s>(rec: &mut Recorder, k: &Kernels, s: &'s State, turn: &Turn) {
-    let deposits = s.unused.counted(k.outgrows_block, &s.deposits);
-    let food = s.food.as_ref();
-    let meals = food.map_or(&s.no_meals, |food| &food.meals);
-    let args = |walker_groups: &'s _| AdvanceArgs {
-        particles: &s.particles_view,
-        motions: &s.motions_view,
-        strips: &s.strips,
-        trail: &s.trail.front_views.texels,
-        previous_deposits: &s.deposits.back_views.texels,
-        deposits: deposits.block,
-        low_deposits: deposits.low,
-        high_deposits: deposits.high,
-        corners: &s.corners,
-        vertices: &s.vertices,
-        poses: &s.poses_view,
-        distances: &s.distance_views.distances,
-        physarums: &s.physarums,
-        across: &s.across_views.places,
-        across_triangles: &s.across_views.triangles,
-        surroundings: &s.across_views.surroundings,
-        windows: &s.transfers.window_texels,
-        flow: &s.transfers.flow,
-        particle_indices: &s.transfers.particle_indices,
-        particles_before: &s.particles_view,
-        motions_before: &s.motions_view,
-        walkers: &s.walkers_view,
-        walker_count: &s.walker_count,
-        walker_groups,
-        bias: s.bias_texels(),
-        scent: food.map_or(&s.trail.front_views.texels, |food| &food.scent_views.texels),
-        plates: food.map_or(&s.deposits.back_views.texels, |food| {
-            &food.plate_views.texels
-        }),
-        meals,
-    };
+fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
     if k.walk_sensors.is_some() {
-        empty_walkers(rec, s, turn);
+        // Nobody is listed yet.
+        let none = DispatchGroups {
+            x: 0,
+            y: turn.advance.walker_rows,
+            z: 1,
+        };
+        rec.update(&s.walker_count, 0, &[0; 3]);
+        rec.update(&s.walker_groups, 0, &[none; 3]);
     }
+    let args = |listed| arguments::advance(k, s, listed);
     if turn.strategy.has_windows() {
-        let groups = &s.transfers.groups;
-        rec.dispatch_indirect(
-            &k.advance,
-            groups,
-            WINDOW,
-            args(&s.walker_groups),
-            turn.advance,
-        );
+        let window = (&s.transfers.groups, WINDOW);
+        rec.dispatch_indirect(&k.advance, window, args(&s.walker_groups), turn.advance);
     } else {
-        let threads = Threads(turn.advance.particle_count);
-        rec.dispatch(&k.advance, threads, args(&s.walker_groups), turn.advance);
+        let particles = Threads(turn.advance.particle_count);
+        rec.dispatch(&k.advance, particles, args(&s.walker_groups), turn.advance);
     }
     // Those who were listed follow; they list nobody.
-    let listed = [
+    for (list, kernel) in [
         (WALKING, &k.walk_sensors),
         (NEARBY, &k.advance_near),
         (WALKING_NEARBY, &k.walk_near),
-    ];
-    for (list, kernel) in listed {
-        let Some(kernel) = kernel else { continue };
-        rec.dispatch_indirect(
-            kernel,
-            &s.walker_groups,
-            list,
-            args(&s.no_groups),
-            turn.advance,
-        );
+    ] {
+        if let Some(kernel) = kernel {
+            let listed = (&s.walker_groups, list);
+            rec.dispatch_indirect(kernel, listed, args(&s.no_groups), turn.advance);
+        }
     }
-}
-
-/// Nobody is listed yet whose sensors must walk, or who is near another object.
-fn empty_walkers(rec: &mut Recorder, s: &State, turn: &Turn) {
-    let rows = turn.advance.walker_rows;
-    let none = DispatchGroups {
-        x: 0,
-        y: rows,
-        z: 1,
-    };
-    rec.update(&s.walker_count, 0, &[0; 3]);
-    rec.update(&s.walker_groups, 0, &[none; 3]);
 }
 
 fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch_indirect(
-        &k.transfer_in,
-        &s.transfers.groups,
-        TRANSFERS,
-        TransferInArgs {
-            arriving: &s.transfers.arriving,
-            departing: &s.transfers.departing,
-            flow: &s.transfers.flow,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            triangles: &s.triangles,
-            corners: &s.corners,
-            vertices: &s.vertices,
-            poses: &s.poses_view,
-        },
-        turn.transfer_in,
-    );
+    let arriving = (&s.transfers.groups, TRANSFERS);
+    let args = arguments::transfer_in(s);
+    rec.dispatch_indirect(&k.transfer_in, arriving, args, turn.transfer_in);
 }
 
 fn move_border(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch(
-        &k.move_border,
-        Threads(1),
-        MoveBorderArgs {
-            flow: &s.transfers.flow,
-            windows: &s.transfers.windows,
-            groups: &s.transfers.groups,
-        },
-        turn.move_border,
-    );
+    let args = arguments::move_border(s);
+    rec.dispatch(&k.move_border, Threads(1), args, turn.move_border);
 }
 
 fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch_indirect(
-        &k.transfer_out,
-        &s.transfers.groups,
-        TRANSFERS,
-        TransferOutArgs {
-            flow: &s.transfers.flow,
-            particle_indices: &s.transfers.particle_indices,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            nearest: &s.distance_views.nearest,
-            strips: &s.strips,
-            departing: &s.transfers.departing,
-            flux: &s.transfers.flux,
-            triangles: &s.triangles,
-            halfedges: &s.halfedges,
-            corners: &s.corners,
-            vertices: &s.vertices,
-            poses: &s.poses_view,
-            physarums: &s.physarums,
-            roots: &s.roots,
-            nodes: &s.nodes,
-            faces: &s.faces,
-            pseudonormals: &s.pseudonormals,
-            dipoles: &s.dipoles,
-            poses_before: &s.poses_before_view,
-            bias: s.bias_texels(),
-        },
-        turn.transfer_out,
-    );
+    let selected = (&s.transfers.groups, TRANSFERS);
+    let args = arguments::transfer_out(s);
+    rec.dispatch_indirect(&k.transfer_out, selected, args, turn.transfer_out);
 }
 
-fn defragment_scan(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch_indirect(
-        &k.defragment_scan,
-        &s.transfers.groups,
-        TRANSFERS,
-        DefragmentScanArgs {
-            departing: &s.transfers.departing,
-            motions: &s.motions_view,
-            windows: &s.transfers.windows,
-            flow: &s.transfers.flow,
-            particle_indices: &s.transfers.particle_indices,
-            transfer_indices: &s.transfers.transfer_indices,
-        },
-        turn.defragment_scan,
-    );
-}
-
-fn defragment_swap(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch_indirect(
-        &k.defragment_swap,
-        &s.transfers.groups,
-        TRANSFERS,
-        DefragmentSwapArgs {
-            flow: &s.transfers.flow,
-            particle_indices: &s.transfers.particle_indices,
-            transfer_indices: &s.transfers.transfer_indices,
-            departing: &s.transfers.departing,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-        },
-        turn.defragment_swap,
-    );
-}
-
-fn defragment_sequential(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    for part in turn.sequential_parts() {
-        rec.dispatch(
-            &k.defragment_sequential,
-            Threads(1),
-            DefragmentSequentialArgs {
-                flow: &s.transfers.flow,
-                windows: &s.transfers.windows,
-                departing: &s.transfers.departing,
-                particles: &s.particles_view,
-                motions: &s.motions_view,
-                particle_indices: &s.transfers.particle_indices,
-                transfer_indices: &s.transfers.transfer_indices,
-            },
-            part,
-        );
+/// Puts the window of the object in order that some have left.
+fn defragment(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
+    match turn.strategy {
+        Strategy::Sequential => {
+            for part in turn.sequential_parts() {
+                let args = arguments::defragment_sequential(s);
+                rec.dispatch(&k.defragment_sequential, Threads(1), args, part);
+            }
+        }
+        Strategy::Parallel => {
+            let left = (&s.transfers.groups, TRANSFERS);
+            let args = arguments::defragment_scan(s);
+            rec.dispatch_indirect(&k.defragment_scan, left, args, turn.defragment_scan);
+            let args = arguments::defragment_swap(s);
+            rec.dispatch_indirect(&k.defragment_swap, left, args, turn.defragment_swap);
+        }
+        _ => {}
     }
 }
 
-fn respawn(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    rec.dispatch_indirect(
-        &k.respawn,
-        &s.transfers.groups,
-        TRANSFERS,
-        RespawnArgs {
-            flow: &s.transfers.flow,
-            particle_indices: &s.transfers.particle_indices,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            triangles: &s.triangles,
-            area_shares: &s.transfers.area_shares,
-            object_triangles: &s.transfers.object_triangles,
-        },
-        turn.respawn,
-    );
-}
-
+/// Texels beside seams come after the others, by their rows.
 fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
     let spread = (s.unused).spread(k.outgrows_block, &s.trail, &s.deposits);
+    let lanes = Threads(params.diffuse.lane_count);
     rec.dispatch(
         &k.diffuse,
-        Threads(params.diffuse.lane_count),
-        DiffuseArgs {
-            blocks: &s.blocks,
-            trail: &s.trail.front_views.quads,
-            deposits: &s.deposits.front_views.quads,
-            density: &s.density_views.quads,
-            next_trail: &spread.next_trail,
-            next_trail_quads: spread.next_trail_quads,
-            previous_deposits: &spread.previous_deposits,
-            previous_deposits_quads: spread.previous_deposits_quads,
-        },
+        lanes,
+        arguments::diffuse(s, &spread),
         params.diffuse,
     );
-}
-
-fn diffuse_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    rec.dispatch(
-        &k.diffuse_seams,
-        Threads(params.diffuse_seams.row_count),
-        DiffuseSeamsArgs {
-            rows: &s.exchange_rows,
-            entries: &s.exchange_entries,
-            trail: &s.trail.front_views.texels,
-            deposits: &s.deposits.front_views.texels,
-            low_next_trail: &s.trail.back_views.low,
-            high_next_trail: &s.trail.back_views.high,
-        },
-        params.diffuse_seams,
-    );
-}
-
-fn exchange_seams(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    rec.dispatch(
-        &k.exchange_seams,
-        Threads(params.exchange_seams.seam_count),
-        ExchangeSeamsArgs {
-            seams: &s.seams,
-            trail: &s.trail.back_views.texels,
-            low_trail: &s.trail.back_views.low,
-            high_trail: &s.trail.back_views.high,
-        },
-        params.exchange_seams,
-    );
+    let rows = Threads(params.diffuse_seams.row_count);
+    let args = arguments::diffuse_seams(s);
+    rec.dispatch(&k.diffuse_seams, rows, args, params.diffuse_seams);
 }

@@ -183,7 +183,7 @@ fn groups_that_nothing_has_written_are_refused() {
         count: 64,
         factor: glam::Vec2::ONE,
     };
-    let text = panic_text(|| rec.dispatch_indirect(&s.scale, &groups, 0, args, params));
+    let text = panic_text(|| rec.dispatch_indirect(&s.scale, (&groups, 0), args, params));
     assert_eq!(
         text,
         "`how often` says how often `scale` runs, and nothing has been written to it"

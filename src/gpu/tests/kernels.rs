@@ -134,8 +134,7 @@ fn groups_made_on_the_device_run_every_invocation() {
         );
         rec.dispatch_indirect(
             &bump,
-            &groups,
-            0,
+            (&groups, 0),
             BumpArgs { values: &values },
             BumpParams { count, amount: 3 },
         );

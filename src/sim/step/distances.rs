@@ -1,14 +1,11 @@
 //! The part of a step that takes distances between objects, where something has moved.
 
-use super::super::draws::DistanceRasterArgs;
-use super::super::kernels::{
-    DistanceArgs, DistanceBruteArgs, DistanceMergeArgs, DistanceMergeParams, DistanceTilesArgs,
-    ExchangeSeamsArgs, UnfoldArgs,
-};
+use super::super::kernels::DistanceMergeParams;
 use super::super::params::StepParams;
 use super::super::pipelines::Kernels;
 use super::super::samples::TILE_SAMPLES;
 use super::super::state::State;
+use super::arguments;
 use crate::gpu::{DispatchGroups, Recorder, Threads};
 use crate::scene::settings::DistanceMethod;
 
@@ -37,108 +34,39 @@ pub(super) fn distance(rec: &mut Recorder, k: &Kernels, s: &State, params: &Step
             rec.dispatch(
                 &k.distance_tiles,
                 Threads(params.distance_tiles.tile_count),
-                DistanceTilesArgs {
-                    jobs: &s.distance_jobs,
-                    pairs: &s.distance_views.pairs,
-                    tiles: &s.tiles,
-                    faces: &s.faces,
-                    pseudonormals: &s.pseudonormals,
-                    corners: &s.corners,
-                    hints: &s.hints,
-                    nodes: &s.nodes,
-                    dipoles: &s.dipoles,
-                    candidates: &s.candidates,
-                    tile_states: &s.tile_states,
-                    listed: &s.listed_tiles,
-                    groups: &s.tile_groups,
-                    moves: &s.distance_moves,
-                    margins: &s.margins,
-                },
+                arguments::distance_tiles(s),
                 params.distance_tiles,
             );
             rec.dispatch_at_most(
                 &k.distance,
                 Threads(params.distance.tile_count * TILE_SAMPLES),
                 (&s.tile_groups, LISTED),
-                DistanceArgs {
-                    pairs: &s.distance_views.pairs,
-                    samples: &s.distance_views.samples,
-                    faces: &s.faces,
-                    pseudonormals: &s.pseudonormals,
-                    corners: &s.corners,
-                    distances: &s.distances,
-                    nearest: &s.nearest,
-                    nodes: &s.nodes,
-                    dipoles: &s.dipoles,
-                    hints: &s.distance_views.hints,
-                    candidates: &s.distance_views.candidates,
-                    listed: &s.distance_views.listed,
-                    listed_groups: &s.tile_groups,
-                    groups: &s.covered_groups,
-                    covered: &s.covered,
-                    surroundings: &s.surroundings,
-                },
+                arguments::distance(s),
                 params.distance,
             );
         }
         DistanceMethod::Brute => rec.dispatch(
             &k.distance_brute,
             Threads(update.thread_count),
-            DistanceBruteArgs {
-                jobs: &s.distance_jobs,
-                pairs: &s.distance_pairs,
-                samples: &s.samples,
-                faces: &s.faces,
-                pseudonormals: &s.pseudonormals,
-                corners: &s.corners,
-                distances: &s.distances,
-                nearest: &s.nearest,
-                nodes: &s.nodes,
-                dipoles: &s.dipoles,
-            },
+            arguments::distance_brute(s),
             params.distance_brute,
         ),
         DistanceMethod::Raster => distance_raster(rec, k, s, params),
     }
-    rec.dispatch(
-        &k.exchange_seams,
-        Threads(params.exchange_seams.seam_count),
-        ExchangeSeamsArgs {
-            seams: &s.seams,
-            trail: &s.distance_views.distances,
-            low_trail: &s.distance_views.distances,
-            high_trail: &s.distance_views.distances,
-        },
-        params.exchange_seams,
-    );
+    // Gutters are filled, as those of the trail are.
+    let seams = Threads(params.exchange_seams.seam_count);
+    let distances = arguments::exchange_distances(s);
+    rec.dispatch(&k.exchange_seams, seams, distances, params.exchange_seams);
     if params.sees_across {
         unfold(rec, k, s, params);
     }
-    if params.distance_method == DistanceMethod::Bvh {}
 }
 
 fn unfold(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    let args = UnfoldArgs {
-        jobs: &s.distance_jobs,
-        pairs: &s.distance_views.pairs,
-        samples: &s.distance_views.samples,
-        owners: &s.owners,
-        distances: &s.distance_views.distances,
-        nearest: &s.distance_views.nearest,
-        triangles: &s.triangles,
-        halfedges: &s.halfedges,
-        corners: &s.corners,
-        vertices: &s.vertices,
-        strips: &s.strips,
-        across: &s.across,
-        surroundings: &s.surroundings,
-        across_triangles: &s.across_triangles,
-        listed: &s.distance_views.listed,
-        groups: &s.covered_groups,
-        covered: &s.distance_views.covered,
-    };
+    let args = arguments::unfold(s);
     if params.distance_method == DistanceMethod::Bvh {
-        rec.dispatch_indirect(&k.unfold, &s.covered_groups, LISTED, args, params.unfold);
+        let covered = (&s.covered_groups, LISTED);
+        rec.dispatch_indirect(&k.unfold, covered, args, params.unfold);
     } else {
         let threads = Threads(params.unfold.thread_count);
         rec.dispatch(&k.unfold, threads, args, params.unfold);
@@ -163,14 +91,7 @@ fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepPara
                         pipeline,
                         draw.vertices,
                         draw.instances,
-                        DistanceRasterArgs {
-                            outlines: &raster.outlines,
-                            bounds: &raster.bounds,
-                            slots: &raster.slots,
-                            nodes: &s.nodes,
-                            places: &raster.places,
-                            faces: &s.faces,
-                        },
+                        arguments::distance_raster(s, raster),
                         draw.params,
                     );
                 }
@@ -180,19 +101,7 @@ fn distance_raster(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepPara
         rec.dispatch(
             &k.distance_merge,
             Threads(update.thread_count),
-            DistanceMergeArgs {
-                jobs: &s.distance_jobs,
-                pairs: &s.distance_pairs,
-                samples: &s.samples,
-                faces: &s.faces,
-                pseudonormals: &s.pseudonormals,
-                corners: &s.corners,
-                distances: &s.distances,
-                nearest: &s.nearest,
-                nodes: &s.nodes,
-                dipoles: &s.dipoles,
-                winners: &raster.winners,
-            },
+            arguments::distance_merge(s, raster),
             DistanceMergeParams {
                 round,
                 ..params.distance_merge

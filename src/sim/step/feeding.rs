@@ -1,8 +1,9 @@
 //! Food in a step: what was eaten is taken away, and where that changes a smell, sensors read another one.
 
+use super::arguments;
 use super::{Kernels, Recorder, State};
 use crate::gpu::{DispatchGroups, Kernel as _, Threads};
-use crate::sim::kernels::{DigestArgs, DigestParams, Scent, ScentArgs, ScentParams};
+use crate::sim::kernels::{DigestParams, Scent, ScentParams};
 
 /// Nothing where there is no food.
 pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
@@ -14,10 +15,7 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
     rec.dispatch(
         digest,
         Threads(food.food_count),
-        DigestArgs {
-            meals: &food.meals,
-            groups: &food.groups,
-        },
+        arguments::digest(food),
         DigestParams {
             food_count: food.food_count,
             scented_count: food.scented_count,
@@ -26,15 +24,8 @@ pub(super) fn feed(rec: &mut Recorder, k: &Kernels, s: &State) {
     );
     rec.dispatch_indirect(
         scent,
-        &food.groups,
-        0,
-        ScentArgs {
-            scented: &food.scented,
-            whiffs: &food.whiffs,
-            meals: &food.meals,
-            low_field: &food.scent_views.low,
-            high_field: &food.scent_views.high,
-        },
+        (&food.groups, 0),
+        arguments::scent(food),
         ScentParams {
             scented_count: food.scented_count,
         },

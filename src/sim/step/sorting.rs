@@ -1,9 +1,9 @@
 //! The end of a step in which particles are sorted.
 
-use super::super::kernels::{SortCountArgs, SortScanArgs, SortScatterArgs};
 use super::super::pipelines::Kernels;
 use super::super::sorting::SortParams;
 use super::super::state::State;
+use super::arguments;
 use crate::gpu::{Recorder, Threads};
 
 /// Particles lie in other buffers afterwards.
@@ -13,28 +13,19 @@ pub(super) fn sort(rec: &mut Recorder, k: &Kernels, s: &mut State, params: &Sort
     rec.dispatch(
         &k.sort_count,
         Threads(params.count.particle_count),
-        SortCountArgs {
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            strips: &s.strips,
-            bins,
-        },
+        arguments::sort_count(s),
         params.count,
     );
-    rec.dispatch(&k.sort_scan, Threads(1), SortScanArgs { bins }, params.scan);
+    rec.dispatch(
+        &k.sort_scan,
+        Threads(1),
+        arguments::sort_scan(s),
+        params.scan,
+    );
     rec.dispatch(
         &k.sort_scatter,
         Threads(params.scatter.particle_count),
-        SortScatterArgs {
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            strips: &s.strips,
-            bins,
-            sorted_particles: &s.sorting.particles_view,
-            sorted_motions: &s.sorting.motions_view,
-            windows: &s.transfers.windows,
-            flow: &s.transfers.flow,
-        },
+        arguments::sort_scatter(s),
         params.scatter,
     );
     s.swap_particles();
