@@ -48,14 +48,14 @@ fn a_step_of_one_object_is_one_submit_of_few_commands() {
         kernels: 5,
         draws: 0,
         copies: 2,
-        barriers: 11,
+        barriers: 7,
     };
     // Particles are sorted in some of them.
     let sorted = Commands {
         kernels: 8,
         draws: 0,
         copies: 3,
-        barriers: 16,
+        barriers: 11,
     };
     assert_eq!(objects, 1);
     assert_eq!(commands[5], usual);
@@ -84,7 +84,7 @@ fn a_step_of_many_objects_is_one_submit_too() {
             "{most:?}"
         );
         assert!(most.copies <= 2 * objects + 7, "{most:?}");
-        assert!(most.barriers <= 17 * objects + 22, "{most:?}");
+        assert!(most.barriers <= 10 * objects + 12, "{most:?}");
         assert_eq!(most.draws, 0);
     };
     // After the first of these steps particles are sorted.
