@@ -1,4 +1,4 @@
-// atlas: where a point on the surface lies in the world atlas. Twin of src/sim/twin/trail.rs.
+// atlas: where a point on the surface lies in the world atlas. Twin of src/sim/field.rs.
 
 #ifndef MYXO_ATLAS
 #define MYXO_ATLAS

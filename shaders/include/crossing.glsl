@@ -1,5 +1,5 @@
 // crossing: where a walk on one object meets the surface of another, and which way it goes on there. Twin of
-// src/sim/twin/crossing.rs.
+// src/sim/crossing.rs.
 // The includer declares `roots` first, the first node of each object's tree, and what walk.glsl, transfer.glsl and
 // sign.glsl need. Every place here is in the space of the other object, the target.
 //

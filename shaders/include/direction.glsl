@@ -1,5 +1,5 @@
 // direction: unit vectors of ways that may have no length: triangles may be so thin that numbers cannot tell their sides apart.
-// Twin of src/sim/twin/direction.rs.
+// Twin of src/sim/direction.rs.
 
 #ifndef MYXO_DIRECTION
 #define MYXO_DIRECTION

@@ -1,5 +1,5 @@
 // distances: reading signed distances between texel centres, as `field.glsl` reads the trail. Twin of
-// src/sim/twin/trail.rs.
+// src/sim/field.rs.
 // The includer declares `distances` first, a texel buffer of one float.
 
 #ifndef MYXO_DISTANCES

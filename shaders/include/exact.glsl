@@ -1,4 +1,4 @@
-// exact: sums and products of which nothing is lost. Twin of src/sim/twin/exact.rs.
+// exact: sums and products of which nothing is lost. Twin of src/sim/exact.rs.
 // Each result is a pair: the rounded value in x, what rounding dropped of it in y.
 
 #ifndef MYXO_EXACT

@@ -1,4 +1,4 @@
-// nearest: the point of a triangle that is nearest to a place. Twin of src/sim/twin/nearest.rs.
+// nearest: the point of a triangle that is nearest to a place. Twin of src/mesh/trees/nearest.rs.
 // The includer declares `faces` first, a texel buffer of three words.
 
 #ifndef MYXO_NEAREST

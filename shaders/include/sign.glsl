@@ -1,4 +1,4 @@
-// sign: on which side of a surface a place lies, by one of three rules. Twin of src/sim/twin/sign.rs.
+// sign: on which side of a surface a place lies, by one of three rules. Twin of src/mesh/trees/sides.rs.
 // The includer declares `dipoles` first, a texel buffer of two words; `SIGN_RULE`, one of the constants below; and what
 // bvh.glsl needs.
 //

@@ -1,4 +1,4 @@
-// strip: a straight walk through a strip of triangles. Twin of src/sim/twin/strip.rs.
+// strip: a straight walk through a strip of triangles. Twin of src/sim/strip_walk.rs.
 // The strip is laid out flat as it goes, as seen from the start: x along the way, y to the left of it. So there is one look
 // an edge, and the heading turns once, at the end. Each walk begins in its triangle's own frame, so nothing adds up.
 // The includer declares what strip_table.glsl asks for.

@@ -1,4 +1,4 @@
-// transfer: how a particle leaves one object in world space and lands on another. Twin of src/sim/twin/transfer.rs.
+// transfer: how a particle leaves one object in world space and lands on another. Twin of src/sim/ground.rs.
 // The includer declares `triangles`, `corners`, `vertices` and `poses` first, texel buffers.
 // Poses are rotations and translations: lengths and angles are the same in every space.
 

@@ -1,4 +1,4 @@
-// walk: the straightest path on the surface, in the tangent frame. Twin of src/sim/twin/walk.rs.
+// walk: the straightest path on the surface, in the tangent frame. Twin of src/sim/walker.rs.
 // Straight in each triangle; over an edge the point keeps its place on the edge and the heading turns by the stored
 // rotation. No world coordinates, no trigonometry, so nothing drifts off the surface.
 // The includer declares `triangles` and `halfedges` first: texel buffers of the structs' four words, which CPU drivers

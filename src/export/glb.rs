@@ -17,7 +17,7 @@ use super::paint::Paint;
 use super::{Colors, Export};
 use crate::mesh::surface::ObjectRange;
 use crate::render::Camera;
-use crate::sim::twin::trail::trail_at;
+use crate::sim::field::trail_at;
 
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::Export;
 use super::corners::{self, Split};
-use crate::sim::twin::trail::trail_at;
+use crate::sim::field::trail_at;
 
 /// Writes everything.
 ///

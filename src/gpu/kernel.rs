@@ -165,7 +165,7 @@ impl Threads {
     }
 }
 
-/// Groups of an indirect dispatch, as kernels write them; `index.glsl` has `dispatch_groups` for it.
+/// Groups of an indirect dispatch, as kernels write them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct DispatchGroups {
@@ -175,6 +175,17 @@ pub struct DispatchGroups {
     pub y: u32,
     /// Along the third axis; 1, or 0 for no dispatch.
     pub z: u32,
+}
+
+impl DispatchGroups {
+    /// What an indirect dispatch needs for so many invocations. Twin of `dispatch_groups` in `shaders/include/index.glsl`.
+    #[must_use]
+    pub fn of(count: u32, group_size: u32) -> Self {
+        let groups = count.div_ceil(group_size);
+        let rows = groups.div_ceil(65_535);
+        let x = if rows == 0 { 0 } else { groups.div_ceil(rows) };
+        Self { x, y: rows, z: 1 }
+    }
 }
 
 /// A compute pipeline with its layout.

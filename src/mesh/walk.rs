@@ -1,8 +1,8 @@
 //! Straight walks on the surface in double precision: straight in each triangle, unfolded across each edge.
 //!
 //! This is the reference that the kernels are measured against, and what seams are laid out by. Kernels walk in float32, in
-//! two forms: particles and sensors by `shaders/include/strip.glsl` (twin `sim::twin::strip`), transfers, folding
-//! and queries by `shaders/include/walk.glsl` (twin `sim::twin::walk`).
+//! two forms: particles and sensors by `shaders/include/strip.glsl` (twin `sim::strip_walk`), transfers, folding
+//! and queries by `shaders/include/walk.glsl` (twin `sim::walker`).
 
 use glam::{DVec2, DVec3};
 

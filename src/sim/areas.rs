@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 
+use super::field::fill_gutters;
 use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
 use super::texture_map;
-use super::twin::exchange_seams;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::NONE;
@@ -93,7 +93,7 @@ impl AreaMap {
                 self.path.shown()
             )));
         }
-        exchange_seams(&atlas.seams, &mut bias);
+        fill_gutters(&atlas.seams, &mut bias);
         Ok(bias)
     }
 }
@@ -274,7 +274,7 @@ mod tests {
         for (k, texel) in owned(atlas).enumerate() {
             bias[texel as usize] = [0.0, 3.0, -40.0, NO_GO, 80.0][k % 5];
         }
-        exchange_seams(&atlas.seams, &mut bias);
+        fill_gutters(&atlas.seams, &mut bias);
         bias
     }
 

@@ -2,13 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::field::{fill_gutters, texel_at, trail_at};
 use super::food::FoodPlace;
 use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
-use super::twin::exchange_seams;
-use super::twin::trail::{texel_at, trail_at};
 use super::types::{Motion, Particle};
 
 /// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
@@ -192,7 +191,7 @@ fn field(
     let mut values: Vec<f32> = texels
         .map(|texel| old_position(texel).map_or(0.0, read))
         .collect();
-    exchange_seams(&new.atlas.seams, &mut values);
+    fill_gutters(&new.atlas.seams, &mut values);
     values
 }
 

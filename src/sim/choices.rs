@@ -1,5 +1,5 @@
 //! What else could have been built: kernels that do the same as parts of a step do in another way, for `myxo bench choices`.
-//! No simulation runs them. Their twins are in [`super::twin::choices`].
+//! No simulation runs them. Their twins are in `twin/choices.rs`.
 
 /// Their typed handles, as the build generates them from `shaders/choices/*.comp`.
 #[allow(
@@ -25,13 +25,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
+use super::field::atlas_position;
 use super::kernels::AdvanceParams;
+use super::sensors::straight_ahead;
 use super::setup::Setup;
-use super::twin::strip::StripWalk;
-use super::twin::trail::atlas_position;
-use super::twin::walk::WALK_DONE;
-use super::twin::{AdvanceInputs, straight_places};
-use super::types::{Motion, Particle, Physarum};
+use super::strip_walk::StripWalk;
+use super::types::{Motion, Particle};
+use super::walker::WALK_DONE;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE, Surface, Triangle};
 
@@ -99,11 +99,8 @@ pub fn sensor_places(
     particles: &[Particle],
     motions: &[Motion],
 ) -> Vec<Vec4> {
-    let own = Physarum {
-        sensor_offset: params.sensor_offset,
-        ..bytemuck::Zeroable::zeroed()
-    };
-    let inputs = AdvanceInputs::of_surface(setup, std::slice::from_ref(&own));
+    let (strips, surroundings) = (&setup.strips, &setup.surroundings);
+    let offset = params.sensor_offset;
     let turn = Vec2::new(params.sensor_cos, params.sensor_sin);
     let places_of = |(particle, motion): (&Particle, &Motion)| {
         let heading = Vec2::new(motion.heading_p, motion.heading_h);
@@ -119,14 +116,15 @@ pub fn sensor_places(
                 u: particle.u,
                 v: particle.v,
                 heading,
-                remaining: params.sensor_offset,
+                remaining: offset,
                 status: WALK_DONE,
             };
-            w.walk(&setup.strips, params.attempts, true);
-            atlas_position(&setup.strips[w.triangle as usize].map, w.u, w.v)
+            w.walk(strips, params.attempts, true);
+            atlas_position(&strips[w.triangle as usize].map, w.u, w.v)
         };
-        let places = straight_places(params, &inputs, &own, particle, towards)
-            .unwrap_or_else(|| towards.map(walked));
+        let (ahead, is_clear) =
+            straight_ahead(params, strips, surroundings, offset, particle, towards);
+        let places = if is_clear { ahead } else { towards.map(walked) };
         let [left, middle, right] = places.map(Vec2::from_array);
         [
             Vec4::new(left.x, left.y, middle.x, middle.y),

@@ -272,6 +272,16 @@ impl Pantry {
     }
 }
 
+/// What sensors read more at a texel for what smells there, each as strongly as is left of it.
+#[must_use]
+pub fn scent_at(whiffs: &[UVec2], meals: &[Meal]) -> f32 {
+    let mut sum = 0.0;
+    for whiff in whiffs {
+        sum += meals[whiff.x as usize].scent * f32::from_bits(whiff.y);
+    }
+    sum
+}
+
 /// The place of the only one of these that is so, if there is one.
 fn only(are: impl Iterator<Item = bool>) -> Option<usize> {
     let mut places = are.enumerate().filter(|(_, is)| *is);

@@ -4,11 +4,14 @@
 
 pub mod step;
 
+mod direction;
+mod exact;
 mod moved;
 mod params;
 mod patience;
 mod pipelines;
 mod samples;
+mod sensors;
 mod setup;
 mod simulation;
 mod snapshot;
@@ -22,11 +25,14 @@ pub mod brute;
 pub mod carry;
 pub mod checkpoint;
 pub mod choices;
+pub mod crossing;
 pub mod depth_queries;
 pub mod diffusion;
 pub mod distance;
 pub mod draws;
+pub mod field;
 pub mod food;
+pub mod ground;
 pub mod kernels;
 pub mod memory;
 pub mod movement;
@@ -36,12 +42,15 @@ pub mod queries;
 pub mod raster;
 pub mod sorting;
 pub mod start;
+pub mod strip_walk;
 pub mod texel_paths;
 pub mod transfer_queries;
+pub mod transfer_walk;
 pub mod transfers;
 pub mod tree_queries;
 pub mod twin;
 pub mod types;
+pub mod walker;
 
 pub use params::{StepConstants, StepParams, TINY_TRAIL, deposit_factor};
 pub use pipelines::{FORMS_OF_ADVANCE, Kernels};

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams};
-use super::twin::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use super::types::Walker;
+use super::walker::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::{NONE, Surface};

@@ -3,19 +3,19 @@
 
 use std::sync::Arc;
 
+use super::crossing::Terrain;
+use super::ground::Ground;
 use super::kernels::{
     TransferQueries, TransferQueriesArgs, TransferQueriesConstants, TransferQueriesParams,
 };
 use super::queries::{end_of, left, walker_of};
-use super::twin::crossing::Terrain;
-use super::twin::sign::Sides;
-use super::twin::transfer::Ground;
-use super::twin::transfer_queries::{self as twin, PHASE_DONE, PHASE_ON_SOURCE};
+use super::transfer_walk::{PHASE_DONE, PHASE_ON_SOURCE, walk_on};
 use super::types::{Pose, Vertex, Walker};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::Trees;
+use crate::mesh::trees::sides::Sides;
 use crate::mesh::walk::{WalkEnd, WalkQuery};
 use crate::scene::settings::SignRule;
 
@@ -29,7 +29,8 @@ const SEGMENTS: usize = 1 << 22;
 /// first, stop at open borders, and change to the second where they meet it first. The object that a walk ends on is
 /// that of its last triangle.
 ///
-/// What a device cannot search to the end, because it ends loops after so many rounds, is left to the twin.
+/// A device that ends loops after so many rounds may not search to the end. Where no walk gets further, the host takes the next
+/// attempts, by the same arithmetic.
 ///
 /// A walk that goes round a vertex and makes no progress any more, which a sound mesh does not cause, ends there with
 /// [`WalkStatus::OutOfAttempts`](crate::mesh::walk::WalkStatus).
@@ -129,7 +130,10 @@ pub fn transfer_queries(
             let stands_still = |(w, before): (&Walker, &Walker)| left(w) >= left(before);
             if walkers.iter().zip(&before).all(stands_still) {
                 patience -= 1;
-                twin::transfer_queries(&params, &terrain, &mut phases, &mut walkers);
+                let queries = phases.iter_mut().zip(walkers.chunks_exact_mut(2));
+                for (phase, walkers) in queries {
+                    walk_on(&terrain, params.attempts, phase, walkers);
+                }
                 ctx.upload(&phases_buffer, &phases)?;
                 ctx.upload(&walkers_buffer, &walkers)?;
             }

@@ -5,12 +5,11 @@ use std::sync::Arc;
 
 use glam::{UVec2, Vec3};
 
+use super::ground::Ground;
 use super::movement::FARTHEST;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::turns::Turn;
-use super::twin::ring::dispatch_groups;
-use super::twin::transfer::Ground;
 use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
 use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
 use crate::mesh::surface::Surface;
@@ -427,8 +426,8 @@ impl Transfers {
         };
         let windows = or_one(windows);
         let groups = [
-            dispatch_groups(in_flight.len() as u32, Turn::TRANSFER_GROUP),
-            dispatch_groups(windows[0].count, Turn::PARTICLE_GROUP),
+            DispatchGroups::of(in_flight.len() as u32, Turn::TRANSFER_GROUP),
+            DispatchGroups::of(windows[0].count, Turn::PARTICLE_GROUP),
         ];
         let flow = Flow {
             leaving: in_flight.len() as u32,

@@ -7,13 +7,14 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::kernels::{TreeQueries, TreeQueriesArgs, TreeQueriesConstants, TreeQueriesParams};
-use super::twin;
-use super::twin::sign::Sides;
 use super::types::TreeQuery;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::Trees;
+use crate::mesh::trees::nearest::nearest_on_face;
+use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on};
+use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::scene::settings::SignRule;
 
 /// Queries of one dispatch, so that none runs for seconds.
@@ -70,8 +71,8 @@ impl Question {
 
 /// Answers every query about the first object of a surface, in place. A slot is a place in [`Trees::faces`].
 ///
-/// lavapipe ends every loop after 65,535 rounds. What it has left early is answered by the twin, which gives the same
-/// answers; that happens near the centres of closed meshes of tens of thousands of triangles.
+/// lavapipe ends every loop after 65,535 rounds. What it has left early is [answered on the host](answer_on_host), by the same
+/// arithmetic; that happens near the centres of closed meshes of tens of thousands of triangles.
 ///
 /// # Errors
 /// When the device fails or has too little memory.
@@ -134,13 +135,35 @@ pub fn tree_queries(
                 if answer.left_early == 0 {
                     *query = answer;
                 } else {
-                    let params = TreeQueriesParams {
-                        query_count: 1,
-                        ..params
-                    };
-                    twin::tree_queries(&constants, &params, &sides, std::slice::from_mut(query));
+                    answer_on_host(&constants, &sides, params.root, query);
                 }
             });
     }
     Ok(())
+}
+
+/// Answers one query about a tree on the host, in place; `root` is the tree's first node.
+pub fn answer_on_host(
+    constants: &TreeQueriesConstants,
+    sides: &Sides,
+    root: u32,
+    query: &mut TreeQuery,
+) {
+    let (nodes, faces) = (sides.nodes, sides.faces);
+    if constants.crossings {
+        let crossing = first_crossing(nodes, faces, root, query.place, query.end);
+        query.slot = crossing.slot;
+        query.result = crossing.t;
+        query.u = crossing.u;
+        query.v = crossing.v;
+        return;
+    }
+    query.slot = nearest_on(nodes, faces, root, query.place, UNLIMITED);
+    let point = nearest_on_face(&faces[query.slot as usize], query.place);
+    let rule = constants.sign_rule;
+    let outside = is_outside(sides, rule, root, query.slot, query.place, &point);
+    let distance = point.square.sqrt();
+    query.result = if outside { distance } else { -distance };
+    query.u = point.u;
+    query.v = point.v;
 }

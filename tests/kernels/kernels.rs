@@ -11,8 +11,8 @@ use myxo::scene::settings::{Border, Sensing, Settings};
 use myxo::sim::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams};
 use myxo::sim::queries::walker_of;
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::twin::walk::WALK_OUT_OF_ATTEMPTS;
 use myxo::sim::types::Walker;
+use myxo::sim::walker::WALK_OUT_OF_ATTEMPTS;
 use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, twin};
 use std::sync::Arc;
 

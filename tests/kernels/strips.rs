@@ -8,8 +8,8 @@ use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, walk};
 use myxo::mesh::{Mesh, primitive, suite};
 use myxo::rng::{Purpose, random};
-use myxo::sim::twin::strip::StripWalk;
-use myxo::sim::twin::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
+use myxo::sim::strip_walk::StripWalk;
+use myxo::sim::walker::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 
 struct Ground {
     surface: Surface,

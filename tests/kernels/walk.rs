@@ -8,8 +8,8 @@ use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, WalkQuery, Walk
 use myxo::mesh::{Mesh, primitive, suite};
 use myxo::rng::{Purpose, random};
 use myxo::sim::queries::{self, walker_of};
-use myxo::sim::twin::walk as twin;
 use myxo::sim::types::Walker;
+use myxo::sim::walker as twin;
 
 fn surface(mesh: &Mesh) -> Surface {
     Surface::build(&[(mesh, 1.0)])

@@ -1,4 +1,5 @@
-//! The shape of the project, checked: layers, file headers, file sizes, the programs of tests, and a twin for every kernel.
+//! The shape of the project, checked: layers, file headers, file sizes, the programs of tests, a twin for every kernel, and who
+//! uses twins.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -226,6 +227,15 @@ fn fixed_sleeps(text: &str) -> Vec<usize> {
         .collect()
 }
 
+/// Where the tests of a file begin; its length if it has none.
+fn first_of_tests(path: &Path, text: &str) -> usize {
+    if path.ends_with("tests.rs") || path.iter().any(|part| part == "tests") {
+        return 0;
+    }
+    let begin = text.find("#[cfg(test)]\nmod tests {");
+    begin.unwrap_or(text.len())
+}
+
 /// A fixed time is too short on one machine and too long on all others.
 #[test]
 fn tests_wait_for_conditions_and_not_for_times() {
@@ -246,12 +256,7 @@ fn tests_wait_for_conditions_and_not_for_times() {
         }
     }
     for (path, text) in files("src", &["rs"]) {
-        let is_test = path.ends_with("tests.rs") || path.iter().any(|part| part == "tests");
-        let tests = match text.find("#[cfg(test)]\nmod tests {") {
-            _ if is_test => 0,
-            Some(begin) => begin,
-            None => continue,
-        };
+        let tests = first_of_tests(&path, &text);
         let before = text[..tests].lines().count();
         look(&path, &text[tests..], before);
     }
@@ -306,6 +311,52 @@ fn every_kernel_has_a_twin_and_a_mutant() {
             "{path} does not begin with its bounds"
         );
     }
+}
+
+/// Lines of code that name the module of twins: in a path, or anywhere in a `use`, which may have several lines. The twin of a
+/// half-edge is a field or a variable, and no path.
+fn uses_of_twins(text: &str) -> Vec<usize> {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let mut found = Vec::new();
+    let mut is_use = false;
+    for (number, line) in (1..).zip(text.lines()) {
+        let code = line.split("//").next().unwrap_or_default().trim_start();
+        is_use |= code.starts_with("use ") || (code.starts_with("pub") && code.contains(" use "));
+        let names = code.match_indices("twin").any(|(at, word)| {
+            let (before, after) = (&code[..at], &code[at + word.len()..]);
+            let is_word = !before.ends_with(is_part) && !after.starts_with(is_part);
+            is_word && (is_use || after.starts_with("::"))
+        });
+        if names {
+            found.push(number);
+        }
+        is_use &= !code.contains(';');
+    }
+    found
+}
+
+/// Twins are what tests compare the program with. If the program took an answer from a twin, that test would compare the twin
+/// with itself and pass whatever the answer is; only this test fails.
+#[test]
+fn no_production_file_uses_a_twin() {
+    let mut wrong = Vec::new();
+    for (path, text) in files("src", &["rs"]) {
+        if path.starts_with("src/sim/twin") {
+            continue;
+        }
+        let production = &text[..first_of_tests(&path, &text)];
+        for line in uses_of_twins(production) {
+            wrong.push(format!("{}:{line}", path.display()));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "these use twins; what the program needs of them goes into a module outside of src/sim/twin, which both use:\n{}",
+        wrong.join("\n")
+    );
+    let text = "use crate::sim::twin;\nuse super::{\n    setup, // twin\n    twin,\n};\nlet twin = edge.twin;\n// twin::walk\n\
+        super::twin::walk(twin);\nlet twins = between::a;\npub use crate::sim::twin::paint;\n";
+    assert_eq!(uses_of_twins(text), [1, 4, 8, 10]);
 }
 
 /// What `make atlases` has written last is what the README shows.

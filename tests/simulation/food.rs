@@ -13,11 +13,11 @@ use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, FoodSettings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::field::{atlas_position, trail_at};
 use myxo::sim::food::{FoodPlace, LEVELS, MOST_AMOUNT, Pantry};
 use myxo::sim::kernels::{
     Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
 };
-use myxo::sim::twin::trail::{atlas_position, trail_at};
 use myxo::sim::types::Meal;
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 

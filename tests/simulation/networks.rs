@@ -8,8 +8,8 @@ use crate::common::{Gpu, gpu, scene, set_up};
 use myxo::mesh::surface::NONE;
 use myxo::scene::settings::Sensing;
 use myxo::sim::Simulation;
+use myxo::sim::field::{atlas_position, trail_at};
 use myxo::sim::network::{Network, THRESHOLD};
-use myxo::sim::twin::trail::{atlas_position, trail_at};
 use myxo::sim::twin::{AdvanceInputs, straight_places};
 use myxo::sim::types::Physarum;
 use myxo::sim::{Snapshot, StepParams};
@@ -329,7 +329,7 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
             continue;
         };
         for (heading, place) in towards.into_iter().zip(places) {
-            let mut w = myxo::sim::twin::strip::StripWalk {
+            let mut w = myxo::sim::strip_walk::StripWalk {
                 triangle: particle.triangle,
                 u: particle.u,
                 v: particle.v,

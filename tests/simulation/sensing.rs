@@ -9,11 +9,11 @@ use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Sensing, Settings};
+use myxo::sim::field::{texel_at, weights_at};
 use myxo::sim::kernels::Advance;
-use myxo::sim::twin::trail::{texel_at, weights_at};
-use myxo::sim::twin::walk::walk;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
 use myxo::sim::types::{Physarum, Walker};
+use myxo::sim::walker::walk;
 use myxo::sim::{Setup, Simulation, StepParams};
 
 /// A place on the surface, as its object has it.

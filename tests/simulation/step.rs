@@ -9,7 +9,7 @@ use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::twin::trail::{atlas_position, texel_at};
+use myxo::sim::field::{atlas_position, texel_at};
 use myxo::sim::types::Pose;
 use myxo::sim::{Setup, Simulation, Snapshot, TINY_TRAIL, twin};
 

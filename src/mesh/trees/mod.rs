@@ -1,11 +1,14 @@
 //! What is needed to find the nearest triangle of an object, and on which side of it a place lies: the triangles by
 //! their corners, and the pseudonormals of their edges and vertices. All in object space, so that rigid motion costs
-//! nothing.
+//! nothing. [`search`] and [`sides`] answer on the host as kernels do.
 
 mod afar;
 mod build;
 mod dipoles;
+pub mod nearest;
 mod pseudonormals;
+pub mod search;
+pub mod sides;
 #[cfg(test)]
 mod tests;
 

@@ -4,11 +4,9 @@ use std::sync::Arc;
 
 use glam::UVec2;
 
-use super::Pantry;
+use super::{Pantry, scent_at};
 use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
-use crate::sim::kernels::ScentParams;
 use crate::sim::state::Views;
-use crate::sim::twin::scent;
 use crate::sim::types::{Mark, Meal};
 
 /// What kernels read and write about food and markers.
@@ -72,9 +70,9 @@ impl FoodBuffers {
 #[must_use]
 pub fn scent_of(pantry: &Pantry, meals: &[Meal]) -> Vec<f32> {
     let mut field = vec![0.0; pantry.plates.len()];
-    let params = ScentParams {
-        scented_count: pantry.scented_count(),
-    };
-    scent(&params, &pantry.scented, &pantry.whiffs, meals, &mut field);
+    for texel in pantry.scented.windows(2) {
+        let whiffs = &pantry.whiffs[texel[0].y as usize..texel[1].y as usize];
+        field[texel[0].x as usize] = scent_at(whiffs, meals);
+    }
     field
 }

@@ -1,17 +1,18 @@
 //! Twin of `shaders/advance.comp`.
 
-use super::strip::StripWalk;
-use super::trail::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
-use super::walk::WALK_DONE;
 use crate::mesh::strip::StripTriangle;
-use crate::mesh::surface::{AtlasMap, NONE, Triangle};
+use crate::mesh::surface::{AtlasMap, NONE};
 use crate::rng::{Purpose, random, unit};
+use crate::sim::field::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
 use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::params::SENSORS_STRAIGHT;
+use crate::sim::sensors::straight_ahead;
 use crate::sim::setup::Setup;
-use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR, is_clear};
+use crate::sim::strip_walk::StripWalk;
+use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
+use crate::sim::walker::WALK_DONE;
 
 /// What rounding may make of a distance.
 const ROUNDING: f32 = 1e-6;
@@ -154,7 +155,7 @@ pub fn advance(
                 >= params.transfer_threshold;
         let towards = around_heading(heading, &own);
         let ahead = (constants.sensing == SENSORS_STRAIGHT).then(|| {
-            straight_ahead(
+            ahead_of(
                 params,
                 inputs,
                 &own,
@@ -333,32 +334,26 @@ pub fn straight_places(
     particle: &Particle,
     towards: [[f32; 2]; 3],
 ) -> Option<[[f32; 2]; 3]> {
-    let (places, is_clear) = straight_ahead(params, inputs, own, particle, towards);
+    let (places, is_clear) = ahead_of(params, inputs, own, particle, towards);
     is_clear.then_some(places)
 }
 
-/// Where they get to, and whether nothing of their chart is hidden on the way of any.
-fn straight_ahead(
+fn ahead_of(
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
     own: &Physarum,
     particle: &Particle,
     towards: [[f32; 2]; 3],
 ) -> ([[f32; 2]; 3], bool) {
-    let StripTriangle { shape, map, .. } = &inputs.strips[particle.triangle as usize];
-    let Triangle { ab, cp, ch, .. } = *shape;
-    let from = atlas_position(map, particle.u, particle.v);
-    let p = map.du / ab;
-    let h = (map.dv - cp * p) / ch;
-    let ways = towards.map(|[x, y]| own.sensor_offset * (x * p + y * h));
-    let around = |place| inputs.surroundings[texel_at(place, params.pitch) as usize];
-    let here = around(from);
-    let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);
-    let all_clear = ways.iter().zip(places).all(|(way, to)| {
-        let there = around(to.map(|x| x.clamp(0.0, params.last_texel)));
-        is_clear(way.dot(*way), params.outlook_unit, here, there)
-    });
-    (places, all_clear)
+    let (strips, surroundings) = (inputs.strips, inputs.surroundings);
+    straight_ahead(
+        params,
+        strips,
+        surroundings,
+        own.sensor_offset,
+        particle,
+        towards,
+    )
 }
 
 /// What a sensor reads at the end of its walk.

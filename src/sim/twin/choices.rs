@@ -2,14 +2,14 @@
 
 use glam::Vec4;
 
-use super::strip::StripWalk;
-use super::trail::{atlas_position, texel_at, trail_at};
-use super::walk::WALK_DONE;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::NONE;
 use crate::sim::choices::TurningTriangle;
 use crate::sim::choices::kernels::{CountDepositsParams, WalkCorrectedParams, WalkExactlyParams};
+use crate::sim::field::{atlas_position, texel_at, trail_at};
+use crate::sim::strip_walk::StripWalk;
 use crate::sim::types::{Motion, Particle};
+use crate::sim::walker::WALK_DONE;
 
 /// Twin of `shaders/choices/walk_exactly.comp`.
 pub fn walk_exactly(

@@ -2,11 +2,11 @@
 
 use glam::{Vec3, Vec4};
 
-use super::bvh::{FAR, UNLIMITED, is_in_box, nearest_on, slack_of};
 use super::distance_tiles::TileLooks;
-use super::nearest::{NearestPoint, is_nearer, nearest_on_face};
-use super::sign::{Sides, is_outside};
 use crate::mesh::surface::NONE;
+use crate::mesh::trees::nearest::{NearestPoint, is_nearer, nearest_on_face};
+use crate::mesh::trees::search::{FAR, UNLIMITED, is_in_box, nearest_on, slack_of};
+use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::mesh::trees::{Dipole, Face, Node};
 use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use crate::sim::kernels::{DistanceConstants, DistanceParams};

@@ -1,8 +1,8 @@
 //! Twin of `shaders/distance_brute.comp`.
 
 use super::distance::{DistanceInputs, candidate_distance, job_of, place_in_other};
-use super::nearest::{is_nearer, nearest_on_face};
 use crate::mesh::surface::NONE;
+use crate::mesh::trees::nearest::{is_nearer, nearest_on_face};
 use crate::sim::kernels::{DistanceBruteConstants, DistanceBruteParams};
 
 /// Signed distance to other objects, by looking at every triangle of theirs.

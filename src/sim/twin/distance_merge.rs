@@ -1,8 +1,8 @@
 //! Twin of `shaders/distance_merge.comp`.
 
 use super::distance::{DistanceInputs, candidate_distance, job_of, place_in_other};
-use super::nearest::nearest_on_face;
 use crate::mesh::surface::NONE;
+use crate::mesh::trees::nearest::nearest_on_face;
 use crate::sim::kernels::{DistanceMergeConstants, DistanceMergeParams};
 
 /// Signed distance to the faces that were drawn, where it is less than that to the objects before.

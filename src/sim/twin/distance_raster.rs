@@ -2,11 +2,11 @@
 
 use glam::{Vec3, Vec4};
 
-use super::bvh::{box_square, slack_of};
 use super::depth::depth_of;
 use super::distance::{DistanceInputs, along};
-use super::nearest::nearest_on_face;
 use crate::mesh::trees::Node;
+use crate::mesh::trees::nearest::nearest_on_face;
+use crate::mesh::trees::search::{box_square, slack_of};
 use crate::sim::params::{StepConstants, StepParams};
 use crate::sim::raster::RasterLayout;
 

@@ -3,13 +3,13 @@
 
 use glam::Vec3;
 
-use super::bvh::{UNLIMITED, is_in_box, nearest_on, slack_of};
 use super::distance::{
     DistanceInputs, LIST, TILE_INSIDE, TILE_OUTSIDE, TILE_UNKNOWN, job_of, place_in_other,
 };
-use super::nearest::{NearestPoint, nearest_on_face};
-use super::sign::is_outside;
 use crate::mesh::surface::NONE;
+use crate::mesh::trees::nearest::{NearestPoint, nearest_on_face};
+use crate::mesh::trees::search::{UNLIMITED, is_in_box, nearest_on, slack_of};
+use crate::mesh::trees::sides::is_outside;
 use crate::mesh::trees::{Face, Node};
 use crate::scene::settings::SignRule;
 use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};

@@ -1,41 +1,33 @@
-//! CPU twins of the kernels: same names, same arguments, same order of statements; clarity over speed.
+//! CPU twins of the kernels: same names, same arguments, same order of statements; clarity over speed. What the host needs of
+//! the same mathematics stands in modules of its own, which twins use as well: nothing but tests uses a twin.
 //!
 //! [`Simulation`] runs the whole step by them, so the model can be tested where there is no GPU.
 
 mod advance;
-pub mod bvh;
 pub mod choices;
-pub mod crossing;
 pub mod depth;
 mod diffuse;
 mod diffuse_seams;
 mod digest;
-mod direction;
 pub mod distance;
 mod distance_brute;
 mod distance_merge;
 mod distance_raster;
 mod distance_tiles;
-pub mod exact;
 mod exchange_seams;
 mod feeding;
-pub mod nearest;
 mod paint;
 mod painting;
 mod respawn;
 pub mod ring;
 mod scent;
-pub mod sign;
 pub mod sort;
-pub mod strip;
 mod summon;
-pub mod trail;
 pub mod transfer;
 pub mod transfer_queries;
 mod tree_queries;
 mod turns;
 pub mod unfold;
-pub mod walk;
 mod walk_queries;
 
 pub use advance::{AdvanceInputs, Turn as AdvanceTurn, advance, straight_places};
@@ -56,11 +48,11 @@ pub use summon::summon;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
-use transfer::Ground;
 use turns::TwinTransfers;
 use unfold::{UnfoldInputs, unfold};
 
 use super::distance::{DistancePlanner, DistanceSetup};
+use super::ground::Ground;
 use super::kernels::DistanceMergeParams;
 use super::movement::Movement;
 use super::params::{StepConstants, StepParams};

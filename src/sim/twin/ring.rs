@@ -40,7 +40,7 @@ pub fn move_border(
     now.passing = 0;
     now.stayers = 0;
     now.outside = 0;
-    groups[0] = dispatch_groups(leaving, params.transfer_group);
+    groups[0] = DispatchGroups::of(leaving, params.transfer_group);
     if constants.windows {
         let object = params.object as usize;
         let next = (object + 1) % params.object_count as usize;
@@ -49,17 +49,8 @@ pub fn move_border(
         let window = &mut windows[next];
         window.start = Window::slot(window.start, ring - leaving, ring);
         window.count += leaving;
-        groups[1] = dispatch_groups(window.count, params.particle_group);
+        groups[1] = DispatchGroups::of(window.count, params.particle_group);
     }
-}
-
-/// Twin of `dispatch_groups` in `shaders/include/index.glsl`.
-#[must_use]
-pub fn dispatch_groups(count: u32, group_size: u32) -> DispatchGroups {
-    let groups = count.div_ceil(group_size);
-    let rows = groups.div_ceil(65_535);
-    let x = if rows == 0 { 0 } else { groups.div_ceil(rows) };
-    DispatchGroups { x, y: rows, z: 1 }
 }
 
 /// Twin of `shaders/defragment_scan.comp`: lists what lies in the wrong place. The kernel may append in another order.

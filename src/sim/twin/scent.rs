@@ -2,6 +2,7 @@
 
 use glam::UVec2;
 
+use crate::sim::food::scent_at;
 use crate::sim::kernels::ScentParams;
 use crate::sim::types::Meal;
 
@@ -14,10 +15,7 @@ pub fn scent(
     field: &mut [f32],
 ) {
     for i in 0..params.scented_count as usize {
-        let mut sum = 0.0;
-        for whiff in &whiffs[scented[i].y as usize..scented[i + 1].y as usize] {
-            sum += meals[whiff.x as usize].scent * f32::from_bits(whiff.y);
-        }
-        field[scented[i].x as usize] = sum;
+        let here = &whiffs[scented[i].y as usize..scented[i + 1].y as usize];
+        field[scented[i].x as usize] = scent_at(here, meals);
     }
 }

@@ -1,8 +1,8 @@
 //! Twins of `shaders/sort_count.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in
 //! which they lie together in the atlas.
 
-use super::trail::atlas_position;
 use crate::mesh::strip::StripTriangle;
+use crate::sim::field::atlas_position;
 use crate::sim::kernels::SortCountParams;
 use crate::sim::types::{Flow, Motion, Particle, Window};
 

@@ -1,16 +1,15 @@
 //! An object's turn by the twins.
 
 use super::advance::{self, AdvanceInputs, advance};
-use super::crossing::Terrain;
 use super::respawn::respawn;
-use super::ring::{
-    defragment_scan, defragment_sequential, defragment_swap, dispatch_groups, move_border,
-};
-use super::transfer::{Ground, transfer_in, transfer_out};
+use super::ring::{defragment_scan, defragment_sequential, defragment_swap, move_border};
+use super::transfer::{transfer_in, transfer_out};
 use super::{Simulation, StepConstants};
 use crate::gpu::DispatchGroups;
 use crate::scene::settings::{Settings, Strategy};
 use crate::sim::Setup;
+use crate::sim::crossing::Terrain;
+use crate::sim::ground::Ground;
 use crate::sim::params::physarums;
 use crate::sim::transfers::{TransferState, area_shares, capacity, object_triangles};
 use crate::sim::turns::Turn;
@@ -40,7 +39,7 @@ impl TwinTransfers {
                 leaving: state.in_flight.len() as u32,
                 ..state.flow
             },
-            groups: [dispatch_groups(0, 1); 2],
+            groups: [DispatchGroups::of(0, 1); 2],
             particle_indices: vec![0; lists],
             transfer_indices: vec![0; lists],
             arriving,

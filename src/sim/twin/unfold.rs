@@ -3,14 +3,14 @@
 use glam::{Vec2, Vec3};
 
 use super::distance::{job_of, place_in_other};
-use super::trail::{atlas_position, packed_position};
-use super::transfer::{Ground, nearest_weights};
-use super::walk::walk;
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
 use crate::sim::distance::TILE_SAMPLES;
+use crate::sim::field::{atlas_position, packed_position};
+use crate::sim::ground::{Ground, nearest_weights};
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
 use crate::sim::surroundings::{COVERED, MARKS, marks_at};
 use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
+use crate::sim::walker::walk;
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
 const LEAST_SINE: f32 = 0.02;

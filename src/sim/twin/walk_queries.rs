@@ -1,9 +1,9 @@
 //! Twin of `shaders/walk_queries.comp`.
 
-use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{HalfEdge, Triangle};
 use crate::sim::kernels::{WalkQueriesConstants, WalkQueriesParams};
 use crate::sim::types::Walker;
+use crate::sim::walker::{WALK_OUT_OF_ATTEMPTS, walk};
 
 /// Walks every walker that is not at its end over some more edges.
 pub fn walk_queries(

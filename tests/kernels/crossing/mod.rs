@@ -15,10 +15,11 @@ use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
+use myxo::sim::crossing::Terrain;
+use myxo::sim::ground::Ground;
 use myxo::sim::kernels::{TransferOut, TransferOutArgs, TransferOutConstants, TransferOutParams};
 use myxo::sim::paint::NO_GO;
-use myxo::sim::twin::crossing::Terrain;
-use myxo::sim::twin::transfer::{Ground, transfer_out};
+use myxo::sim::twin::transfer::transfer_out;
 use myxo::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer};
 use myxo::sim::{Setup, twin};
 

@@ -2,15 +2,16 @@
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use myxo::mesh::surface::Surface;
+use myxo::mesh::trees::sides::Sides;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery, WalkStatus};
 use myxo::mesh::{Mesh, trees::Trees};
 use myxo::scene::settings::SignRule;
+use myxo::sim::crossing::Terrain;
+use myxo::sim::ground::Ground;
 use myxo::sim::kernels::TransferQueriesParams;
 use myxo::sim::queries::{end_of, walker_of};
 use myxo::sim::transfer_queries::transfer_queries;
-use myxo::sim::twin::crossing::Terrain;
-use myxo::sim::twin::sign::Sides;
-use myxo::sim::twin::transfer::Ground;
+use myxo::sim::transfer_walk::{PHASE_DONE, PHASE_ON_SOURCE};
 use myxo::sim::twin::transfer_queries as twin;
 use myxo::sim::types::{Pose, Vertex, Walker};
 
@@ -71,9 +72,9 @@ fn agree(gpu: &Gpu, surface: &Surface, poses: [Pose; 2], queries: &[WalkQuery]) 
         first_vertex_normal: surface.halfedges.len() as u32,
     };
     let mut walkers: Vec<Walker> = queries.iter().flat_map(|q| [walker_of(q); 2]).collect();
-    let mut phases = vec![twin::PHASE_ON_SOURCE; count];
+    let mut phases = vec![PHASE_ON_SOURCE; count];
     let mut dispatches = 0;
-    while phases.iter().any(|&phase| phase != twin::PHASE_DONE) {
+    while phases.iter().any(|&phase| phase != PHASE_DONE) {
         twin::transfer_queries(&params, &terrain, &mut phases, &mut walkers);
         dispatches += 1;
         assert!(dispatches < 1000, "{phases:?}");

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 use myxo::sim::Setup;
+use myxo::sim::ground::Ground;
 use myxo::sim::kernels::TransferOutConstants;
-use myxo::sim::twin::transfer::Ground;
 use myxo::sim::types::{Motion, Particle};
 
 use super::{Case, heading, pose, scene, word};

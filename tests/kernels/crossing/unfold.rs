@@ -4,8 +4,8 @@ use glam::{DAffine3, DQuat, DVec3};
 use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
 use myxo::scene::settings::{Settings, Strategy};
-use myxo::sim::twin::trail::unpacked_position;
-use myxo::sim::twin::transfer::Ground;
+use myxo::sim::field::unpacked_position;
+use myxo::sim::ground::Ground;
 use myxo::sim::{COVERED, Setup, Simulation, twin};
 
 use super::scene;

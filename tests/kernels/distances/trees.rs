@@ -3,13 +3,13 @@
 use glam::{DVec3, Vec3};
 use myxo::mesh::surface::{NONE, Surface};
 use myxo::mesh::trees::Trees;
+use myxo::mesh::trees::sides::Sides;
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::settings::SignRule;
 use myxo::sim::kernels::TreeQueriesParams;
 use myxo::sim::tree_queries::{Question, tree_queries};
 use myxo::sim::twin;
-use myxo::sim::twin::sign::Sides;
 use myxo::sim::types::TreeQuery;
 
 use super::reference::{Model, to_triangle};

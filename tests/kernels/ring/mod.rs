@@ -5,8 +5,9 @@ mod kernels;
 mod model;
 
 use model::{Case, Order, Ring};
+use myxo::gpu::DispatchGroups;
 use myxo::sim::kernels::{MoveBorderConstants, MoveBorderParams};
-use myxo::sim::twin::ring::{dispatch_groups, move_border};
+use myxo::sim::twin::ring::move_border;
 use myxo::sim::types::Flow;
 
 /// Awkward ones: nothing to spare, nobody leaves, everybody leaves, empty windows, more objects than particles.
@@ -94,7 +95,7 @@ fn full_lists_refuse_and_lose_nobody() {
 #[test]
 fn the_size_that_would_have_done_counts_those_of_two_steps() {
     let constants = MoveBorderConstants { windows: false };
-    let mut groups = vec![dispatch_groups(0, 64); 2];
+    let mut groups = vec![DispatchGroups::of(0, 64); 2];
     let mut end_turn = |flow: &mut Flow, object: u32, capacity: u32, passing: u32, asking: u32| {
         (flow.passing, flow.wanted) = (passing, passing + asking);
         let params = MoveBorderParams {

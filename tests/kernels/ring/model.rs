@@ -6,14 +6,13 @@ use myxo::gpu::DispatchGroups;
 use myxo::mesh::surface::{Surface, Triangle};
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
+use myxo::sim::ground::Ground;
 use myxo::sim::kernels::{
     DefragmentScanParams, DefragmentSequentialParams, DefragmentSwapParams, MoveBorderConstants,
     MoveBorderParams, TransferInParams,
 };
-use myxo::sim::twin::ring::{
-    defragment_scan, defragment_sequential, defragment_swap, dispatch_groups, move_border,
-};
-use myxo::sim::twin::transfer::{Ground, transfer_in};
+use myxo::sim::twin::ring::{defragment_scan, defragment_sequential, defragment_swap, move_border};
+use myxo::sim::twin::transfer::transfer_in;
 use myxo::sim::types::{Flow, Motion, Particle, Pose, Transfer, Vertex, Window};
 
 /// How the windows are kept in order.
@@ -149,7 +148,7 @@ impl Ring {
             motions: vec![motion; particles.len()],
             windows,
             flow: Flow::default(),
-            groups: vec![dispatch_groups(0, 64); 2],
+            groups: vec![DispatchGroups::of(0, 64); 2],
             arriving: vec![Transfer::default(); lists],
             departing: vec![Transfer::default(); lists],
             particle_indices: vec![0; lists],

@@ -1,4 +1,4 @@
-//! Twin of `shaders/include/direction.glsl`: unit vectors of ways that may have no length.
+//! Unit vectors of ways that may have no length. Twin of `shaders/include/direction.glsl`.
 
 use glam::{Vec2, Vec3};
 

@@ -1,10 +1,11 @@
-//! Twin of `shaders/include/bvh.glsl`: searches in the tree of one object, in object space.
+//! Searches in the tree of one object, in object space: the nearest face, and the first one that a segment crosses. Twin of
+//! `shaders/include/bvh.glsl`.
 
 use glam::Vec3;
 
 use super::nearest::{is_nearer, nearest_in_face};
+use super::{Face, GREATEST_DEPTH, Node};
 use crate::mesh::surface::NONE;
-use crate::mesh::trees::{Face, GREATEST_DEPTH, Node};
 
 /// A leaf without faces.
 const NOTHING: u32 = 15 << 28;
@@ -21,7 +22,8 @@ const ROUNDING: f32 = 1e-6;
 /// What rounding may make of a length itself.
 const LENGTH_ROUNDING: f32 = 1.000_001;
 
-pub(super) fn box_square(place: Vec3, node: &Node) -> f32 {
+/// The square of the distance from a place to a node's box; 0 inside of it.
+pub(crate) fn box_square(place: Vec3, node: &Node) -> f32 {
     let way = (node.low - place).max(place - node.high).max(Vec3::ZERO);
     way.dot(way)
 }
@@ -32,6 +34,7 @@ pub fn slack_of(root: &Node) -> f32 {
     ROUNDING * root.low.abs().max(root.high.abs()).max_element()
 }
 
+/// The square of a distance with what rounding may add to it.
 pub(super) fn limit_of(distance: f32, slack: f32) -> f32 {
     let most = distance * LENGTH_ROUNDING + slack;
     (most * most).min(FAR)

@@ -1,5 +1,5 @@
-//! Twin of `shaders/include/exact.glsl`: sums and products of which nothing is lost, as pairs of the rounded value and
-//! what rounding dropped of it.
+//! Sums and products of which nothing is lost, as pairs of the rounded value and what rounding dropped of it. Twin of
+//! `shaders/include/exact.glsl`.
 
 /// The sum of two numbers (Knuth 1969).
 #[must_use]

@@ -1,9 +1,9 @@
-//! Twin of `shaders/include/strip.glsl`: a straight walk through a strip of triangles, laid out flat as it goes.
+//! A straight walk through a strip of triangles, laid out flat as it goes. Twin of `shaders/include/strip.glsl`.
 
 use glam::Vec2;
 
 use super::direction::LEAST_SQUARE;
-use super::walk::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
+use super::walker::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::NONE;
 

@@ -1,7 +1,7 @@
-//! Twin of `shaders/include/field.glsl`, `bilinear.glsl`, `atlas.glsl`, `distances.glsl` and `across.glsl`: places in the atlas, and
-//! reading between texel centres.
+//! Fields, which have a value for each texel: places in the atlas, reading between texel centres, and filling the gutters.
+//! Twin of `shaders/include/field.glsl`, `bilinear.glsl`, `atlas.glsl`, `distances.glsl` and `across.glsl`.
 
-use crate::mesh::surface::AtlasMap;
+use crate::mesh::surface::{AtlasMap, Seam};
 
 /// Atlas position, in texels, of a point on the surface.
 #[must_use]
@@ -57,6 +57,18 @@ pub fn trail_at(trail: &[f32], position: [f32; 2], pitch: u32) -> f32 {
     let top = trail[texel] + f[0] * (trail[texel + 1] - trail[texel]);
     let bottom = trail[texel + pitch] + f[0] * (trail[texel + pitch + 1] - trail[texel + pitch]);
     top + f[1] * (bottom - top)
+}
+
+/// Fills the gutter texels of a field from the owned texels across the seams.
+pub fn fill_gutters(seams: &[Seam], field: &mut [f32]) {
+    for seam in seams {
+        let units = seam.units().map(|units| units as f32);
+        let mut value = units[0] * field[seam.source[0] as usize];
+        for k in 1..4 {
+            value += units[k] * field[seam.source[k] as usize];
+        }
+        field[seam.texel as usize] = value * (1.0 / Seam::UNITS as f32);
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
-//! Twin of `shaders/include/sign.glsl`: on which side of a surface a place lies, by one of three rules.
+//! On which side of a surface a place lies, by one of three rules. Twin of `shaders/include/sign.glsl`.
 
 use glam::{Vec3, Vec4};
 
-use super::bvh::{box_square, limit_of, slack_of};
 use super::nearest::{FEATURE_CORNER, FEATURE_EDGE, NearestPoint, nearest_on_face};
-use crate::mesh::trees::{Dipole, Face, Node};
+use super::search::{box_square, limit_of, slack_of};
+use super::{Dipole, Face, Node};
 
 /// By the normal of the nearest face, edge or vertex.
 pub const SIGN_PSEUDONORMAL: u32 = 0;

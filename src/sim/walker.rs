@@ -1,10 +1,10 @@
-//! Twin of `shaders/include/walk.glsl`: the straightest path on the surface, in the tangent frame, in float32.
+//! The straightest path on the surface, in the tangent frame, in float32. Twin of `shaders/include/walk.glsl`.
 //!
 //! `CARRIES` stands for the shader's `WALK_CARRIES`: what rounding drops is carried along.
 
 use super::exact::{exact_product, exact_sum};
+use super::types::Walker;
 use crate::mesh::surface::{HalfEdge, NONE, Triangle};
-use crate::sim::types::Walker;
 
 /// The whole length was walked.
 pub const WALK_DONE: u32 = 0;

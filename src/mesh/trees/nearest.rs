@@ -1,8 +1,8 @@
-//! Twin of `shaders/include/nearest.glsl`: the point of a triangle that is nearest to a place.
+//! The point of a triangle that is nearest to a place. Twin of `shaders/include/nearest.glsl`.
 
 use glam::Vec3;
 
-use crate::mesh::trees::Face;
+use super::Face;
 
 /// Nearest is the inside of the triangle.
 pub const FEATURE_FACE: u32 = 0;

@@ -1,17 +1,17 @@
-//! Twin of `shaders/include/crossing.glsl`: where a walk on one object meets the surface of another, and which way it
-//! goes on there.
+//! Where a walk on one object meets the surface of another, and which way it goes on there. Twin of
+//! `shaders/include/crossing.glsl`.
 
 use glam::{Vec2, Vec3};
 
-use super::bvh::{UNLIMITED, first_crossing, nearest_on, slack_of};
 use super::direction::flat_direction;
-use super::nearest::nearest_on_face;
-use super::sign::{Sides, is_outside};
-use super::transfer::{Flight, Ground, folded, place_in};
-use super::walk::{WALK_OUT_OF_ATTEMPTS, walk};
+use super::ground::{Flight, Ground, folded, place_in};
+use super::setup::Setup;
+use super::types::{Motion, Particle, Pose, Walker};
+use super::walker::{WALK_OUT_OF_ATTEMPTS, walk};
 use crate::mesh::surface::{HalfEdge, NONE};
-use crate::sim::Setup;
-use crate::sim::types::{Motion, Particle, Pose, Walker};
+use crate::mesh::trees::nearest::nearest_on_face;
+use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on, slack_of};
+use crate::mesh::trees::sides::{Sides, is_outside};
 
 /// Cross products of unit normals that are shorter than this tell no line.
 const PARALLEL: f32 = 1e-3;

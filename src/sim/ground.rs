@@ -1,0 +1,202 @@
+//! How a particle leaves one object in world space and lands on another: tangent frames, places and headings. Twin of
+//! `shaders/include/frame.glsl` and `transfer.glsl`.
+
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+
+use super::direction::{direction_or, flat_direction, perpendicular};
+use super::setup::Setup;
+use super::types::{Motion, Particle, Pose, Transfer, Vertex};
+use crate::mesh::surface::Triangle;
+
+/// The surface and where its objects stand.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// Tangent-frame shapes.
+    pub triangles: &'a [Triangle],
+    /// Three vertex indices a triangle.
+    pub corners: &'a [u32],
+    /// Object-space vertices.
+    pub vertices: &'a [Vertex],
+    /// World from object.
+    pub poses: &'a [Pose],
+}
+
+/// Where a place of one object's space is in another's, if they stand so.
+pub(super) fn place_in(target: &Pose, source: &Pose, position: Vec3) -> Vec3 {
+    let in_world = turned_to_world(source, position) + translation_of(source);
+    turned_to_object(target, in_world - translation_of(target))
+}
+
+/// Where a particle is and where it is going, in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// The place.
+    pub position: Vec3,
+    /// Unit vector.
+    pub heading: Vec3,
+    /// Unit normal of the plane that the heading lies in.
+    pub normal: Vec3,
+}
+
+/// A triangle's corner A, the axes of its tangent frame and its unit normal, object space.
+pub(super) struct Frame {
+    pub(super) origin: Vec3,
+    pub(super) p: Vec3,
+    pub(super) h: Vec3,
+    pub(super) normal: Vec3,
+}
+
+fn turned_to_world(pose: &Pose, direction: Vec3) -> Vec3 {
+    Vec3::new(
+        pose.x.xyz().dot(direction),
+        pose.y.xyz().dot(direction),
+        pose.z.xyz().dot(direction),
+    )
+}
+
+fn turned_to_object(pose: &Pose, direction: Vec3) -> Vec3 {
+    let [x, y, z] = [pose.x, pose.y, pose.z].map(Vec4::xyz);
+    direction.x * x + direction.y * y + direction.z * z
+}
+
+fn translation_of(pose: &Pose) -> Vec3 {
+    Vec3::new(pose.x.w, pose.y.w, pose.z.w)
+}
+
+/// The heading, turned about the line in which the two planes meet by the angle between their normals (Rodrigues).
+#[must_use]
+pub fn folded(heading: Vec3, from: Vec3, to: Vec3) -> Vec3 {
+    let axis = from.cross(to);
+    let cosine = from.dot(to);
+    if cosine < -0.99999 {
+        return heading;
+    }
+    cosine * heading + axis.cross(heading) + (axis.dot(heading) / (1.0 + cosine)) * axis
+}
+
+/// The weights of B and C at the point of a triangle that is nearest to `(x, y)` of its tangent frame.
+#[must_use]
+pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
+    let &Triangle { ab, cp, ch, .. } = shape;
+    let v = y / ch;
+    let u = (x - v * cp) / ab;
+    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
+        return [u, v];
+    }
+    let on_ab = (x / ab).clamp(0.0, 1.0);
+    let bc_x = cp - ab;
+    let on_bc = (((x - ab) * bc_x + y * ch) / (bc_x * bc_x + ch * ch)).clamp(0.0, 1.0);
+    let on_ac = ((x * cp + y * ch) / (cp * cp + ch * ch)).clamp(0.0, 1.0);
+    let ab_square = Vec2::new(x - on_ab * ab, y).length_squared();
+    let bc_square = Vec2::new(x - ab - on_bc * bc_x, y - on_bc * ch).length_squared();
+    let ac_square = Vec2::new(x - on_ac * cp, y - on_ac * ch).length_squared();
+    if ab_square <= bc_square && ab_square <= ac_square {
+        [on_ab, 0.0]
+    } else if bc_square <= ac_square {
+        [1.0 - on_bc, on_bc]
+    } else {
+        [0.0, on_ac]
+    }
+}
+
+impl<'a> Ground<'a> {
+    /// Of a scene whose objects stand so.
+    #[must_use]
+    pub fn of(setup: &'a Setup, poses: &'a [Pose]) -> Self {
+        Self {
+            triangles: &setup.surface.triangles,
+            corners: &setup.corners,
+            vertices: &setup.vertices,
+            poses,
+        }
+    }
+}
+
+impl Ground<'_> {
+    fn pose(&self, triangle: u32) -> &Pose {
+        &self.poses[self.triangles[triangle as usize].object as usize]
+    }
+
+    pub(super) fn frame(&self, triangle: u32) -> Frame {
+        let [a, b, c] = [0, 1, 2].map(|corner| {
+            self.vertices[self.corners[(3 * triangle + corner) as usize] as usize].position
+        });
+        let p = direction_or(b - a, Vec3::X);
+        let normal = direction_or((b - a).cross(c - a), perpendicular(p));
+        Frame {
+            origin: a,
+            p,
+            h: normal.cross(p),
+            normal,
+        }
+    }
+
+    /// Where weights of B and C are on a triangle of that frame, object space.
+    pub(super) fn position(&self, triangle: u32, frame: &Frame, [u, v]: [f32; 2]) -> Vec3 {
+        let shape = &self.triangles[triangle as usize];
+        let along = u * shape.ab + v * shape.cp;
+        frame.origin + along * frame.p + v * shape.ch * frame.h
+    }
+
+    /// A place of the world in an object's space.
+    pub(super) fn place_in(&self, object: u32, position: Vec3) -> Vec3 {
+        let pose = &self.poses[object as usize];
+        turned_to_object(pose, position - translation_of(pose))
+    }
+
+    /// A direction of the world in an object's space.
+    pub(super) fn direction_in(&self, object: u32, direction: Vec3) -> Vec3 {
+        turned_to_object(&self.poses[object as usize], direction)
+    }
+
+    /// A particle's place and heading in world space.
+    #[must_use]
+    pub fn flight(&self, particle: &Particle, motion: &Motion) -> Flight {
+        let pose = self.pose(particle.triangle);
+        let frame = self.frame(particle.triangle);
+        let position = self.position(particle.triangle, &frame, [particle.u, particle.v]);
+        let heading = motion.heading_p * frame.p + motion.heading_h * frame.h;
+        Flight {
+            position: turned_to_world(pose, position) + translation_of(pose),
+            heading: turned_to_world(pose, heading),
+            normal: turned_to_world(pose, frame.normal),
+        }
+    }
+
+    /// Where it lands on a triangle: `u` and `v`, and the heading.
+    #[must_use]
+    pub fn landing(&self, triangle: u32, flight: &Flight) -> ([f32; 2], [f32; 2]) {
+        let shape = &self.triangles[triangle as usize];
+        let pose = self.pose(triangle);
+        let frame = self.frame(triangle);
+        let place = turned_to_object(pose, flight.position - translation_of(pose)) - frame.origin;
+        let weights = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
+        let from = turned_to_object(pose, flight.normal);
+        let heading = folded(turned_to_object(pose, flight.heading), from, frame.normal);
+        let heading = flat_direction(Vec2::new(heading.dot(frame.p), heading.dot(frame.h)));
+        let u = weights[0].clamp(0.0, 1.0);
+        ([u, weights[1].clamp(0.0, 1.0 - u)], heading.to_array())
+    }
+
+    /// Lets the particle of a transfer land.
+    pub fn land(&self, transfer: &Transfer, particle: &mut Particle, motion: &mut Motion) {
+        let flight = Flight {
+            position: transfer.position,
+            heading: transfer.heading,
+            normal: transfer.normal,
+        };
+        let ([u, v], [heading_p, heading_h]) = self.landing(transfer.triangle, &flight);
+        *particle = Particle {
+            triangle: transfer.triangle,
+            u,
+            v,
+            id: particle.id,
+        };
+        *motion = Motion {
+            heading_p,
+            heading_h,
+            pending: motion.pending + transfer.rest,
+            flags: motion.flags & !Motion::IN_FLIGHT,
+        };
+    }
+}
