@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::{UVec4, Vec4};
 
 use super::state::PingPong;
-use crate::gpu::{AnyBuffer, Buffer, Context, DeviceInfo, GpuError, PART, Texels};
+use crate::gpu::{Buffer, Context, DeviceInfo, GpuError, PART, Texels};
 
 /// Parts of a texture that are written through views of their own.
 pub const BANDS: u64 = 2;
@@ -101,12 +101,6 @@ impl Unused {
             word_texels: Texels::new(&words, 1)?,
             words,
         })
-    }
-
-    /// For barriers: who writes what is written another way has these bound.
-    #[must_use]
-    pub fn all(&self) -> [&dyn AnyBuffer; 2] {
-        [&self.floats, &self.words]
     }
 
     /// Bytes of both.
