@@ -136,7 +136,7 @@ mod tests {
             (Path::new("/dev/zero"), "not a regular file"),
             (&pipe, "not a regular file"),
             (folder.path(), "is a directory"),
-            (&sparse, "it has 1099511627776 bytes, and at most 67108864"),
+            (&sparse, "it has 1099511627776 bytes, and at most 16777216"),
             (&binary, "it is not UTF-8 text"),
             (&folder.path().join("none"), "No such file"),
         ] {

@@ -15,7 +15,7 @@ use std::ffi::{OsStr, OsString};
 use std::fs::{File, Metadata};
 use std::io::{self, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// What hidden names end in.
 const ENDING: &str = ".myxo-part";
@@ -55,7 +55,7 @@ pub struct WholeFile {
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Removes the hidden files of everything that is being written, for a process that ends at once: from here on no other file can
-/// be begun, and who tries waits for the end.
+/// be begun; a thread that tries waits for the end of the process.
 pub fn remove_unfinished() {
     if let Ok(files) = UNFINISHED.lock() {
         for file in &*files {
@@ -70,12 +70,15 @@ pub fn remove_unfinished() {
 struct Unfinished(PathBuf);
 
 impl Unfinished {
-    fn list(file: &tempfile::NamedTempFile) -> Self {
+    /// Makes a file and lists it, with nothing between the two in which the process could end without removing it.
+    fn list(
+        make: impl FnOnce() -> io::Result<tempfile::NamedTempFile>,
+    ) -> io::Result<(Self, tempfile::NamedTempFile)> {
+        let mut files = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = make()?;
         let path = file.path().to_owned();
-        if let Ok(mut files) = UNFINISHED.lock() {
-            files.insert(path.clone());
-        }
-        Self(path)
+        files.insert(path.clone());
+        Ok((Self(path), file))
     }
 }
 
@@ -116,10 +119,11 @@ impl WholeFile {
         if before.as_ref().is_some_and(|before| !before.is_file()) {
             let held = HELD.lock().ok().and_then(|mut held| held.remove(path));
             let special = held.map_or_else(|| open_special(path), Ok)?;
-            let file = tempfile::NamedTempFile::new().map_err(without_path)?;
+            let (listed, file) =
+                Unfinished::list(|| tempfile::NamedTempFile::new().map_err(without_path))?;
             return Ok(Self {
                 place: Place::Special(special),
-                _listed: Unfinished::list(&file),
+                _listed: listed,
                 file,
                 path: path.to_owned(),
             });
@@ -150,7 +154,8 @@ impl WholeFile {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         loop {
-            let file = builder.tempfile_in(folder).map_err(without_path)?;
+            let (listed, file) =
+                Unfinished::list(|| builder.tempfile_in(folder).map_err(without_path))?;
             lock(file.as_file());
             // Between its making and its locking another process may have taken it for one that was left.
             if file.path().exists() {
@@ -158,7 +163,7 @@ impl WholeFile {
                     keep_permissions(file.as_file(), before)?;
                 }
                 return Ok(Self {
-                    _listed: Unfinished::list(&file),
+                    _listed: listed,
                     file,
                     path: path.to_owned(),
                     place: Place::Name(target),

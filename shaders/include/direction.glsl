@@ -1,4 +1,4 @@
-// direction: unit vectors of ways that may have no length: triangles may be so thin that numbers cannot tell their sides apart.
+// direction: unit vectors of vectors that may have no length: triangles may be so thin that numbers cannot tell their sides apart.
 // Twin of src/sim/direction.rs.
 
 #ifndef MYXO_DIRECTION
@@ -7,12 +7,12 @@
 // The smallest number that every device calculates with: a smaller square may count as zero.
 const float LEAST_SQUARE = 1.17549435e-38;
 
-// The direction of a way, or another one if the way has none.
+// The direction of a vector, or another one if the vector is too short to have one.
 vec3 direction_or(vec3 way, vec3 other) {
     return dot(way, way) >= LEAST_SQUARE ? normalize(way) : other;
 }
 
-// In a triangle's tangent frame: along AB if the way has no direction.
+// In a triangle's tangent frame: along AB if the vector is too short.
 vec2 flat_direction(vec2 way) {
     return dot(way, way) >= LEAST_SQUARE ? normalize(way) : vec2(1.0, 0.0);
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum, value_parser};
 use myxo::Result;
 use myxo::export::{self, Export, ExportFile};
-use myxo::plain_text::Shown as _;
+use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::output::Written;
 use myxo::sim::Snapshot;
 
@@ -104,7 +104,7 @@ impl ExportCommand {
         let all = series.has_all_files && !ending.lacks_checkpoint;
         console::message(&format!(
             "{} at step {}: state hash {:016x}",
-            session.scene.name,
+            escaped(&session.scene.name),
             ending.snapshot.step,
             ending.snapshot.hash()
         ));

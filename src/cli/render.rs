@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use image::RgbaImage;
 use myxo::gpu::GpuError;
-use myxo::plain_text::Shown as _;
+use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::exposure::Exposure;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
@@ -140,7 +140,9 @@ impl Render {
         let report = session.report(&ending, interrupted);
         console::message(&format!(
             "{} at step {}: state hash {}",
-            session.scene.name, ending.snapshot.step, report.state_hash
+            escaped(&session.scene.name),
+            ending.snapshot.step,
+            report.state_hash
         ));
         outputs.tell();
         if let Some(sink) = report_sink {

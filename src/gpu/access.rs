@@ -1,9 +1,13 @@
-//! Who touches a buffer after whom, and the barriers that follow from it.
+//! The order in which buffers are used, and the barriers that follow from it.
 //!
-//! Each buffer keeps its last write and the reads since then. The context keeps, for every two ways to touch a buffer, up to
-//! when the one is ordered before the other. So a [`Recorder`](super::Recorder) finds what a dispatch, a draw or a copy has to
-//! wait for, and records one barrier for all of it: none where nothing depends on anything. That follows the order of recording,
-//! which is the order of submission on the one queue; two recordings that are open at once share only what neither writes.
+//! Each buffer keeps its last write and the reads since then. A recording keeps, for every two kinds of access, up to when
+//! the one is ordered before the other. So a [`Recorder`](super::Recorder) finds what a dispatch, a draw or a copy has to
+//! wait for, and records one barrier for all of it: none where nothing depends on anything.
+//!
+//! A recording goes on from what those before it have ordered, because they are submitted to the one queue before it. Where two
+//! recordings are open at once, which is submitted first is not known: they share only what neither writes, and what they
+//! ordered counts for themselves only. Where one is dropped, what buffers keep is not what took place: the next one begins with a
+//! barrier for everything.
 //!
 //! Barriers are over all memory: devices do not tell buffers apart in them.
 
@@ -119,6 +123,16 @@ pub(crate) struct Wait {
 }
 
 impl Wait {
+    /// Waits for every work before, too, and lets none after it begin earlier.
+    pub(crate) fn separate(&mut self) {
+        for access in [Access::Copy, Access::Kernel, Access::Vertex] {
+            self.before.add(access);
+            self.written.add(access);
+            self.after.add(access);
+        }
+        self.after.add(Access::Indirect);
+    }
+
     /// Records it.
     pub(crate) fn record(self, device: &ash::Device, cmd: vk::CommandBuffer) {
         let none = vk::AccessFlags::empty();
@@ -148,21 +162,86 @@ impl Wait {
     }
 }
 
-/// Up to when what was done is ordered before what is done next.
-#[derive(Debug, Default)]
+/// Up to when what was done is ordered before what is done next. Everything that is recorded in a context has a number, by
+/// which it is counted.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    /// Counts everything that is recorded.
-    now: u64,
     /// Of each access, up to when it has finished before each other one; and up to when what it wrote is visible there.
     finished: [[u64; 6]; 6],
     visible: [[u64; 6]; 6],
+    /// A recording was dropped, so that buffers keep uses that did not take place, and lack others.
+    is_unknown: bool,
+}
+
+/// What the context knows of all recordings.
+#[derive(Debug, Default)]
+pub(crate) struct Recordings {
+    /// The number of what was recorded last.
+    now: u64,
+    begun: u64,
+    open: u64,
+    /// What those that were submitted have ordered.
+    order: Order,
+}
+
+/// One of them.
+#[derive(Debug)]
+pub(crate) struct Recording {
+    number: u64,
+    /// No other one was open when it began.
+    was_alone: bool,
+    pub(crate) order: Order,
+}
+
+impl Recordings {
+    pub(crate) fn begin(&mut self) -> Recording {
+        self.begun += 1;
+        self.open += 1;
+        Recording {
+            number: self.begun,
+            was_alone: self.open == 1,
+            order: self.order.clone(),
+        }
+    }
+
+    /// The number of the next thing that is recorded.
+    pub(crate) fn count(&mut self) -> u64 {
+        self.now += 1;
+        self.now
+    }
+
+    /// The number of what was recorded last.
+    pub(crate) fn now(&self) -> u64 {
+        self.now
+    }
+
+    pub(crate) fn submitted(&mut self, recording: &Recording) {
+        self.open -= 1;
+        if recording.was_alone && self.begun == recording.number {
+            self.order = recording.order.clone();
+        } else {
+            // Whatever depends on it waits anew.
+            let is_unknown = self.order.is_unknown;
+            self.order = Order::default();
+            self.order.is_unknown = is_unknown;
+        }
+    }
+
+    pub(crate) fn dropped(&mut self) {
+        self.open -= 1;
+        self.order.is_unknown = true;
+    }
 }
 
 impl Order {
-    /// The next thing is recorded.
-    pub(crate) fn advance(&mut self) -> u64 {
-        self.now += 1;
-        self.now
+    /// Does it begin with a barrier for everything? From then on it is known.
+    pub(crate) fn settle(&mut self, now: u64) -> bool {
+        if !std::mem::take(&mut self.is_unknown) {
+            return false;
+        }
+        self.finished = [[now; 6]; 6];
+        self.visible = [[now; 6]; 6];
+        true
     }
 
     fn has_finished(&self, earlier: &Use, to: Access) -> bool {
@@ -173,9 +252,9 @@ impl Order {
         self.visible[earlier.access as usize][to as usize] >= earlier.at
     }
 
-    /// A barrier is recorded. Barriers chain: what is ordered before something that this one waits for is ordered before what
+    /// A barrier is recorded after everything up to `now`. Barriers chain: what is ordered before something that this one waits for is ordered before what
     /// comes after it as well.
-    pub(crate) fn wait(&mut self, wait: &Wait) {
+    pub(crate) fn wait(&mut self, wait: &Wait, now: u64) {
         let (finished, visible) = (self.finished, self.visible);
         for after in wait.after.each().map(|access| access as usize) {
             for before in wait.before.each().map(|access| access as usize) {
@@ -189,18 +268,12 @@ impl Order {
                         *up_to = chained.max(*up_to);
                     }
                 }
-                self.finished[before][after] = self.now;
+                self.finished[before][after] = now;
             }
             for before in wait.written.each().map(|access| access as usize) {
-                self.visible[before][after] = self.now;
+                self.visible[before][after] = now;
             }
         }
-    }
-
-    /// A recording with barriers in it was dropped: none of them took place, and nothing is known to be in order.
-    pub(crate) fn forget(&mut self) {
-        self.finished = Default::default();
-        self.visible = Default::default();
     }
 }
 
@@ -213,25 +286,26 @@ pub(crate) struct History {
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Use {
-    pub(crate) who: &'static str,
+    /// The kernel, copy or pass.
+    pub(crate) work: &'static str,
     pub(crate) access: Access,
     at: u64,
 }
 
 impl History {
-    /// Adds to a barrier what has to be waited for before a use. `tell` is given each of it, and whether it wrote.
+    /// Adds to a barrier what has to be waited for before a use. `reason` is called with each of it, and whether it wrote.
     pub(crate) fn wait_for(
         &self,
         order: &Order,
         to: Access,
         writes: bool,
         wait: &mut Wait,
-        mut tell: impl FnMut(&Use, bool),
+        mut reason: impl FnMut(&Use, bool),
     ) {
         if let Some(write) = &self.write
             && !order.is_visible(write, to)
         {
-            tell(write, true);
+            reason(write, true);
             wait.before.add(write.access);
             wait.written.add(write.access);
             wait.after.add(to);
@@ -239,7 +313,7 @@ impl History {
         if writes {
             for read in &self.reads {
                 if !order.has_finished(read, to) {
-                    tell(read, false);
+                    reason(read, false);
                     wait.before.add(read.access);
                     wait.after.add(to);
                 }
@@ -248,8 +322,8 @@ impl History {
     }
 
     /// Notes a use.
-    pub(crate) fn note(&mut self, who: &'static str, access: Access, at: u64, writes: bool) {
-        let this = Use { who, access, at };
+    pub(crate) fn note(&mut self, work: &'static str, access: Access, at: u64, writes: bool) {
+        let this = Use { work, access, at };
         if writes {
             self.reads.clear();
             self.write = Some(this);

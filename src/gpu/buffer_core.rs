@@ -146,27 +146,29 @@ impl BufferCore {
         to: Access,
         writes: bool,
         wait: &mut Wait,
-        tell: impl FnMut(&Use, bool),
+        reason: impl FnMut(&Use, bool),
     ) {
-        self.lock().history.wait_for(order, to, writes, wait, tell);
+        self.lock()
+            .history
+            .wait_for(order, to, writes, wait, reason);
     }
 
     /// Notes a use in the frame `ticket`.
     pub(crate) fn note(
         &self,
         ticket: u64,
-        who: &'static str,
+        work: &'static str,
         access: Access,
         at: u64,
         writes: bool,
     ) {
         if writes {
-            self.assert_not_read_by_host(who);
+            self.assert_not_read_by_host(work);
         }
         let mut state = self.lock();
         state.ticket = ticket;
         state.has_content |= writes;
-        state.history.note(who, access, at, writes);
+        state.history.note(work, access, at, writes);
     }
 
     /// Has anything been written to it yet?

@@ -10,7 +10,7 @@ use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use raw_window_handle::RawDisplayHandle;
 
-use super::access::Order;
+use super::access::Recordings;
 use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
 use super::debug::DebugEntries;
@@ -31,7 +31,8 @@ pub struct ContextOptions {
     pub validation: bool,
     /// The display that a window will be opened on.
     pub window: Option<RawDisplayHandle>,
-    /// Panic where a kernel binds one buffer twice and writes it: a check on the host of everything that is recorded. `None` checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
+    /// Panic where a kernel binds one buffer twice and writes it: a check on the host of everything that is recorded. `None`
+    /// checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
     pub hazard_check: Option<bool>,
     /// Leaves out the barrier of this number in every recording, counted from 0: only to see whether the validation layer would
     /// notice.
@@ -81,8 +82,7 @@ pub struct Context {
     pub(crate) transfer: Mutex<Transfer>,
     pub(crate) hazard_check: bool,
     pub(crate) leave_out: Option<u32>,
-    /// What of all that was recorded is ordered before what.
-    pub(crate) order: Mutex<Order>,
+    pub(crate) recordings: Mutex<Recordings>,
     /// How long it waits at the least.
     timeout: Duration,
     /// What every [`Patience`] that is there allows on top, nanoseconds.
@@ -177,7 +177,7 @@ impl Context {
         Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
             transfer: Mutex::default(),
-            order: Mutex::default(),
+            recordings: Mutex::default(),
             hazard_check: (options.hazard_check)
                 .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
             leave_out: options.leave_out,

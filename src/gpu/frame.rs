@@ -15,6 +15,7 @@ use super::recorder::{PendingSpan, Recorder};
 use super::slices::without_gaps;
 use super::timer::{Span, Timings};
 use super::transfer::wait_for;
+use super::waits::recordings;
 
 /// Queries of a frame at first; a frame that needs more gets them the next time.
 pub(crate) const FIRST_QUERIES: u32 = 4096;
@@ -175,6 +176,7 @@ impl Frames {
             .check("vkQueueSubmit", "a frame")
             .map_err(|error| self.blame(error))?;
         self.ctx.graveyard.submitted(recorder.ticket);
+        recordings(&self.ctx).submitted(&recorder.recording);
         recorder.submitted = true;
         let slot = &mut self.slots[index];
         slot.wanted = recorder.queries_wanted;

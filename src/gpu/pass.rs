@@ -148,7 +148,11 @@ impl Recorder {
             });
         }
 
-        // Inside a pass there can be neither: the draws share what is noted here.
+        // Inside a pass there can be no crumb, no entry of the debug list and no barrier.
+        self.settle_order();
+        if kind == SpanKind::Kernel {
+            self.separate_pass();
+        }
         self.leave_crumb(name);
         self.list_work(name);
         if self.ctx().draws_debug.load(Ordering::Relaxed) {

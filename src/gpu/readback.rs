@@ -54,7 +54,7 @@ impl<T: Pod> Readback<T> {
     /// and returns `false`: the host reads too seldom.
     ///
     /// # Panics
-    /// If `source` has more elements than a slot, or lacks the barrier to [`Access::Copy`].
+    /// If `source` has more elements than a slot.
     pub fn record(&mut self, rec: &mut Recorder, source: &Buffer<T>, number: u64) -> bool {
         let free =
             (0..self.slots.len()).find(|i| !self.waiting.iter().any(|(_, slot, _)| slot == i));

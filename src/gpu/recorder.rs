@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::access::Access;
+use super::access::{Access, Recording};
 use super::alone::Part;
 use super::buffer_core::BufferCore;
 use super::context::Context;
@@ -16,7 +16,7 @@ use super::kernel::{
 use super::module::note_used;
 use super::slices::Slices;
 use super::timer::SpanKind;
-use super::waits::{Listed, Touch};
+use super::waits::{Listed, Touch, recordings};
 
 /// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.
@@ -47,8 +47,9 @@ pub struct Recorder {
     pub(crate) host_reads: bool,
     /// Does every kernel wait for the one before?
     pub(crate) separates: bool,
-    /// The last thing that was recorded is a barrier.
-    pub(crate) has_waited: bool,
+    /// Something has been recorded that a work can be separated from.
+    pub(crate) has_work: bool,
+    pub(crate) recording: Recording,
 }
 
 /// How much a frame has recorded so far: what the host does for it grows with these.
@@ -76,6 +77,7 @@ pub(crate) struct PendingSpan {
 impl Recorder {
     pub(crate) fn new(frame: Arc<FrameResources>) -> Self {
         let ticket = frame.ctx.graveyard.begin();
+        let ctx = Arc::clone(&frame.ctx);
         let mut recorder = Self {
             cmd: frame.cmd,
             slices: Slices::default(),
@@ -94,7 +96,8 @@ impl Recorder {
             is_in_pass: false,
             host_reads: false,
             separates: false,
-            has_waited: false,
+            has_work: false,
+            recording: recordings(&ctx).begin(),
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder
@@ -168,7 +171,7 @@ impl Recorder {
             let is_written = |other: &Touch<'_>| other.writes && other.core.raw() == core.raw();
             assert!(
                 !touches.iter().any(is_written),
-                "`{}` writes the buffer `{}`, which says how often it runs",
+                "`{}` writes the buffer `{}`, which says what it runs on",
                 pipeline.name,
                 core.name()
             );
@@ -335,7 +338,6 @@ impl Recorder {
         }
         if kind != SpanKind::Draw {
             self.leave_crumb(name);
-            self.separate();
             self.list_work(name);
         }
         self.begin_span(name, kind);
@@ -505,7 +507,7 @@ fn is_written_as_texels(binding: &Binding) -> bool {
 impl Drop for Recorder {
     fn drop(&mut self) {
         if !self.submitted {
-            self.forget_order();
+            recordings(&self.frame.ctx).dropped();
         }
         let graveyard = &self.frame.ctx.graveyard;
         if self.slices.is_running {

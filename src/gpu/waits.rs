@@ -1,15 +1,16 @@
-//! The barriers of a recording: found from what dispatches, draws and copies touch, recorded just before what has to wait, and
-//! listed where somebody wants to see them.
+//! The barriers of a recording: found from what dispatches, draws and copies use, recorded just before what has to wait, and
+//! listed on request.
 
 use std::fmt;
-use std::sync::PoisonError;
+use std::sync::{MutexGuard, PoisonError};
 
-use super::access::{Access, Accesses, Use, Wait};
+use super::access::{Access, Recordings, Use, Wait};
 use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
+use super::context::Context;
 use super::recorder::Recorder;
 
-/// A buffer that something touches.
+/// A use of a buffer.
 #[derive(Clone, Copy)]
 pub(crate) struct Touch<'a> {
     pub(crate) core: &'a BufferCore,
@@ -17,25 +18,26 @@ pub(crate) struct Touch<'a> {
     pub(crate) writes: bool,
 }
 
-/// What a recording has, in order, as [`Recorder::listed`] tells it.
+/// An entry of [`Recorder::listed`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Listed {
     /// A kernel, a copy or a pass, by its name.
     Work(String),
-    /// A barrier, and everything that it is for; nothing where it only separates two works, so that each has its own time.
+    /// A barrier, and everything that it is for; nothing where it only separates two works, so that each has its own time, or
+    /// waits for everything, after a recording that was dropped.
     Barrier(Vec<Reason>),
 }
 
-/// One buffer for which a barrier is needed: who touched it before, and who comes after.
+/// One buffer for which a barrier is needed, and the two works that use it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reason {
     /// The buffer's name.
     pub buffer: String,
-    /// What came before, and by which access.
+    /// The name of the work before the barrier, and the word of its access.
     pub earlier: (&'static str, &'static str),
     /// Did that write, or only read?
     pub earlier_wrote: bool,
-    /// What comes after, and by which access.
+    /// The name of the work after it, and the word of its access.
     pub later: (&'static str, &'static str),
     /// Does that write, or only read?
     pub later_writes: bool,
@@ -60,54 +62,54 @@ impl fmt::Display for Reason {
 }
 
 impl Recorder {
-    /// Records the barrier that this needs, if it needs one, and notes what it touches.
+    /// Records the barrier that a work needs, if it needs one, and notes what it uses.
     ///
     /// # Panics
     /// If it would be needed within a pass.
-    pub(crate) fn touch(&mut self, who: &'static str, touches: &[Touch<'_>]) {
-        self.wait_before(who, touches);
-        let at = self.order(|order| order.advance());
+    pub(crate) fn touch(&mut self, work: &'static str, touches: &[Touch<'_>]) {
+        self.wait_before(work, touches, self.separates && self.has_work);
+        self.has_work = true;
+        let at = recordings(self.ctx()).count();
         for touch in touches {
-            (touch.core).note(self.ticket, who, touch.access, at, touch.writes);
+            (touch.core).note(self.ticket, work, touch.access, at, touch.writes);
             self.host_reads |= touch.writes && !touch.core.domain().is_on_device();
         }
     }
 
-    /// Records the barrier that this needs, if it needs one.
-    fn wait_before(&mut self, who: &'static str, touches: &[Touch<'_>]) {
+    /// Records the barrier that a work needs, if it needs one, or is separated from the one before.
+    fn wait_before(&mut self, work: &'static str, touches: &[Touch<'_>], separates: bool) {
         let mut wait = Wait::default();
         let mut reasons = Vec::new();
         let lists = self.list.is_some();
-        let ctx = std::sync::Arc::clone(self.ctx());
-        let mut order = ctx.order.lock().unwrap_or_else(PoisonError::into_inner);
+        self.settle_order();
         for touch in touches {
-            let tell = |earlier: &Use, wrote: bool| {
+            let reason = |earlier: &Use, wrote: bool| {
                 if lists || self.is_in_pass {
                     reasons.push(Reason {
                         buffer: touch.core.name().to_owned(),
-                        earlier: (earlier.who, earlier.access.word()),
+                        earlier: (earlier.work, earlier.access.word()),
                         earlier_wrote: wrote,
-                        later: (who, touch.access.word()),
+                        later: (work, touch.access.word()),
                         later_writes: touch.writes,
                     });
                 }
             };
-            (touch.core).wait_for(&order, touch.access, touch.writes, &mut wait, tell);
+            let order = &self.recording.order;
+            (touch.core).wait_for(order, touch.access, touch.writes, &mut wait, reason);
+        }
+        if separates && !self.is_in_pass {
+            wait.separate();
         }
         if wait.before.is_empty() {
             return;
         }
-        if self.is_in_pass {
-            // Without the lock, so that a test that catches it can go on.
-            drop(order);
-            panic!(
-                "within a pass there are no barriers, and one is needed: {}; call make_visible before the pass",
-                reasons.first().map(ToString::to_string).unwrap_or_default()
-            );
-        }
-        order.wait(&wait);
-        drop(order);
-        self.has_waited = true;
+        assert!(
+            !self.is_in_pass,
+            "within a pass there are no barriers, and one is needed: {}; call make_visible before the pass",
+            reasons.first().map(ToString::to_string).unwrap_or_default()
+        );
+        let now = recordings(self.ctx()).now();
+        self.recording.order.wait(&wait, now);
         self.commands.barriers += 1;
         if self.ctx().leave_out != Some(self.commands.barriers - 1) {
             wait.record(self.device(), self.raw());
@@ -115,6 +117,27 @@ impl Recorder {
         if let Some(list) = &mut self.list {
             list.push(Listed::Barrier(reasons));
         }
+    }
+
+    /// After a recording that was dropped, waits for everything.
+    pub(crate) fn settle_order(&mut self) {
+        if self.is_in_pass {
+            return;
+        }
+        let now = recordings(self.ctx()).now();
+        if self.recording.order.settle(now) {
+            self.full_barrier(ash::vk::PipelineStageFlags::ALL_COMMANDS);
+            self.commands.barriers += 1;
+            if let Some(list) = &mut self.list {
+                list.push(Listed::Barrier(Vec::new()));
+            }
+        }
+    }
+
+    /// Waits for the work before a pass that has a time of its own.
+    pub(crate) fn separate_pass(&mut self) {
+        self.wait_before("a pass", &[], self.separates && self.has_work);
+        self.has_work = true;
     }
 
     /// Orders what comes after `buffers` were written: draws of passes that follow may read them so. Within a pass there can be
@@ -134,7 +157,7 @@ impl Recorder {
                 writes: false,
             })
             .collect();
-        self.wait_before("a pass", &touches);
+        self.wait_before("a pass", &touches, false);
     }
 
     /// Makes what was written for the host visible to it, at the end.
@@ -142,17 +165,14 @@ impl Recorder {
         if !std::mem::take(&mut self.host_reads) {
             return;
         }
-        let mut all = Accesses::default();
-        [Access::Copy, Access::Kernel]
-            .into_iter()
-            .for_each(|access| all.add(access));
-        let mut wait = Wait {
-            before: all,
-            written: all,
-            ..Wait::default()
-        };
+        let mut wait = Wait::default();
+        for access in [Access::Copy, Access::Kernel] {
+            wait.before.add(access);
+            wait.written.add(access);
+        }
         wait.after.add(Access::Readback);
-        self.order(|order| order.wait(&wait));
+        let now = recordings(self.ctx()).now();
+        self.recording.order.wait(&wait, now);
         wait.record(self.device(), self.raw());
     }
 
@@ -160,25 +180,6 @@ impl Recorder {
     /// else makes it wait.
     pub fn separate_works(&mut self) {
         self.separates = true;
-    }
-
-    /// Waits for what comes before, where each has a time of its own and it does not wait for it anyway.
-    pub(crate) fn separate(&mut self) {
-        let has_waited = std::mem::take(&mut self.has_waited);
-        if !self.separates || has_waited {
-            return;
-        }
-        let mut wait = Wait::default();
-        for access in [Access::Copy, Access::Kernel, Access::Vertex] {
-            wait.before.add(access);
-            wait.written.add(access);
-            wait.after.add(access);
-        }
-        self.order(|order| order.wait(&wait));
-        wait.record(self.device(), self.raw());
-        if let Some(list) = &mut self.list {
-            list.push(Listed::Barrier(Vec::new()));
-        }
     }
 
     /// Lists what is recorded from now on.
@@ -196,14 +197,9 @@ impl Recorder {
             list.push(Listed::Work(name.to_owned()));
         }
     }
+}
 
-    fn order<R>(&self, change: impl FnOnce(&mut super::access::Order) -> R) -> R {
-        let mut order = (self.ctx().order.lock()).unwrap_or_else(PoisonError::into_inner);
-        change(&mut order)
-    }
-
-    /// It is dropped, and none of its barriers takes place.
-    pub(crate) fn forget_order(&self) {
-        self.order(super::access::Order::forget);
-    }
+/// Every recording of a context.
+pub(crate) fn recordings(ctx: &Context) -> MutexGuard<'_, Recordings> {
+    (ctx.recordings.lock()).unwrap_or_else(PoisonError::into_inner)
 }

@@ -122,7 +122,7 @@ fn load(path: &Path, extent: Extent, most: u64) -> Result<Mesh, MeshError> {
 fn name_of(path: &Path) -> String {
     path.file_stem().map_or_else(
         || "mesh".to_owned(),
-        |stem| Path::new(stem).shown().into_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
     )
 }
 

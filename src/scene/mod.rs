@@ -27,7 +27,6 @@ use glam::{Affine3A, DVec3, Vec3};
 
 use crate::mesh::surface::Surface;
 use crate::mesh::{Mesh, RigidTrack, origin};
-use crate::plain_text::Shown as _;
 use crate::regular_file;
 
 pub use error::SceneError;
@@ -354,11 +353,10 @@ fn overridden(
     })
 }
 
-/// What people call a scene: the name of its file without its ending, on one line.
+/// What people call a scene: the name of its file without its ending.
 fn name_of(path: &Path) -> String {
-    Path::new(path.file_stem().unwrap_or_default())
-        .shown()
-        .into_owned()
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
 }
 
 /// On average. Every built-in scene has several texels a triangle.

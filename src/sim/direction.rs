@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 /// The smallest number that every device calculates with: a smaller square may count as zero.
 pub(super) const LEAST_SQUARE: f32 = f32::MIN_POSITIVE;
 
-/// The direction of a way, or another one if the way has none.
+/// The direction of a vector, or another one if the vector is too short to have one.
 pub(super) fn direction_or(way: Vec3, other: Vec3) -> Vec3 {
     if way.length_squared() >= LEAST_SQUARE {
         way.normalize()
@@ -14,7 +14,7 @@ pub(super) fn direction_or(way: Vec3, other: Vec3) -> Vec3 {
     }
 }
 
-/// In a triangle's tangent frame: along AB if the way has no direction.
+/// In a triangle's tangent frame: along AB if the vector is too short.
 pub(super) fn flat_direction(way: Vec2) -> Vec2 {
     if way.length_squared() >= LEAST_SQUARE {
         way.normalize()

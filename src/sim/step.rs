@@ -114,7 +114,7 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
 /// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
 fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
     if k.walk_sensors.is_some() {
-        // Nobody is listed yet.
+        // No particle is listed yet.
         let none = DispatchGroups {
             x: 0,
             y: turn.advance.walker_rows,
@@ -131,7 +131,7 @@ fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
         let particles = Threads(turn.advance.particle_count);
         rec.dispatch(&k.advance, particles, args(&s.walker_groups), turn.advance);
     }
-    // Those who were listed follow; they list nobody.
+    // Those that were listed follow; they list no others.
     for (list, kernel) in [
         (WALKING, &k.walk_sensors),
         (NEARBY, &k.advance_near),

@@ -4,13 +4,16 @@ use std::fmt::Write as _;
 
 use myxo::gpu::{Listed, Reason};
 
+use crate::cli::times::counted;
+
 /// One line a kernel or copy, and one for each barrier and each pair that it separates, with the buffers.
 pub fn text(scene: &str, step: u64, listed: &[Listed]) -> String {
     let barriers = listed.iter().filter(|l| matches!(l, Listed::Barrier(_)));
     let barriers = barriers.count();
     let mut text = format!(
-        "step {step} of {scene}: {} kernels and copies, {barriers} barriers\n",
-        listed.len() - barriers
+        "step {step} of {scene}: {} kernels and copies, {}\n",
+        listed.len() - barriers,
+        counted(barriers, "barrier")
     );
     for listed in listed {
         match listed {
@@ -28,7 +31,7 @@ pub fn text(scene: &str, step: u64, listed: &[Listed]) -> String {
     text
 }
 
-/// Who waits for whom, in the order of their first, and for which buffers.
+/// The two works of each wait, in the order in which they come first, and the buffers.
 fn by_pair(reasons: &[Reason]) -> Vec<(String, Vec<&str>)> {
     let mut pairs: Vec<(String, Vec<&str>)> = Vec::new();
     for reason in reasons {
@@ -87,7 +90,7 @@ mod tests {
         ];
         assert_eq!(
             text("torus", 7, &listed),
-            "step 7 of torus: 2 kernels and copies, 1 barriers\n\
+            "step 7 of torus: 2 kernels and copies, 1 barrier\n\
              advance\n    \
              barrier\n        \
              diffuse reads what advance wrote: deposits, flow\n        \

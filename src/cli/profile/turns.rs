@@ -203,7 +203,10 @@ impl Both {
         let mut first = Session::on(ctx, first.clone(), &profile.common, steps)?;
         // One bar is enough.
         first.progress.silence();
-        let second = Session::on(ctx, second.clone(), &profile.common, steps)?;
+        let mut second = Session::on(ctx, second.clone(), &profile.common, steps)?;
+        for session in [&mut first, &mut second] {
+            session.separates = true;
+        }
         Ok(Self {
             sessions: [first, second],
             wall: [Duration::ZERO; 2],

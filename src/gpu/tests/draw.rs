@@ -229,9 +229,9 @@ fn what_a_draw_reads_is_made_visible_before_the_pass() {
         let args = DiscArgs { centres: &centres };
         pass.draw(&pipeline, 3, 1, args, DiscParams::default());
     });
-    // What comes next waits for the draw.
+    // What comes next waits for the draw; the first barrier is for what was dropped.
     rec.update(&centres, 0, &[glam::Vec2::ZERO]);
-    assert_eq!(rec.commands().barriers, 2);
+    assert_eq!(rec.commands().barriers, 3);
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
     assert_silent(&ctx);

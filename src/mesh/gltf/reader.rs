@@ -40,6 +40,32 @@ struct Triangles {
     uvs: Option<Vec<[f64; 2]>>,
 }
 
+impl Triangles {
+    /// Where far more vertices are stored than corners use, leaves out the others: a small file can show a mesh any number of
+    /// times, and each time all its vertices would be kept.
+    fn leave_out_unused(&mut self) {
+        if self.positions.len() <= 3 * self.corners.len() {
+            return;
+        }
+        let mut used: Vec<u32> = self.corners.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let kept = |vertex: &u32| *vertex as usize;
+        if let Some(uvs) = self.uvs.take() {
+            // Damaged ones stay so.
+            let is_whole = uvs.len() == self.positions.len();
+            self.uvs = is_whole.then(|| used.iter().map(|vertex| uvs[kept(vertex)]).collect());
+        }
+        self.positions = used
+            .iter()
+            .map(|vertex| self.positions[kept(vertex)])
+            .collect();
+        for vertex in self.corners.iter_mut().flatten() {
+            *vertex = used.partition_point(|other| other < vertex) as u32;
+        }
+    }
+}
+
 /// Where a mesh goes.
 struct Places<'s> {
     /// Of its morph targets.
@@ -241,8 +267,12 @@ impl<'a> Reader<'a> {
             Some(skin) => skin.pose(&mut self.buffers, &attributes, &shape.positions)?,
             None => None,
         };
+        let is_posed = posed.is_some();
         if let Some(posed) = posed {
             shape.positions = posed;
+        }
+        shape.leave_out_unused();
+        if is_posed {
             return self.append(&shape, DMat4::IDENTITY, places.is_node_mirrored);
         }
         for &world_from_mesh in &places.world_from_mesh {
@@ -296,7 +326,7 @@ impl<'a> Reader<'a> {
         world_from_mesh: DMat4,
         is_mirrored: bool,
     ) -> Result<(), MeshProblem> {
-        self.buffers.spend(16)?;
+        self.buffers.spend(16 + shape.positions.len() as u64)?;
         self.triangle_count += shape.corners.len();
         let count = self.triangle_count;
         let first = self.soup.positions.len();

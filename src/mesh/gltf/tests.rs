@@ -1450,3 +1450,27 @@ fn triangles_for_which_there_is_no_room_are_counted_and_not_kept() {
         other => panic!("{:?}", other.map(|soup| soup.triangles.len())),
     }
 }
+
+/// Catches vertices that no triangle uses and that are kept again and again, and corners that lose theirs.
+#[test]
+fn vertices_that_no_triangle_uses_are_left_out_where_they_are_many() {
+    let mut model = Model::cube();
+    let mut positions = vec![[9.0; 3]; 1000];
+    positions.extend(corners());
+    let many = model.floats(&positions);
+    let moved: Vec<u8> = SIDES
+        .iter()
+        .flat_map(|&vertex| (1000 + u16::from(vertex)).to_le_bytes())
+        .collect();
+    let indices = model.accessor("SCALAR", 5123, 36, &moved);
+    model.json["meshes"][0]["primitives"][0] =
+        json!({"attributes": {"POSITION": many}, "indices": indices});
+    let read = super::read(&model.glb(), Path::new(""), Extent::Scene, u64::MAX);
+    let soup = read.expect("it is whole");
+    assert_eq!((soup.positions.len(), soup.triangles.len()), (8, 12));
+    let volume: f64 = (soup.triangles.iter())
+        .map(|t| t.map(|vertex| soup.positions[vertex as usize]))
+        .map(|[a, b, c]| a.dot(b.cross(c)) / 6.0)
+        .sum();
+    assert!((volume - 8.0).abs() < 1e-9, "{volume}");
+}

@@ -233,9 +233,12 @@ impl Drop for Encoder {
 
 /// Ends all encoders that run, for a program that ends at once.
 pub(super) fn end_all() {
-    for &group in running().iter() {
+    let running = running();
+    for &group in running.iter() {
         signals::kill_group_of(group);
     }
+    // No other one begins.
+    std::mem::forget(running);
 }
 
 /// What a panic elsewhere has left is still good.
