@@ -339,3 +339,106 @@ impl History {
         self.reads.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a recording has.
+    enum Event {
+        Use {
+            buffer: usize,
+            access: Access,
+            writes: bool,
+        },
+        Barrier(Wait),
+    }
+
+    /// By looking at all barriers that come after a use, one by one: is it over before the next event if that has this access; and is
+    /// what it wrote visible there?
+    fn is_over(later: &[Event], from: Access, to: Access) -> [bool; 2] {
+        let [mut over, mut visible] = [Accesses::default(); 2];
+        for event in later {
+            let Event::Barrier(wait) = event else {
+                continue;
+            };
+            let has = |set: Accesses, access: Access| set.each().any(|one| one == access);
+            let meets = |a: Accesses, b: Accesses| a.each().any(|one| has(b, one));
+            if has(wait.before, from) || meets(wait.before, over) {
+                wait.after.each().for_each(|access| over.add(access));
+            }
+            let makes_visible = !wait.written.is_empty() && meets(wait.before, visible);
+            if has(wait.written, from) || makes_visible {
+                wait.after.each().for_each(|access| visible.add(access));
+            }
+        }
+        let has = |set: Accesses| set.each().any(|one| one == to);
+        [has(over), has(visible)]
+    }
+
+    /// Is there a use before that this one must wait for, and does not?
+    fn has_hazard(events: &[Event], (buffer, access, writes): (usize, Access, bool)) -> bool {
+        (0..events.len()).any(|i| match events[i] {
+            Event::Use {
+                buffer: other,
+                access: from,
+                writes: wrote,
+            } if other == buffer && (wrote || writes) => {
+                let [over, visible] = is_over(&events[i + 1..], from, access);
+                !(if wrote { visible } else { over })
+            }
+            _ => false,
+        })
+    }
+
+    /// Catches a hazard between any two uses, however far apart and by whatever chain of barriers; and a barrier that nothing
+    /// needs.
+    #[test]
+    fn every_hazard_has_a_barrier_and_every_barrier_a_hazard() {
+        let mut state = 7_u64;
+        let mut random = |below: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) % below
+        };
+        let mut barriers = 0;
+        for _ in 0..400 {
+            let mut order = Order::default();
+            let mut histories: [History; 4] = Default::default();
+            let mut events: Vec<Event> = Vec::new();
+            for at in 1..=30 {
+                let access = Access::ALL[random(5) as usize];
+                let can_write = matches!(access, Access::Copy | Access::Kernel);
+                let mut uses = Vec::new();
+                for buffer in 0..histories.len() {
+                    if random(3) == 0 {
+                        uses.push((buffer, access, can_write && random(2) == 0));
+                    }
+                }
+                let mut wait = Wait::default();
+                for &(buffer, access, writes) in &uses {
+                    histories[buffer].wait_for(&order, access, writes, &mut wait, |_, _| ());
+                }
+                let is_needed = uses.iter().any(|&one| has_hazard(&events, one));
+                assert_eq!(!wait.before.is_empty(), is_needed, "work {at}");
+                if is_needed {
+                    order.wait(&wait, at - 1);
+                    events.push(Event::Barrier(wait));
+                    barriers += 1;
+                }
+                for &(buffer, access, writes) in &uses {
+                    assert!(!has_hazard(&events, (buffer, access, writes)), "work {at}");
+                    histories[buffer].note("a work", access, at, writes);
+                    let event = Event::Use {
+                        buffer,
+                        access,
+                        writes,
+                    };
+                    events.push(event);
+                }
+            }
+        }
+        assert!(barriers > 4000, "{barriers}");
+    }
+}

@@ -525,7 +525,7 @@ fn check_whole(path: &Path) -> Result<(), String> {
         "state" => said(Checkpoint::read(path)),
         "csv" | "txt" => ends(b"\n"),
         "svg" => ends(b"</svg>\n"),
-        _ => Err("nothing knows what it is".to_owned()),
+        _ => Err("it is of no kind that is checked here".to_owned()),
     }
 }
 

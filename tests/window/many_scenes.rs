@@ -23,7 +23,7 @@ fn resident(lab: &Lab) -> u64 {
     let number = line.and_then(|line| line.split_whitespace().next());
     let kib: u64 = number
         .and_then(|number| number.parse().ok())
-        .expect("it is told");
+        .expect("the system says it");
     kib << 10
 }
 

@@ -49,7 +49,7 @@ impl Table {
             path: place.clone(),
             source,
         })?;
-        Self::parse(&place.shown().into_owned(), &bytes, names)
+        Self::parse(&place.shown(), &bytes, names)
     }
 
     /// Finds the columns `names` in CSV text. Other columns are passed over, and so are lines that begin with `#`.
