@@ -1,4 +1,4 @@
-//! One simulation step, as a script: a line a kernel, in order. What each reads and writes stands in [`arguments`]; the barriers
+//! One simulation step, as a script: a line a kernel, in order. What each reads and writes stands in `arguments`; the barriers
 //! between them follow from that, and the recorder records them.
 
 mod arguments;
