@@ -1,4 +1,4 @@
-// direction: unit vectors of vectors that may have no length: triangles may be so thin that numbers cannot tell their sides apart.
+// direction: directions of vectors that may have no length: triangles may be so thin that numbers cannot tell their sides apart.
 // Twin of src/sim/direction.rs.
 
 #ifndef MYXO_DIRECTION

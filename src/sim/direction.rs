@@ -1,4 +1,4 @@
-//! Unit vectors of ways that may have no length. Twin of `shaders/include/direction.glsl`.
+//! Directions of vectors that may have no length. Twin of `shaders/include/direction.glsl`.
 
 use glam::{Vec2, Vec3};
 
