@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use image::codecs::png::PngEncoder;
 use myxo::mesh::atlas::{self, AtlasOptions, AtlasStatistics};
-use myxo::plain_text::Shown as _;
+use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::charts;
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
@@ -156,7 +156,7 @@ impl Atlas {
         let scene = Scene::load(scene, &overrides)?;
         let odd = scene.meshes.iter().map(|mesh| (&mesh.name, &mesh.report));
         for (name, report) in odd.filter(|(_, report)| !report.oddities().is_empty()) {
-            console::message(&format!("{name}: {report}"));
+            console::message(&format!("{}: {report}", escaped(name)));
         }
         Ok(scene)
     }
@@ -201,7 +201,7 @@ impl Atlas {
         let atlas = setting_up
             .run(|control| atlas::Atlas::build_with(&scene.surface, &options, control))?;
         if let Some(warning) = atlas.warning() {
-            console::message(&format!("{}: {warning}", scene.name));
+            console::message(&format!("{}: {warning}", escaped(&scene.name)));
         }
         let (seconds, phases) = (begun.elapsed().as_secs_f64(), setting_up.seconds());
         let row = Row {
@@ -319,7 +319,8 @@ fn as_text(row: &Row) -> String {
         n => format!("{n} objects"),
     };
     let mut text = format!(
-        "{name}: {} of {objects}\n",
+        "{}: {} of {objects}\n",
+        escaped(name),
         counted(s.triangles as u64, "triangle")
     );
     for (what, value) in rows {
@@ -348,7 +349,7 @@ fn as_table(rows: &[Row]) -> String {
         .map(|row| {
             let s = &row.statistics;
             [
-                row.name.clone(),
+                escaped(&row.name).into_owned(),
                 grouped(s.triangles as f64),
                 row.options.method.to_string(),
                 grouped(f64::from(s.charts)),

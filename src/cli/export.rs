@@ -172,7 +172,7 @@ impl ExportCommand {
             session.progress.say(&format!(
                 "{}: vertices lie about {apart:.0} texels apart, and the trail is finer than that: colours of vertices \
                  show little of it; a .glb with texture shows it all",
-                session.scene.name
+                escaped(&session.scene.name)
             ));
         }
         for file in files {

@@ -6,7 +6,7 @@ mod turns;
 use std::path::PathBuf;
 
 use clap::Args;
-use myxo::plain_text::Shown as _;
+use myxo::plain_text::{Shown as _, escaped};
 use myxo::scene::Scene;
 use myxo::scene::suggest::nearest;
 use myxo::{Error, Result};
@@ -146,7 +146,7 @@ impl Profile {
         session.check_messages()?;
         session.progress.finish();
         let step = session.simulation.step();
-        console::print(barriers::text(&session.scene.name, step, &listed))?;
+        console::print(barriers::text(&escaped(&session.scene.name), step, &listed))?;
         Ok(Outcome::Done)
     }
 
@@ -245,7 +245,9 @@ impl Profile {
         } else {
             console::message(&format!(
                 "{}: {} ({})",
-                report.scene, report.device, report.driver
+                escaped(&report.scene),
+                report.device,
+                report.driver
             ));
             let run = match &self.kernel {
                 Some(_) => Run::Kernel,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use myxo::gpu::{Context, DeviceInfo, DeviceKind};
 use myxo::mesh::atlas::{AtlasMethod, AtlasOptions};
+use myxo::plain_text::escaped;
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
 use myxo::sim::atlas_options;
@@ -71,7 +72,14 @@ pub fn check(info: &DeviceInfo, scene: &Scene) -> Result<()> {
     check_scene_atlas(scene)?;
     let (free, advice) = (Free::on(info), advice(&[scene]));
     let on_device = memory::needed(scene);
-    verdict(&scene.name, on_device, &Device::of(info), free, &advice).map(drop)
+    verdict(
+        &escaped(&scene.name),
+        on_device,
+        &Device::of(info),
+        free,
+        &advice,
+    )
+    .map(drop)
 }
 
 fn check_scene_atlas(scene: &Scene) -> Result<()> {

@@ -10,7 +10,7 @@ use myxo::gpu::{
     Context, ContextOptions, CopyBandwidth, Frames, GpuError, Listed, Recorder, Timings,
     default_cache_folder,
 };
-use myxo::plain_text::Shown as _;
+use myxo::plain_text::{Shown as _, escaped};
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
@@ -126,11 +126,11 @@ impl Session {
             _ => 0,
         };
         let on_device = memory::needed(&scene) + painted;
-        room::prepare(ctx, &scene.name, &[&scene], on_device)?;
+        room::prepare(ctx, &escaped(&scene.name), &[&scene], on_device)?;
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(ctx, &scene, control))?;
         if let Some(warning) = simulation.setup().atlas.warning() {
-            console::message(&format!("{}: {warning}", scene.name));
+            console::message(&format!("{}: {warning}", escaped(&scene.name)));
         }
         if let (Some(path), Some(checkpoint)) = (resume, checkpoint) {
             let changes = checkpoint

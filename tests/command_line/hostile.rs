@@ -63,6 +63,29 @@ fn no_control_character_of_a_file_reaches_a_terminal() {
     assert_eq!(numbers["scene"], format!("{odd}1"));
 }
 
+/// Catches the name of a file that looks like a message of its own.
+#[test]
+fn names_of_files_stay_on_their_line() {
+    let folder = Folder::new();
+    let text_of_scene =
+        "[particles]\ncount = 100\n[atlas]\nsize = 64\n[[object]]\nmesh = \"builtin:cube\"\n";
+    let file = folder.with("x\nmyxo: all is well.toml", text_of_scene);
+    let picture = folder.file("a\nmyxo: all is well.png");
+    let render = ["--steps", "1", "--size", "64x64", "--out", path(&picture)];
+    for command in [
+        [&["render", path(&file)], &render[..]].concat(),
+        vec!["profile", path(&file), "--steps", "1", "--warmup", "0"],
+        vec!["profile", path(&file), "--barriers", "--warmup", "0"],
+        vec!["atlas", path(&file)],
+    ] {
+        let output = myxo(&command);
+        let said = text(&output.stdout) + &text(&output.stderr);
+        assert!(said.contains("x\\nmyxo: all is well"), "{said}");
+        let fakes = said.lines().filter(|line| line.starts_with("myxo: all"));
+        assert_eq!(fakes.count(), 0, "{said}");
+    }
+}
+
 /// Catches names that a shell puts on the command line, which clap quotes as they are.
 #[test]
 fn no_control_character_of_the_command_line_reaches_a_terminal() {
