@@ -93,9 +93,11 @@ pub fn between_kernels(report: &gpu::Report) -> f64 {
 pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     // A kernel alone is no part of anything.
     let share = if run == Run::Step { "share" } else { "" };
+    // Of a whole step these say nothing.
+    let of_kernels = |title| if run == Run::Overlapping { "" } else { title };
     let header = [
-        "kernel",
-        "per step",
+        of_kernels("kernel"),
+        of_kernels("per step"),
         "mean ms",
         "median",
         "p95",
@@ -103,8 +105,8 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         "min",
         "max",
         share,
-        "GB/s",
-        "copy",
+        of_kernels("GB/s"),
+        of_kernels("copy"),
         "throughput",
     ];
     let step = &report.step;

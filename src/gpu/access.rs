@@ -252,8 +252,8 @@ impl Order {
         self.visible[earlier.access as usize][to as usize] >= earlier.at
     }
 
-    /// A barrier is recorded after everything up to `now`. Barriers chain: what is ordered before something that this one waits for is ordered before what
-    /// comes after it as well.
+    /// A barrier is recorded after everything up to `now`. Barriers chain: what is ordered before something that this one waits
+    /// for is ordered before what comes after it as well.
     pub(crate) fn wait(&mut self, wait: &Wait, now: u64) {
         let (finished, visible) = (self.finished, self.visible);
         for after in wait.after.each().map(|access| access as usize) {

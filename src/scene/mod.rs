@@ -449,7 +449,7 @@ fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     })
 }
 
-/// Triangles may be so much longer than wide, as far as single precision tells directions in them.
+/// How much longer than wide a triangle may be: in thinner ones, single precision has no directions.
 const THINNEST: f64 = 2e-7;
 
 /// Refuses objects most of whose surface is triangles so thin that a particle on them has no direction.

@@ -119,8 +119,8 @@ mod tests {
     fn read(settings: Settings, text: &str) -> Result<Settings, Vec<String>> {
         let mut reader = Reader::new(settings);
         reader.preset("preset mine", text);
-        let told = |problems: Problems| problems.iter().map(ToString::to_string).collect();
-        reader.finish().map_err(told)
+        let texts = |problems: Problems| problems.iter().map(ToString::to_string).collect();
+        reader.finish().map_err(texts)
     }
 
     #[test]

@@ -136,7 +136,7 @@ impl From<Vec<Problem>> for Problems {
 mod tests {
     use super::*;
 
-    /// Catches a list that keeps every text of a file with millions of mistakes, or that makes texts that nobody sees.
+    /// Catches a list that keeps every text of a file with millions of mistakes, or that makes texts which are not shown.
     #[test]
     fn only_listed_problems_have_texts() {
         let mut problems = Problems::default();

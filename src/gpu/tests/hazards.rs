@@ -46,7 +46,7 @@ impl Setup {
         );
     }
 
-    /// Records, submits and waits; tells what was listed, a line each.
+    /// Records, submits and waits; returns what was listed, a line each.
     fn listed(&mut self, record: impl FnOnce(&Self, &mut Recorder)) -> Vec<String> {
         let mut rec = self.frames.begin().unwrap();
         rec.list();

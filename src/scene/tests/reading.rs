@@ -481,7 +481,7 @@ fn nothing_that_can_be_typed_panics() {
     }
 }
 
-/// Catches a suggestion that is looked for among all keys for a word of any length, and texts of problems that nobody reads: the
+/// Catches a suggestion that is looked for among all keys for a word of any length, and texts of problems that are not shown: the
 /// first took 16 s, the second 20 s.
 #[test]
 fn what_is_wrong_a_hundred_thousand_times_is_told_at_once() {
