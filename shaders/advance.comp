@@ -50,7 +50,7 @@ layout(constant_id = 6) const bool SELECTS = false;
 layout(constant_id = 7) const bool TURNS = false;
 // Turns are over the windows of a ring; else over all particles.
 layout(constant_id = 8) const bool WINDOWS = false;
-// Some object has values of its own.
+// Some object has values of its own for what particles do there.
 layout(constant_id = 9) const bool OWN_PHYSARUM = false;
 // Sensors see other objects where they get to places that those cover.
 layout(constant_id = 10) const bool ACROSS = false;
@@ -81,17 +81,6 @@ layout(push_constant) uniform Params {
     uint time_step;
     uint attempts;            // edge crossings that one walk may make
     uint pitch;               // texels from one atlas row to the next
-    float speed;              // world length of a step
-    float sensor_offset;      // world length from the particle to each sensor
-    float sensor_cos;         // of the angle between middle and side sensors
-    float sensor_sin;
-    float rotation_cos;       // of the angle of one turn
-    float rotation_sin;
-    float sensor_noise;       // standard deviation, trail units
-    float favourite_density;  // trail units
-    float gravity_weight;     // trail units a world length of height
-    float decrowding_weight;  // trail units a particle
-    float distance_weight;    // trail units a world length of signed distance
     uint object;              // whose turn it is, where there are turns
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered
@@ -201,7 +190,8 @@ void main() {
         if (WINDOWS) of_another = false;
         if (of_another || before == flags || (before & IN_FLIGHT) != 0u) return;
     }
-    take_physarum(particle.triangle);
+    // Where no object has values of its own, all read the same row.
+    own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
@@ -259,17 +249,17 @@ void main() {
         value.z = sensed_by_walking(w, right_of(heading), from_open);
     }
     if (SENSOR_NOISE) {
-        value += own_sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
+        value += own.sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
     }
     float left = value.x;
     float middle = value.y;
     float right = value.z;
     if (middle < left || middle < right) {
-        heading = rotated(heading, left == right ? 1.0 : own_rotation_cos, sign(left - right) * own_rotation_sin);
+        heading = rotated(heading, left == right ? 1.0 : own.rotation_cos, sign(left - right) * own.rotation_sin);
     }
 
     w.heading = heading;
-    w.remaining = own_speed;
+    w.remaining = own.speed;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
     pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
     if (PAINTED) {
@@ -310,5 +300,5 @@ void main() {
             }
         }
     }
-    imageStore(motions, int(i), words_of(Motion(w.heading.x, w.heading.y, min(pending, own_speed), flags)));
+    imageStore(motions, int(i), words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));
 }

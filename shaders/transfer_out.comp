@@ -33,7 +33,6 @@ layout(push_constant) uniform Params {
     uint pitch;                // texels from one atlas row to the next
     uint object_count;
     uint attempts;             // edge crossings that one walk may make
-    float speed;               // world length of a step
     uint first_vertex_normal;  // behind those of the half-edges
 } params;
 
@@ -167,7 +166,7 @@ void main() {
     float left = 0.0;
     bool crosses = false;
     if (near != NONE) {
-        float speed = OWN_PHYSARUM ? physarums[source].speed : params.speed;
+        float speed = physarums[OWN_PHYSARUM ? source : 0u].speed;
         float rest;
         Meeting meeting = meeting_behind(particle, motion, source, target, max(speed - motion.pending, 0.0), rest);
         if (meeting.slot != NONE) {

@@ -36,6 +36,12 @@ pub fn random(seed: u32, id: u32, step: u32, purpose: Purpose) -> [u32; 4] {
     v
 }
 
+/// The word that keys the random streams of a seed.
+#[must_use]
+pub fn seed_word(seed: u64) -> u32 {
+    (seed ^ (seed >> 32)) as u32
+}
+
 /// A word as a float in `[0, 1)`, with 24 bits.
 #[must_use]
 pub fn unit(word: u32) -> f32 {

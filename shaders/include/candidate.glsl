@@ -1,5 +1,5 @@
 // candidate: the signed distance to one other object, as the kernels `distance`, `distance_brute` and `distance_merge` weigh it
-// against that to others. Twin of src/sim/twin/distance.rs.
+// against that to others. Twin of src/sim/step/distance.rs.
 // The includer declares what sign.glsl needs.
 
 #ifndef MYXO_CANDIDATE

@@ -1,5 +1,5 @@
 // depth: four ways from a signed distance to a depth in [0, 1), by which a depth test keeps the smallest distance. Twin
-// of src/sim/twin/depth.rs.
+// of src/sim/depth.rs.
 //
 // Of a larger distance no depth is smaller, by construction: each is a chain of steps that keep the order however they
 // are rounded. So none uses the device's exp() and atan(), which need not.

@@ -1,4 +1,4 @@
-// distance: what the kernels of signed distance share. Twin of src/sim/twin/distance.rs.
+// distance: what the kernels of signed distance share. Twin of src/sim/step/distance.rs.
 
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE

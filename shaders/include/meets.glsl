@@ -1,5 +1,5 @@
 // meets: whether two triangles are so near to one another that their distance matters. Twin of
-// src/sim/twin/distance_raster.rs.
+// src/sim/step/distance_raster.rs.
 // The includer declares what bvh.glsl needs.
 
 #ifndef MYXO_MEETS

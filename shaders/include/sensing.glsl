@@ -1,5 +1,5 @@
 // sensing: what the three sensors of a particle read, at the end of walks or straight ahead in the atlas.
-// Twin: src/sim/twin/advance.rs.
+// Twin: src/sim/step/advance.rs.
 // The includer declares the constants, parameters and buffers of advance.comp first.
 
 #ifndef MYXO_SENSING
@@ -12,7 +12,9 @@
 #include "surroundings.glsl"
 #include "frame.glsl"
 #include "pose_table.glsl"
-#include "own_physarum.glsl"
+
+// What particles do on the object that this one is on.
+Physarum own;
 
 // The share of what food and markers attract that the particle feels.
 float own_appetite;
@@ -53,17 +55,17 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         }
     }
     precise float value = field_at(trail, position, params.pitch);
-    if (FAVOURITE_DENSITY && own_favourite_density > 0.0) {
-        value = -abs(value - own_favourite_density);
+    if (FAVOURITE_DENSITY && own.favourite_density > 0.0) {
+        value = -abs(value - own.favourite_density);
     }
     if (GRAVITY) {
-        value += own_gravity_weight * height_at(triangle, uv.x, uv.y);
+        value += own.gravity_weight * height_at(triangle, uv.x, uv.y);
     }
     if (DECROWDING) {
-        value -= own_decrowding_weight * float(texel_of(previous_deposits, texel_at(position, params.pitch)));
+        value -= own.decrowding_weight * float(texel_of(previous_deposits, texel_at(position, params.pitch)));
     }
     if (DISTANCE) {
-        value += own_distance_weight * distance_at(position, params.pitch);
+        value += own.distance_weight * distance_at(position, params.pitch);
     }
     if (PAINTED) {
         value += field_at(bias, position, params.pitch);
@@ -79,7 +81,7 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
 // What a sensor reads at the end of its walk.
 float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
     w.heading = heading;
-    w.remaining = own_sensor_offset;
+    w.remaining = own.sensor_offset;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
     vec2 position = walked_position(w);
     return sensed_at(position, w.triangle, vec2(w.u, w.v), from_open);
@@ -87,7 +89,7 @@ float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
 
 // The way of a sensor in the atlas, texels.
 vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
-    precise vec2 way = own_sensor_offset * (heading.x * texels_from_frame[0] + heading.y * texels_from_frame[1]);
+    precise vec2 way = own.sensor_offset * (heading.x * texels_from_frame[0] + heading.y * texels_from_frame[1]);
     return way;
 }
 
@@ -129,11 +131,11 @@ vec2 rotated(vec2 heading, float c, float s) {
 
 // Where the sensors beside the middle one look.
 vec2 left_of(vec2 heading) {
-    return rotated(heading, own_sensor_cos, own_sensor_sin);
+    return rotated(heading, own.sensor_cos, own.sensor_sin);
 }
 
 vec2 right_of(vec2 heading) {
-    return rotated(heading, own_sensor_cos, -own_sensor_sin);
+    return rotated(heading, own.sensor_cos, -own.sensor_sin);
 }
 
 #endif

@@ -1,4 +1,4 @@
-// sort: where particles come in the order in which they lie together in the atlas. Twin of src/sim/twin/sort.rs.
+// sort: where particles come in the order in which they lie together in the atlas. Twin of src/sim/step/sort.rs.
 // The includer declares `particles` (texel buffer), `strips` (strip_table.glsl) and `params` first.
 
 #ifndef MYXO_SORT

@@ -58,7 +58,7 @@ use super::corners;
 use crate::mesh::surface::NONE;
 use crate::mesh::walk::{Frame, SurfacePoint};
 use crate::scene::motion::double;
-use crate::sim::food::buffers::scent_of;
+use crate::sim::food::scent_of;
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::types::{Motion, Particle};
 

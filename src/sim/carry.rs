@@ -278,7 +278,7 @@ mod tests {
         let off = carried.trail.iter().zip(&state.trail);
         let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < 1e-3, "{off}");
-        goes_on(&simulation.settings, &carried);
+        goes_on(simulation.settings(), &carried);
     }
 
     #[test]

@@ -30,7 +30,7 @@ use super::kernels::AdvanceParams;
 use super::sensors::straight_ahead;
 use super::setup::Setup;
 use super::strip_walk::StripWalk;
-use super::types::{Motion, Particle};
+use super::types::{Motion, Particle, Physarum};
 use super::walker::WALK_DONE;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE, Surface, Triangle};
@@ -90,18 +90,19 @@ pub fn turning_strips(surface: &Surface, strips: &[StripTriangle]) -> Vec<Turnin
 }
 
 /// Where the sensors of each particle read, atlas positions: left and middle, then right and nothing. As in a step, they
-/// look straight ahead in the atlas where nothing of their chart is hidden on the way, and walk elsewhere. Values that objects
-/// have of their own are left out.
+/// look straight ahead in the atlas where nothing of their chart is hidden on the way, and walk elsewhere. `own` is what all of them
+/// do.
 #[must_use]
 pub fn sensor_places(
     setup: &Setup,
     params: &AdvanceParams,
+    own: &Physarum,
     particles: &[Particle],
     motions: &[Motion],
 ) -> Vec<Vec4> {
     let (strips, surroundings) = (&setup.strips, &setup.surroundings);
-    let offset = params.sensor_offset;
-    let turn = Vec2::new(params.sensor_cos, params.sensor_sin);
+    let offset = own.sensor_offset;
+    let turn = Vec2::new(own.sensor_cos, own.sensor_sin);
     let places_of = |(particle, motion): (&Particle, &Motion)| {
         let heading = Vec2::new(motion.heading_p, motion.heading_h);
         let towards = [

@@ -7,7 +7,7 @@ use super::kernels::{
     DiffuseSeamsConstants, DiffuseSeamsParams,
 };
 use super::memory;
-use super::params::spreading;
+use super::spread::spreading;
 use super::state::{PingPong, Views};
 use super::texel_paths::{TexelPaths, Unused};
 use crate::error::{Error, Result};

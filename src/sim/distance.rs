@@ -282,6 +282,12 @@ impl DistancePlanner {
 }
 
 impl DistanceUpdate {
+    /// Tiles of the samples of all jobs.
+    #[must_use]
+    pub fn tile_count(&self) -> u32 {
+        self.thread_count / TILE_SAMPLES
+    }
+
     /// How many rounds `raster` takes: in each, every job has one of its pairs. The first one clears what was.
     #[must_use]
     pub fn rounds(&self) -> u32 {

@@ -272,6 +272,17 @@ impl Pantry {
     }
 }
 
+/// What sensors read of food and markers, one a texel, gutters filled, when of each there is what `meals` say.
+#[must_use]
+pub fn scent_of(pantry: &Pantry, meals: &[Meal]) -> Vec<f32> {
+    let mut field = vec![0.0; pantry.plates.len()];
+    for texel in pantry.scented.windows(2) {
+        let whiffs = &pantry.whiffs[texel[0].y as usize..texel[1].y as usize];
+        field[texel[0].x as usize] = scent_at(whiffs, meals);
+    }
+    field
+}
+
 /// What sensors read more at a texel for what smells there, each as strongly as is left of it.
 #[must_use]
 pub fn scent_at(whiffs: &[UVec2], meals: &[Meal]) -> f32 {

@@ -10,12 +10,11 @@ use glam::{DAffine3, DVec2, DVec3, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::kernels::{PaintParams, SummonParams};
-use super::params::seed_word;
 use super::setup::Setup;
 use super::types::{Particle, Pose};
 use crate::error::{Error, Result};
 use crate::mesh::surface::NONE;
-use crate::rng::{Purpose, random, unit};
+use crate::rng::{Purpose, random, seed_word, unit};
 use crate::scene::settings::Settings;
 
 /// The bias of texels that nobody may enter.

@@ -1,122 +1,94 @@
-//! The kernels of a step, compiled. They own no buffers.
+//! The pipelines of the kernels that a step runs. They own no buffers.
 
+use std::any::Any;
 use std::sync::Arc;
 
-use super::draws::DistanceRasterDraw;
-use super::kernels::{
-    Advance, AdvanceConstants, DefragmentScan, DefragmentSequential, DefragmentSwap, Diffuse,
-    DiffuseSeams, Digest, Distance, DistanceBrute, DistanceMerge, DistanceTiles, ExchangeSeams,
-    MoveBorder, Respawn, Scent, SortCount, SortScan, SortScatter, TransferIn, TransferOut, Unfold,
-};
-use super::params::StepConstants;
-use super::raster::raster_options;
-use crate::gpu::{Context, GpuError, Pipeline, RasterPipeline};
+use super::work::StepKernel;
+use crate::gpu::{Context, Draw, GpuError, Pipeline, RasterOptions, RasterPipeline};
 
-/// Kernels that together advance every particle once: the first lists for the others what it leaves. By the names that timers
-/// show.
-pub const FORMS_OF_ADVANCE: [&str; 4] = ["advance", WALK_SENSORS, ADVANCE_NEAR, WALK_NEAR];
-const WALK_SENSORS: &str = "walk_sensors";
-const ADVANCE_NEAR: &str = "advance_near";
-const WALK_NEAR: &str = "walk_near";
-
-/// The pipelines of a step, with the optional terms of the present settings compiled in.
-pub struct Kernels {
-    /// Says which faces of other objects are near tiles of texels.
-    pub distance_tiles: Pipeline<DistanceTiles>,
-    /// Takes distances between objects.
-    pub distance: Pipeline<Distance>,
-    /// The same by looking at every triangle.
-    pub distance_brute: Pipeline<DistanceBrute>,
-    /// The same by drawing, where that is the method.
-    pub distance_raster: Option<RasterPipeline<DistanceRasterDraw>>,
-    /// Takes the distances to what was drawn.
-    pub distance_merge: Pipeline<DistanceMerge>,
-    /// Where walks go on on other objects.
-    pub unfold: Pipeline<Unfold>,
-    /// Moves particles.
-    pub advance: Pipeline<Advance>,
-    /// Moves those whose sensors must walk, where the others' need not.
-    pub walk_sensors: Option<Pipeline<Advance>>,
-    /// The same kernel for particles near other objects, where it knows of none for the rest.
-    pub advance_near: Option<Pipeline<Advance>>,
-    /// And for those whose sensors must walk, too.
-    pub walk_near: Option<Pipeline<Advance>>,
-    /// Lets transfers land.
-    pub transfer_in: Pipeline<TransferIn>,
-    /// Ends an object's turn.
-    pub move_border: Pipeline<MoveBorder>,
-    /// Lets particles leave.
-    pub transfer_out: Pipeline<TransferOut>,
-    /// Lists particles in wrong windows.
-    pub defragment_scan: Pipeline<DefragmentScan>,
-    /// Exchanges them.
-    pub defragment_swap: Pipeline<DefragmentSwap>,
-    /// The same by one invocation.
-    pub defragment_sequential: Pipeline<DefragmentSequential>,
-    /// Lets particles begin anew.
-    pub respawn: Pipeline<Respawn>,
-    /// Spreads and decays the trail.
-    pub diffuse: Pipeline<Diffuse>,
-    /// The same for texels beside seams.
-    pub diffuse_seams: Pipeline<DiffuseSeams>,
-    /// Fills gutters.
-    pub exchange_seams: Pipeline<ExchangeSeams>,
-    /// Counts particles in tiles.
-    pub sort_count: Pipeline<SortCount>,
-    /// Adds the counts up.
-    pub sort_scan: Pipeline<SortScan>,
-    /// Puts particles in order.
-    pub sort_scatter: Pipeline<SortScatter>,
-    /// Takes away what was eaten, where there is food.
-    pub digest: Option<Pipeline<Digest>>,
-    /// Sums up what sensors read of food and markers.
-    pub scent: Option<Pipeline<Scent>>,
-    /// Is the texture larger than a storage block?
-    pub outgrows_block: bool,
+/// One a kernel, by the name that times and messages have.
+pub struct Pipelines {
+    ctx: Arc<Context>,
+    made: Vec<Made>,
 }
 
-impl Kernels {
-    /// Compiles the kernels of a step.
-    pub fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
-        let form = |name, constants: &Option<AdvanceConstants>| {
-            let constants = constants.as_ref();
-            constants
-                .map(|constants| Pipeline::named(ctx, constants, name))
-                .transpose()
-        };
-        Ok(Self {
-            distance_tiles: Pipeline::new(ctx, &constants.distance_tiles)?,
-            distance: Pipeline::new(ctx, &constants.distance)?,
-            distance_brute: Pipeline::new(ctx, &constants.distance_brute)?,
-            distance_raster: (constants.distance_raster.as_ref())
-                .map(|constants| RasterPipeline::new(ctx, constants, raster_options()))
-                .transpose()?,
-            distance_merge: Pipeline::new(ctx, &constants.distance_merge)?,
-            unfold: Pipeline::new(ctx, &constants.unfold)?,
-            advance: Pipeline::new(ctx, &constants.advance)?,
-            walk_sensors: form(WALK_SENSORS, &constants.walk_sensors)?,
-            advance_near: form(ADVANCE_NEAR, &constants.advance_near)?,
-            walk_near: form(WALK_NEAR, &constants.walk_near)?,
-            transfer_in: Pipeline::new(ctx, &())?,
-            move_border: Pipeline::new(ctx, &constants.move_border)?,
-            transfer_out: Pipeline::new(ctx, &constants.transfer_out)?,
-            defragment_scan: Pipeline::new(ctx, &())?,
-            defragment_swap: Pipeline::new(ctx, &())?,
-            defragment_sequential: Pipeline::new(ctx, &())?,
-            respawn: Pipeline::new(ctx, &())?,
-            diffuse: Pipeline::new(ctx, &constants.diffuse)?,
-            diffuse_seams: Pipeline::new(ctx, &constants.diffuse_seams)?,
-            exchange_seams: Pipeline::new(ctx, &constants.exchange_seams)?,
-            sort_count: Pipeline::new(ctx, &constants.sort_count)?,
-            sort_scan: Pipeline::new(ctx, &())?,
-            sort_scatter: Pipeline::new(ctx, &constants.sort_scatter)?,
-            digest: (constants.scent.is_some())
-                .then(|| Pipeline::new(ctx, &()))
-                .transpose()?,
-            scent: (constants.scent.as_ref())
-                .map(|constants| Pipeline::new(ctx, constants))
-                .transpose()?,
-            outgrows_block: constants.advance.outgrows_block,
-        })
+/// A pipeline of any kernel, with the constants that are compiled into it.
+struct Made {
+    name: &'static str,
+    pipeline: Box<dyn Any + Send + Sync>,
+}
+
+impl Pipelines {
+    /// None yet.
+    #[must_use]
+    pub fn new(ctx: &Arc<Context>) -> Self {
+        let ctx = Arc::clone(ctx);
+        let made = Vec::new();
+        Self { ctx, made }
+    }
+
+    /// Makes that of a kernel with these constants, unless it is there.
+    ///
+    /// # Errors
+    /// When the device cannot run the kernel.
+    pub fn make<K: StepKernel>(
+        &mut self,
+        name: &'static str,
+        constants: &K::Constants,
+    ) -> Result<(), GpuError> {
+        if self.find::<(K::Constants, Pipeline<K>)>(name).is_none() {
+            let pipeline = Pipeline::<K>::named(&self.ctx, constants, name)?;
+            self.add(name, (*constants, pipeline));
+        }
+        Ok(())
+    }
+
+    /// The same for what is drawn.
+    ///
+    /// # Errors
+    /// When the device cannot draw so.
+    pub fn make_draw<D: Draw<Constants: Send + Sync + Copy> + 'static>(
+        &mut self,
+        constants: &D::Constants,
+        options: RasterOptions,
+    ) -> Result<(), GpuError> {
+        if self.find::<RasterPipeline<D>>(D::NAME).is_none() {
+            let pipeline = RasterPipeline::<D>::new(&self.ctx, constants, options)?;
+            self.add(D::NAME, pipeline);
+        }
+        Ok(())
+    }
+
+    /// That of a kernel.
+    ///
+    /// # Panics
+    /// When it was not made, or with other constants.
+    #[must_use]
+    pub fn of<K: StepKernel>(&self, name: &str, constants: &K::Constants) -> &Pipeline<K> {
+        match self.find::<(K::Constants, Pipeline<K>)>(name) {
+            Some((made, pipeline)) if made == constants => pipeline,
+            Some((made, _)) => panic!("`{name}` was made with {made:?}, not {constants:?}"),
+            None => panic!("`{name}` was not made"),
+        }
+    }
+
+    /// That of what is drawn.
+    ///
+    /// # Panics
+    /// When it was not made.
+    #[must_use]
+    pub fn of_draw<D: Draw + 'static>(&self) -> &RasterPipeline<D> {
+        let made = self.find(D::NAME);
+        made.unwrap_or_else(|| panic!("`{}` was not made", D::NAME))
+    }
+
+    fn add(&mut self, name: &'static str, pipeline: impl Any + Send + Sync) {
+        let pipeline = Box::new(pipeline);
+        self.made.push(Made { name, pipeline });
+    }
+
+    fn find<T: 'static>(&self, name: &str) -> Option<&T> {
+        let made = self.made.iter().find(|made| made.name == name)?;
+        made.pipeline.downcast_ref()
     }
 }

@@ -10,22 +10,20 @@ use std::sync::Arc;
 use glam::{Affine3A, DAffine3};
 
 use super::brute;
-use super::distance::DistancePlanner;
+use super::course::Course;
 use super::memory;
-use super::movement::Movement;
-use super::params::{StepConstants, StepParams, physarums};
 use super::patience::for_distances;
-use super::pipelines::Kernels;
+use super::pipelines::Pipelines;
+use super::plan::{Changes, Means};
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, FoodState, Snapshot};
 use super::state::{Bias, State};
-use super::step::{self, Changes};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, arranged};
-use super::types::{Physarum, Pose};
+use super::types::Pose;
 use crate::error::{Error, Result};
-use crate::gpu::{Context, DeviceInfo, Patience, Recorder};
+use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::{out_of_range, restarting};
@@ -42,24 +40,11 @@ pub struct Simulation {
     ctx: Arc<Context>,
     /// For distances that are known to take long.
     patience: Patience,
-    setup: Arc<Setup>,
-    settings: Settings,
-    constants: StepConstants,
-    kernels: Kernels,
+    course: Course,
+    pipelines: Pipelines,
     state: State,
-    movement: Movement,
-    /// Those that the last step had, which pictures need not have.
-    poses_of_step: Vec<Pose>,
-    /// What the commands recorded so far leave in `state.poses_before`.
-    poses_before: Vec<Pose>,
-    /// Likewise in `state.physarums`.
-    physarums: Vec<Physarum>,
-    planner: DistancePlanner,
     /// None before somebody paints.
     painter: Option<Painter>,
-    /// How many particles a fed one counted as in the last step that was recorded.
-    fed_deposit: u32,
-    step: u64,
 }
 
 impl Simulation {
@@ -100,107 +85,45 @@ impl Simulation {
     /// # Errors
     /// When the device has no memory left.
     pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
-        let paths = TexelPaths::of(ctx.info(), setup.atlas.texel_count() as u64);
         let bias = Bias::of(ctx, &setup.bias)?;
-        let constants = StepConstants::new(&scene.settings, paths).with_bias(bias.is_some());
         let patience = for_distances(&setup.distance, scene.settings.distance.method);
+        let state = State {
+            bias,
+            ..State::new(ctx, &scene.settings, &setup)?
+        };
+        let course = Course::new(Arc::new(setup), scene.settings.clone());
+        let means = means(ctx, &course, &state);
         Ok(Self {
             patience: ctx.wait_longer(patience),
-            kernels: Kernels::new(ctx, &constants)?,
-            state: State {
-                bias,
-                ..State::new(ctx, &scene.settings, &setup)?
-            },
+            pipelines: pipelines_of(ctx, &course, means)?,
+            state,
             ctx: ctx.clone(),
-            movement: Movement::new(&scene.settings),
-            poses_of_step: setup.poses.clone(),
-            poses_before: setup.poses.clone(),
-            physarums: Vec::new(),
-            setup: Arc::new(setup),
-            settings: scene.settings.clone(),
-            constants,
-            planner: DistancePlanner::default(),
+            course,
             painter: None,
-            fed_deposit: 1,
-            step: 0,
         })
     }
 
-    fn params(&self) -> StepParams {
-        let capacity = self.state.transfers.capacity();
-        StepParams::new(&self.settings, &self.setup, self.step, capacity)
+    fn means(&self) -> Means {
+        means(&self.ctx, &self.course, &self.state)
     }
 
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
-        let mut params = self.params();
-        let changes = self.changes();
-        params.update_distances(
-            &mut self.planner,
-            &self.settings,
-            &self.setup,
-            self.step,
-            &self.state.poses_recorded,
-        );
-        step::record(rec, &self.kernels, &mut self.state, &params, &changes);
-        self.step += 1;
-        self.fed_deposit = self.settings.feeding.fed_deposit;
-        if self.planner.has_taken() {
-            self.state.reach = self.settings.distance.reach * self.setup.radius;
+        let step = self.course.next(self.means());
+        step.on_device(rec, &self.pipelines, &mut self.state);
+        self.state.follow(self.course.poses());
+        if self.course.has_distances() {
+            self.state.reach = self.settings().distance.reach * self.setup().radius;
         }
-    }
-
-    /// What the next step, which is recorded now, finds to be others than the one before.
-    fn changes(&mut self) -> Changes {
-        let before = std::mem::take(&mut self.poses_of_step);
-        let changes = Changes {
-            poses: self.moved_at(self.step),
-            poses_before: (before != self.poses_before).then(|| before.clone()),
-            physarums: self.changed_physarums(),
-        };
-        self.poses_before = before;
-        self.poses_of_step.clone_from(&self.state.poses_recorded);
-        changes
     }
 
     /// Records nothing but the poses that the last step had, or those set since from outside: for pictures between
     /// steps.
     pub fn record_poses(&mut self, rec: &mut Recorder) {
-        let changes = Changes {
-            poses: self.moved_at(self.last_step()),
-            ..Changes::default()
-        };
-        step::pose(rec, &self.state, &changes);
-    }
-
-    /// What particles do on each object, if some have values of their own and they are others than those recorded last.
-    fn changed_physarums(&mut self) -> Option<Vec<Physarum>> {
-        if !self.constants.advance.own_physarum {
-            return None;
+        if let Some(poses) = self.course.moved() {
+            rec.update_long(&self.state.poses, &poses);
+            self.state.follow(&poses);
         }
-        let physarums = physarums(&self.settings, &self.setup);
-        if physarums == self.physarums {
-            return None;
-        }
-        self.physarums.clone_from(&physarums);
-        Some(physarums)
-    }
-
-    /// The poses at a step, if they are others than those recorded last.
-    fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
-        let objects = &self.settings.objects;
-        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
-        let poses = self.movement.poses(objects, tracks, origins, step);
-        if poses == self.state.poses_recorded {
-            return None;
-        }
-        self.state.poses_recorded.clone_from(&poses);
-        Some(poses)
-    }
-
-    /// The step whose poses are shown: the last that was recorded, or the first.
-    fn last_step(&self) -> u64 {
-        self.step.saturating_sub(1)
     }
 
     /// Sets where an object is from the next step on, whatever the scene says about it; `None` gives it back to the
@@ -210,35 +133,32 @@ impl Simulation {
     /// # Errors
     /// When there is no such object, or the pose is not rigid.
     pub fn set_pose(&mut self, object: usize, world_from_object: Option<DAffine3>) -> Result<()> {
-        self.movement.set_pose(object, world_from_object)
+        self.course.set_pose(object, world_from_object)
     }
 
     /// The pose that an object was given from outside, if it was.
     #[must_use]
     pub fn set_pose_of(&self, object: usize) -> Option<DAffine3> {
-        self.movement.set_pose_of(object)
+        self.course.set_pose_of(object)
     }
 
     /// Where each object was in the last step, and is in pictures: takes the surface's coordinates to the world's, both
     /// counted from the scene's `origins`.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
-        let objects = &self.settings.objects;
-        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
-        self.movement
-            .world_from_object(objects, tracks, origins, self.last_step())
+        self.course.world_from_object()
     }
 
     /// The same, as pictures take it; changes only when something has moved.
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
-        &self.state.poses_recorded
+        self.course.poses()
     }
 
     /// Seconds of the objects' motion in the last step.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.movement.time_at(self.last_step())
+        self.course.time()
     }
 
     /// Takes over changed settings, poses of objects among them, from the next step on.
@@ -263,12 +183,12 @@ impl Simulation {
         settings: &Settings,
         mut food: Option<PreparedFood>,
     ) -> Result<()> {
-        let before = out_of_range(&self.settings);
+        let before = out_of_range(self.settings());
         let mut problems = out_of_range(settings).into_iter();
         if let Some(problem) = problems.find(|problem| !before.contains(problem)) {
             return Err(Error::Invalid(Problem::from(problem).to_string()));
         }
-        let restarting = restarting(&self.settings, settings);
+        let restarting = restarting(self.settings(), settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();
             return Err(Error::Invalid(format!(
@@ -276,55 +196,48 @@ impl Simulation {
                 keys.join(", ")
             )));
         }
-        if let Some(key) = remeshing(&self.settings, settings) {
+        if let Some(key) = remeshing(self.settings(), settings) {
             return Err(Error::Invalid(format!(
                 "{key} cannot change while the simulation runs: restart it"
             )));
         }
-        let rearranges = settings.strategy() != self.settings.strategy()
-            || settings.transfer.buffer_size != self.settings.transfer.buffer_size;
+        let rearranges = settings.strategy() != self.settings().strategy()
+            || settings.transfer.buffer_size != self.settings().transfer.buffer_size;
         // Whatever may fail comes first, so that a failure leaves all as it was.
-        let paths = TexelPaths::of(self.ctx.info(), self.setup.atlas.texel_count() as u64);
-        let constants = StepConstants::new(settings, paths).with_bias(self.state.bias.is_some());
-        let made = food.as_mut().and_then(|f| f.take_kernels(&constants));
-        let kernels = match made {
-            None if constants != self.constants => Some(Kernels::new(&self.ctx, &constants)?),
-            made => made,
-        };
-        let surface = &self.setup.surface;
+        let changed = self.course.with_settings(settings);
+        let pipelines = pipelines_of(&self.ctx, &changed, self.means())?;
+        drop(changed);
+        let surface = &self.setup().surface;
         raster::check(surface, settings).map_err(Error::Invalid)?;
         brute::check(self.ctx.info(), surface, settings).map_err(Error::Invalid)?;
-        memory::check_method(self.ctx.info(), &self.setup, settings)?;
+        memory::check_method(self.ctx.info(), self.setup(), settings)?;
         let served = self.served(settings, food.as_mut())?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
-            .then(|| Raster::new(&self.ctx, &self.setup))
+            .then(|| Raster::new(&self.ctx, self.setup()))
             .transpose()?;
         if rearranges && settings.objects.len() > 1 {
             let snapshot = self.snapshot()?;
             self.upload_particles(&snapshot, settings)?;
         }
-        if let Some(kernels) = kernels {
-            self.kernels = kernels;
-            self.constants = constants;
-        }
+        self.pipelines = pipelines;
         if let Some(served) = served {
             self.serve(served);
         }
         if raster.is_some() || !settings.uses_raster() {
             self.state.raster = raster;
         }
-        let patience = for_distances(&self.setup.distance, settings.distance.method);
+        let patience = for_distances(&self.setup().distance, settings.distance.method);
         self.patience = self.ctx.wait_longer(patience);
-        self.settings = settings.clone();
-        // The last step's pose stays where it was; the next step comes by the new rate.
-        self.movement.set_dt(settings.time.dt, self.last_step());
+        self.course.settings = settings.clone();
+        self.course.follow_settings();
         self.upload_poses()
     }
 
     /// Brings the objects to where the last step's time has them, at once.
     fn upload_poses(&mut self) -> Result<()> {
-        if let Some(poses) = self.moved_at(self.last_step()) {
+        if let Some(poses) = self.course.moved() {
             self.ctx.upload(&self.state.poses, &poses)?;
+            self.state.follow(&poses);
         }
         Ok(())
     }
@@ -332,13 +245,13 @@ impl Simulation {
     /// Steps recorded so far.
     #[must_use]
     pub fn step(&self) -> u64 {
-        self.step
+        self.course.step()
     }
 
     /// The settings that the next step will use.
     #[must_use]
     pub fn settings(&self) -> &Settings {
-        &self.settings
+        &self.course.settings
     }
 
     /// The device that it runs on.
@@ -350,13 +263,13 @@ impl Simulation {
     /// The surface, the atlas and the start.
     #[must_use]
     pub fn setup(&self) -> &Setup {
-        &self.setup
+        &self.course.setup
     }
 
     /// The same, for another thread.
     #[must_use]
     pub fn shared_setup(&self) -> Arc<Setup> {
-        Arc::clone(&self.setup)
+        Arc::clone(&self.course.setup)
     }
 
     /// Every buffer, as the last step recorded leaves it.
@@ -370,13 +283,8 @@ impl Simulation {
     /// # Errors
     /// When the device is lost or its memory is full.
     pub fn snapshot(&self) -> Result<Snapshot> {
+        let host = self.course.snapshot();
         Ok(Snapshot {
-            step: self.step,
-            movement: self.movement.save(),
-            last_poses: self.poses_of_step.clone(),
-            origin: self.setup.origin(),
-            distance_poses: self.planner.poses().to_vec(),
-            kept_pairs: self.planner.kept(),
             particles: self.ctx.download(&self.state.particles)?,
             motions: self.ctx.download(&self.state.motions)?,
             trail: self.ctx.download(&self.state.trail.front)?,
@@ -384,14 +292,15 @@ impl Simulation {
             deposits: self.ctx.download(&self.state.deposits.back)?,
             transfers: self.state.transfers.download(
                 &self.ctx,
-                self.settings.strategy(),
-                self.setup.poses.len(),
+                self.settings().strategy(),
+                self.setup().poses.len(),
             )?,
             bias: self.areas()?,
             food: FoodState {
                 remaining: self.remaining()?,
-                fed_deposit: self.fed_deposit,
+                ..host.food
             },
+            ..host
         })
     }
 
@@ -401,7 +310,7 @@ impl Simulation {
     /// # Errors
     /// When the device is lost or its memory is full.
     pub fn distances(&self) -> Result<Option<Distances>> {
-        if !self.planner.has_taken() {
+        if !self.course.has_distances() {
             return Ok(None);
         }
         Ok(Some(Distances {
@@ -415,7 +324,10 @@ impl Simulation {
     /// # Errors
     /// When it has another number of particles or texels.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
-        let here = (self.setup.particles.len(), self.setup.atlas.density.len());
+        let here = (
+            self.setup().particles.len(),
+            self.setup().atlas.density.len(),
+        );
         let there = (snapshot.particles.len(), snapshot.trail.len());
         if here != there {
             return Err(Error::Invalid(format!(
@@ -424,29 +336,40 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        let snapshot = &*snapshot.counted_from(self.setup.origin());
-        let movement = snapshot.movement_of(self.settings.objects.len());
-        let movement = movement.map_err(Error::Invalid)?;
-        let foods = self.setup.pantry.places.len();
+        let snapshot = &*snapshot.counted_from(self.setup().origin());
+        let mut course = self.course.clone();
+        course.restore(snapshot).map_err(Error::Invalid)?;
+        let foods = self.setup().pantry.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(Bias::of(&self.ctx, &snapshot.bias)?)?;
         self.state.food = food;
-        self.fed_deposit = snapshot.food.fed_deposit;
         self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
         self.state.reach = 0.0;
-        self.step = snapshot.step;
-        self.movement = movement;
-        self.movement
-            .set_dt(self.settings.time.dt, self.last_step());
+        self.course = course;
         self.upload_poses()?;
-        self.poses_of_step.clone_from(&snapshot.last_poses);
-        self.upload_particles(snapshot, &self.settings.clone())
+        self.upload_particles(snapshot, &self.settings().clone())
     }
+}
+
+/// What the device has for steps.
+fn means(ctx: &Context, course: &Course, state: &State) -> Means {
+    Means {
+        paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
+        painted: state.bias.is_some(),
+        capacity: state.transfers.capacity(),
+    }
+}
+
+/// The pipelines of every kernel that steps can have.
+fn pipelines_of(ctx: &Arc<Context>, course: &Course, means: Means) -> Result<Pipelines, GpuError> {
+    let mut pipelines = Pipelines::new(ctx);
+    let (step, _) = course.with_everything(means, Changes::default());
+    step.prepare(&mut pipelines)?;
+    Ok(pipelines)
 }
 
 impl Simulation {
@@ -454,12 +377,12 @@ impl Simulation {
     fn upload_particles(&mut self, snapshot: &Snapshot, settings: &Settings) -> Result<()> {
         let state = arranged(
             snapshot.clone(),
-            &self.setup,
-            &self.state.poses_recorded,
+            self.setup(),
+            self.course.poses(),
             settings.strategy(),
         );
         // Who is under way is known by the slots of this order: there is no memory for it, or all of it changes.
-        let transfers = Transfers::new(&self.ctx, settings, &self.setup, &state.transfers)?;
+        let transfers = Transfers::new(&self.ctx, settings, self.setup(), &state.transfers)?;
         self.ctx.upload(&self.state.particles, &state.particles)?;
         self.ctx.upload(&self.state.motions, &state.motions)?;
         self.state.transfers = transfers;

@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use super::kernels::{SortCountParams, SortScanParams, SortScatterParams};
 use super::setup::Setup;
 use super::types::{Motion, Particle};
 use crate::gpu::{Buffer, Context, Domain, GpuError, Texels};
@@ -54,57 +53,16 @@ impl Tiles {
     }
 }
 
-/// What the kernels that sort take.
-#[derive(Clone, Copy, Debug)]
-pub struct SortParams {
-    /// For `sort_count`.
-    pub count: SortCountParams,
-    /// For `sort_scan`.
-    pub scan: SortScanParams,
-    /// For `sort_scatter`.
-    pub scatter: SortScatterParams,
+/// Are particles sorted at the end of a step? Starts have no order, so they are after the first one.
+#[must_use]
+pub fn is_due(step: u64) -> bool {
+    step.is_multiple_of(SORT_INTERVAL)
 }
 
-impl SortParams {
-    /// Those at the end of a step, if it is due there. Starts have no order, so it is after the first one.
-    #[must_use]
-    pub fn at_end_of(settings: &Settings, setup: &Setup, step: u64) -> Option<Self> {
-        let is_due = step.is_multiple_of(SORT_INTERVAL);
-        is_due.then(|| Self::new(settings, setup)).flatten()
-    }
-
-    /// Those of any step, if it may sort at all.
-    #[must_use]
-    pub fn new(settings: &Settings, setup: &Setup) -> Option<Self> {
-        if settings.strategy() == Strategy::Scattered {
-            return None;
-        }
-        // Without windows objects need no order of their own.
-        let windows = if settings.strategy().has_windows() {
-            setup.poses.len()
-        } else {
-            1
-        };
-        let tiles = Tiles::of(&setup.atlas, windows);
-        let particle_count = setup.particles.len() as u32;
-        Some(Self {
-            count: SortCountParams {
-                particle_count,
-                tile_shift: tiles.shift,
-                tiles_a_row: tiles.a_row,
-                tile_count: tiles.count,
-            },
-            scan: SortScanParams {
-                bin_count: tiles.count * windows as u32,
-            },
-            scatter: SortScatterParams {
-                particle_count,
-                tile_shift: tiles.shift,
-                tiles_a_row: tiles.a_row,
-                tile_count: tiles.count,
-            },
-        })
-    }
+/// Does any step sort?
+#[must_use]
+pub fn may_sort(settings: &Settings) -> bool {
+    settings.strategy() != Strategy::Scattered
 }
 
 /// Room for particles in another order.

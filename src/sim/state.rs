@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
+use bytemuck::Pod;
 use bytemuck::allocation::pod_collect_to_vec;
+use glam::{UVec4, Vec4};
 
+use super::behaviour::physarums;
 use super::distance::TILE_CANDIDATES;
 use super::food::buffers::FoodBuffers;
 use super::raster::Raster;
+use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::sorting::Sorting;
-use super::texel_paths::{self, TexelPaths, Unused};
+use super::texel_paths::{self, Counted, Spread, TexelPaths, Unused};
 use super::transfers::{Transfers, arranged};
 use super::types::{
     DistanceJob, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
@@ -55,8 +59,22 @@ impl<T: TexelScalar> Views<T> {
     }
 }
 
+/// A number of which a block has four side by side.
+pub trait InFours: TexelScalar {
+    /// They.
+    type Four: Pod;
+}
+
+impl InFours for f32 {
+    type Four = Vec4;
+}
+
+impl InFours for u32 {
+    type Four = UVec4;
+}
+
 /// Two buffers that change roles each step.
-pub struct PingPong<T> {
+pub struct PingPong<T: InFours> {
     /// What is read now.
     pub front: Buffer<T>,
     /// The front, as diffusion reads it.
@@ -65,17 +83,23 @@ pub struct PingPong<T> {
     pub back: Buffer<T>,
     /// The back, likewise.
     pub back_views: Views<T>,
+    /// The back as a block, four texels side by side.
+    pub back_blocks: Buffer<T::Four>,
+    front_blocks: Buffer<T::Four>,
     /// Was front back at first?
     is_swapped: bool,
 }
 
-impl<T: TexelScalar> PingPong<T> {
+impl<T: InFours> PingPong<T> {
     pub(super) fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
-        let front = Buffer::zeroed_in(ctx, &format!("{name}.front"), len, Domain::Texels)?;
-        let back = Buffer::zeroed_in(ctx, &format!("{name}.back"), len, Domain::Texels)?;
+        let front: Buffer<T> =
+            Buffer::zeroed_in(ctx, &format!("{name}.front"), len, Domain::Texels)?;
+        let back: Buffer<T> = Buffer::zeroed_in(ctx, &format!("{name}.back"), len, Domain::Texels)?;
         Ok(Self {
             front_views: Views::new(ctx, &front)?,
             back_views: Views::new(ctx, &back)?,
+            front_blocks: front.cast(),
+            back_blocks: back.cast(),
             front,
             back,
             is_swapped: false,
@@ -86,6 +110,7 @@ impl<T: TexelScalar> PingPong<T> {
     pub fn swap(&mut self) {
         std::mem::swap(&mut self.front, &mut self.back);
         std::mem::swap(&mut self.front_views, &mut self.back_views);
+        std::mem::swap(&mut self.front_blocks, &mut self.back_blocks);
         self.is_swapped = !self.is_swapped;
     }
 }
@@ -307,6 +332,36 @@ impl State {
         bias.map_or(&self.trail.front_views.texels, |bias| &bias.views.texels)
     }
 
+    /// Food and markers.
+    ///
+    /// # Panics
+    /// Where there are none.
+    #[must_use]
+    pub fn food(&self) -> &FoodBuffers {
+        self.food.as_ref().expect("there is food")
+    }
+
+    /// What distances are drawn into.
+    ///
+    /// # Panics
+    /// Where they are taken another way.
+    #[must_use]
+    pub fn raster(&self) -> &Raster {
+        self.raster.as_ref().expect("the method draws")
+    }
+
+    /// Where diffusion writes to.
+    #[must_use]
+    pub fn spread(&self, outgrows_block: bool) -> Spread<'_> {
+        (self.unused).spread(outgrows_block, &self.trail, &self.deposits)
+    }
+
+    /// Where deposits are counted.
+    #[must_use]
+    pub fn counted(&self, outgrows_block: bool) -> Counted<'_> {
+        self.unused.counted(outgrows_block, &self.deposits)
+    }
+
     /// Takes the memory and uploads the setup: particles at their start, an empty trail.
     pub fn new(ctx: &Arc<Context>, settings: &Settings, setup: &Setup) -> Result<Self, GpuError> {
         let large = Domain::Texels;
@@ -412,11 +467,11 @@ impl State {
             corners: Texels::new(&corners, 1)?,
             vertices: Texels::new(&vertices, 4)?,
             poses_view: Texels::new(&poses, 4)?,
-            poses,
             poses_recorded: setup.poses.clone(),
+            poses,
             poses_before_view: Texels::new(&poses_before, 4)?,
             poses_before,
-            physarums: Buffer::zeroed(ctx, "physarums", objects)?,
+            physarums: Buffer::from_slice(ctx, "physarums", &physarums(settings, setup))?,
             distances,
             nearest,
             samples,
@@ -475,6 +530,23 @@ impl State {
         })
     }
 
+    /// From now on the objects are here, once everything recorded has taken place.
+    pub(super) fn follow(&mut self, poses: &[Pose]) {
+        if self.poses_recorded != poses {
+            self.poses_recorded = poses.to_vec();
+        }
+    }
+
+    /// Lets two buffers change roles.
+    pub fn swap(&mut self, pair: Pair) {
+        match pair {
+            Pair::Trail => self.trail.swap(),
+            Pair::Deposits => self.deposits.swap(),
+            Pair::Transfers => self.transfers.swap(),
+            Pair::Particles => self.swap_particles(),
+        }
+    }
+
     /// Which buffers have which roles now.
     #[must_use]
     pub fn roles(&self) -> Roles {
@@ -503,7 +575,7 @@ impl State {
     }
 
     /// What has been sorted takes the place of what has not.
-    pub(super) fn swap_particles(&mut self) {
+    fn swap_particles(&mut self) {
         let sorting = &mut self.sorting;
         std::mem::swap(&mut self.particles, &mut sorting.particles);
         std::mem::swap(&mut self.particles_view, &mut sorting.particles_view);

@@ -1,110 +1,124 @@
-//! One simulation step, as a script: a line a kernel, in order. What each reads and writes stands in `arguments`; the barriers
-//! between them follow from that, and the recorder records them.
+//! One simulation step, as a script: a line a kernel, in order. Each kernel's file says what it takes, what it reads and writes,
+//! and what its twin does; the barriers between kernels follow from that.
 
-mod arguments;
-mod distances;
-mod feeding;
-mod sorting;
+pub mod advance;
+pub mod diffuse;
+pub mod diffuse_seams;
+pub mod digest;
+pub mod distance;
+pub mod distance_brute;
+pub mod distance_merge;
+pub mod distance_raster;
+pub mod distance_tiles;
+pub mod exchange_seams;
+pub mod respawn;
+pub mod ring;
+pub mod scent;
+pub mod sort;
+pub mod transfer;
+pub mod turn;
+pub mod unfold;
 
-use super::params::StepParams;
-use super::pipelines::Kernels;
-use super::state::State;
-use super::turns::Turn;
-use super::types::{Physarum, Pose};
-use crate::gpu::{DispatchGroups, Recorder, Threads};
-use crate::scene::settings::Strategy;
+use super::distance::TILE_SAMPLES;
+use super::plan::Plan;
+use super::roles::Pair;
+use super::spread::{Half, in_halves};
+use super::work::{Counter, Step};
+use crate::gpu::{DispatchGroups, Threads};
+use crate::scene::settings::{DistanceMethod, Strategy};
+use advance::Form;
+use exchange_seams::Field;
+use turn::Turn;
 
-use distances::distance;
-use feeding::feed;
-use sorting::sort;
-
-/// Which groups an indirect dispatch takes: one invocation a transfer, or one a particle of the window.
-const TRANSFERS: usize = 0;
-const WINDOW: usize = 1;
-
-/// Which groups the particles take that advance has listed.
-const WALKING: usize = 0;
-const NEARBY: usize = 1;
-const WALKING_NEARBY: usize = 2;
-
-/// What the host has found to be others than in the step before.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Changes {
-    /// World from object, one an object.
-    pub poses: Option<Vec<Pose>>,
-    /// The same in the step before this one.
-    pub poses_before: Option<Vec<Pose>>,
-    /// What particles do, one an object.
-    pub physarums: Option<Vec<Physarum>>,
+/// The step that is planned.
+#[must_use]
+pub fn step(plan: &Plan<'_>) -> Step {
+    let mut step = Step::default();
+    let s = &mut step;
+    bring_changes(s, plan);
+    take_distances(s, plan);
+    walk_and_change_objects(s, plan);
+    feed(s, plan);
+    spread(s, plan);
+    if plan.sorts {
+        sort(s, plan);
+    }
+    step
 }
 
-/// Records one step, after which the objects are where `changes` say.
-pub fn record(
-    rec: &mut Recorder,
-    k: &Kernels,
-    s: &mut State,
-    params: &StepParams,
-    changes: &Changes,
-) {
-    pose(rec, s, changes);
-    distance(rec, k, s, params);
-    walk_and_change_objects(rec, k, s, &params.turn);
-    feed(rec, k, s);
-    if let Some(first_half) = params.first_half() {
-        diffuse(rec, k, s, &first_half);
-        s.trail.swap();
-    }
-    diffuse(rec, k, s, params);
-    // Gutters are filled, so that the next step's sensors see no seam.
-    let seams = Threads(params.exchange_seams.seam_count);
-    let trail = arguments::exchange_seams(s);
-    rec.dispatch(&k.exchange_seams, seams, trail, params.exchange_seams);
-    s.trail.swap();
-    s.deposits.swap();
-    if let Some(params) = &params.sort {
-        sort(rec, k, s, params);
-    }
-}
-
-/// Brings the objects to new poses. They travel in the command buffer, so steps recorded earlier keep theirs.
-/// What particles do on each object comes the same way.
-pub fn pose(rec: &mut Recorder, s: &State, changes: &Changes) {
+/// What the host has found to be others than before. It travels with the step, so steps that wait for their turn keep theirs.
+fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
+    let changes = &plan.changes;
     if let Some(poses) = &changes.poses {
-        rec.update_long(&s.poses, poses);
+        s.write(poses, |s| &s.poses, |a| &mut a.poses);
     }
     if let Some(poses) = &changes.poses_before {
-        rec.update_long(&s.poses_before, poses);
+        s.write(poses, |s| &s.poses_before, |a| &mut a.poses_before);
     }
     if let Some(physarums) = &changes.physarums {
-        rec.update_long(&s.physarums, physarums);
+        s.write(physarums, |s| &s.physarums, |a| &mut a.physarums);
+    }
+}
+
+/// Distances between objects, where something has moved: elsewhere there are no jobs.
+fn take_distances(s: &mut Step, plan: &Plan<'_>) {
+    let update = &plan.distances;
+    if update.jobs.is_empty() {
+        return;
+    }
+    s.write(&update.jobs, |s| &s.distance_jobs, |a| &mut a.jobs);
+    s.write(&update.pairs, |s| &s.distance_pairs, |a| &mut a.pairs);
+    s.write(&update.moves, |s| &s.distance_moves, |a| &mut a.moves);
+    match plan.settings.distance.method {
+        DistanceMethod::Bvh => {
+            let texels = Threads(update.tile_count() * TILE_SAMPLES);
+            s.reset(&NONE_LISTED, |s| &s.tile_groups);
+            s.reset(&NONE_LISTED, |s| &s.covered_groups);
+            s.run(Threads(update.tile_count()), plan.distance_tiles());
+            s.run_at_most(texels, Counter::Tiles, plan.distance());
+        }
+        DistanceMethod::Brute => s.run(Threads(update.thread_count), plan.distance_brute()),
+        DistanceMethod::Raster => {
+            for (round, draw) in (0..).zip(plan.distance_raster()) {
+                s.add(draw);
+                s.run(Threads(update.thread_count), plan.distance_merge(round));
+            }
+        }
+    }
+    s.run(plan.seams(), plan.exchange_seams(Field::Distances));
+    if plan.sees_across() {
+        match plan.settings.distance.method {
+            DistanceMethod::Bvh => s.run(Counter::Covered, plan.unfold()),
+            _ => s.run(Threads(update.thread_count), plan.unfold()),
+        }
     }
 }
 
 /// Every particle advances once. Those that go into another object change to it, as the strategy says.
-fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: &Turn) {
-    match all.strategy {
-        Strategy::None => advance(rec, k, s, all),
+fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
+    let all = Turn::All;
+    match plan.strategy {
+        Strategy::None => advance(s, plan, all),
         Strategy::Respawn => {
-            advance(rec, k, s, all);
-            move_border(rec, k, s, all);
-            let selected = (&s.transfers.groups, TRANSFERS);
-            rec.dispatch_indirect(&k.respawn, selected, arguments::respawn(s), all.respawn);
+            advance(s, plan, all);
+            s.run(Threads(1), plan.move_border(all));
+            s.run(Counter::Transfers, plan.respawn());
         }
         Strategy::Direct => {
-            advance(rec, k, s, all);
-            move_border(rec, k, s, all);
-            transfer_out(rec, k, s, all);
-            s.transfers.swap();
-            transfer_in(rec, k, s, all);
+            advance(s, plan, all);
+            s.run(Threads(1), plan.move_border(all));
+            s.run(Counter::Transfers, plan.transfer_out());
+            s.swap(Pair::Transfers);
+            s.run(Counter::Transfers, plan.transfer_in(all));
         }
         Strategy::Scattered | Strategy::Sequential | Strategy::Parallel => {
-            for turn in (0..all.count).map(|object| all.of(object)) {
-                transfer_in(rec, k, s, &turn);
-                advance(rec, k, s, &turn);
-                move_border(rec, k, s, &turn);
-                transfer_out(rec, k, s, &turn);
-                defragment(rec, k, s, &turn);
-                s.transfers.swap();
+            for turn in (0..plan.object_count()).map(Turn::Of) {
+                s.run(Counter::Transfers, plan.transfer_in(turn));
+                advance(s, plan, turn);
+                s.run(Threads(1), plan.move_border(turn));
+                s.run(Counter::Transfers, plan.transfer_out());
+                defragment(s, plan, turn);
+                s.swap(Pair::Transfers);
             }
         }
     }
@@ -112,86 +126,89 @@ fn walk_and_change_objects(rec: &mut Recorder, k: &Kernels, s: &mut State, all: 
 
 /// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
 /// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
-fn advance(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    if k.walk_sensors.is_some() {
+fn advance(s: &mut Step, plan: &Plan<'_>, turn: Turn) {
+    let forms = plan.forms_of_advance();
+    if !forms.is_empty() {
         // No particle is listed yet.
         let none = DispatchGroups {
             x: 0,
-            y: turn.advance.walker_rows,
+            y: plan.walker_rows(),
             z: 1,
         };
-        rec.update(&s.walker_count, 0, &[0; 3]);
-        rec.update(&s.walker_groups, 0, &[none; 3]);
+        s.reset(&[0; 3], |s| &s.walker_count);
+        s.reset(&[none; 3], |s| &s.walker_groups);
     }
-    let args = |listed| arguments::advance(k, s, listed);
-    if turn.strategy.has_windows() {
-        let window = (&s.transfers.groups, WINDOW);
-        rec.dispatch_indirect(&k.advance, window, args(&s.walker_groups), turn.advance);
+    let every = plan.advance(Form::All, turn);
+    if plan.strategy.has_windows() {
+        s.run(Counter::Window, every);
     } else {
-        let particles = Threads(turn.advance.particle_count);
-        rec.dispatch(&k.advance, particles, args(&s.walker_groups), turn.advance);
+        s.run(Threads(plan.particle_count()), every);
     }
-    // Those that were listed follow; they list no others.
-    for (list, kernel) in [
-        (WALKING, &k.walk_sensors),
-        (NEARBY, &k.advance_near),
-        (WALKING_NEARBY, &k.walk_near),
-    ] {
-        if let Some(kernel) = kernel {
-            let listed = (&s.walker_groups, list);
-            rec.dispatch_indirect(kernel, listed, args(&s.no_groups), turn.advance);
-        }
+    for &(form, listed) in forms {
+        s.run(listed, plan.advance(form, turn));
     }
-}
-
-fn transfer_in(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    let arriving = (&s.transfers.groups, TRANSFERS);
-    let args = arguments::transfer_in(s);
-    rec.dispatch_indirect(&k.transfer_in, arriving, args, turn.transfer_in);
-}
-
-fn move_border(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    let args = arguments::move_border(s);
-    rec.dispatch(&k.move_border, Threads(1), args, turn.move_border);
-}
-
-fn transfer_out(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    let selected = (&s.transfers.groups, TRANSFERS);
-    let args = arguments::transfer_out(s);
-    rec.dispatch_indirect(&k.transfer_out, selected, args, turn.transfer_out);
 }
 
 /// Puts the window of the object in order that some have left.
-fn defragment(rec: &mut Recorder, k: &Kernels, s: &State, turn: &Turn) {
-    match turn.strategy {
+fn defragment(s: &mut Step, plan: &Plan<'_>, turn: Turn) {
+    match plan.strategy {
         Strategy::Sequential => {
-            for part in turn.sequential_parts() {
-                let args = arguments::defragment_sequential(s);
-                rec.dispatch(&k.defragment_sequential, Threads(1), args, part);
+            for part in plan.defragment_sequential(turn) {
+                s.run(Threads(1), part);
             }
         }
         Strategy::Parallel => {
-            let left = (&s.transfers.groups, TRANSFERS);
-            let args = arguments::defragment_scan(s);
-            rec.dispatch_indirect(&k.defragment_scan, left, args, turn.defragment_scan);
-            let args = arguments::defragment_swap(s);
-            rec.dispatch_indirect(&k.defragment_swap, left, args, turn.defragment_swap);
+            s.run(Counter::Transfers, plan.defragment_scan(turn));
+            s.run(Counter::Transfers, plan.defragment_swap());
         }
         _ => {}
     }
 }
 
-/// Texels beside seams come after the others, by their rows.
-fn diffuse(rec: &mut Recorder, k: &Kernels, s: &State, params: &StepParams) {
-    let spread = (s.unused).spread(k.outgrows_block, &s.trail, &s.deposits);
-    let lanes = Threads(params.diffuse.lane_count);
-    rec.dispatch(
-        &k.diffuse,
-        lanes,
-        arguments::diffuse(s, &spread),
-        params.diffuse,
-    );
-    let rows = Threads(params.diffuse_seams.row_count);
-    let args = arguments::diffuse_seams(s);
-    rec.dispatch(&k.diffuse_seams, rows, args, params.diffuse_seams);
+/// What was eaten is taken away, and where that changes a smell, sensors read another one.
+fn feed(s: &mut Step, plan: &Plan<'_>) {
+    if !plan.has_food() {
+        return;
+    }
+    let none = DispatchGroups { x: 0, y: 0, z: 1 };
+    s.reset(&[none], |s| &s.food().groups);
+    s.run(Threads(plan.foods()), plan.digest());
+    s.run(Counter::Scented, plan.scent());
 }
+
+/// The trail spreads, takes up the deposits and decays.
+fn spread(s: &mut Step, plan: &Plan<'_>) {
+    if in_halves(plan) {
+        diffuse(s, plan, Half::First);
+        s.swap(Pair::Trail);
+    }
+    diffuse(s, plan, Half::Last);
+    // Gutters are filled, so that the next step's sensors see no seam.
+    s.run(plan.seams(), plan.exchange_seams(Field::Trail));
+    s.swap(Pair::Trail);
+    s.swap(Pair::Deposits);
+}
+
+/// Texels beside seams come after the others, by their rows.
+fn diffuse(s: &mut Step, plan: &Plan<'_>, half: Half) {
+    let texels = plan.diffuse(half);
+    let rows = plan.diffuse_seams(half);
+    s.run(Threads(texels.params.lane_count), texels);
+    s.run(Threads(rows.params.row_count), rows);
+}
+
+/// Particles lie in other buffers afterwards.
+fn sort(s: &mut Step, plan: &Plan<'_>) {
+    let particles = Threads(plan.particle_count());
+    s.clear(|s| &s.sorting.bins, |a| &mut a.bins);
+    s.run(particles, plan.sort_count());
+    s.run(Threads(1), plan.sort_scan());
+    s.run(particles, plan.sort_scatter());
+    s.swap(Pair::Particles);
+}
+
+/// Groups of the kernel that works on a list, and how many entries it has, while none is listed.
+const NONE_LISTED: [DispatchGroups; 2] = [
+    DispatchGroups { x: 0, y: 1, z: 1 },
+    DispatchGroups { x: 0, y: 0, z: 0 },
+];

@@ -57,9 +57,10 @@ impl TexelPaths {
 
 /// What is bound in the place of a texture that is written another way.
 pub struct Unused {
-    floats: Buffer<f32>,
+    floats: Buffer<Vec4>,
     float_quads: Texels<f32>,
     words: Buffer<u32>,
+    word_blocks: Buffer<UVec4>,
     word_quads: Texels<u32>,
     word_texels: Texels<u32>,
 }
@@ -67,11 +68,11 @@ pub struct Unused {
 /// Where diffusion writes to.
 pub struct Spread<'a> {
     /// The trail.
-    pub next_trail: Buffer<Vec4>,
+    pub next_trail: &'a Buffer<Vec4>,
     /// The same by another way.
     pub next_trail_quads: &'a Texels<f32>,
     /// Deposits that are cleared.
-    pub previous_deposits: Buffer<UVec4>,
+    pub previous_deposits: &'a Buffer<UVec4>,
     /// The same by another way.
     pub previous_deposits_quads: &'a Texels<u32>,
 }
@@ -92,13 +93,14 @@ impl Unused {
     /// # Errors
     /// No memory.
     pub fn new(ctx: &Arc<Context>) -> Result<Self, GpuError> {
-        let floats = Buffer::zeroed(ctx, "unused.floats", 4)?;
-        let words = Buffer::zeroed(ctx, "unused.words", 4)?;
+        let floats: Buffer<f32> = Buffer::zeroed(ctx, "unused.floats", 4)?;
+        let words: Buffer<u32> = Buffer::zeroed(ctx, "unused.words", 4)?;
         Ok(Self {
             float_quads: Texels::new(&floats, 4)?,
-            floats,
+            floats: floats.cast(),
             word_quads: Texels::new(&words, 4)?,
             word_texels: Texels::new(&words, 1)?,
+            word_blocks: words.cast(),
             words,
         })
     }
@@ -122,16 +124,16 @@ impl Unused {
     ) -> Spread<'a> {
         if outgrows_block {
             Spread {
-                next_trail: self.floats.cast(),
+                next_trail: &self.floats,
                 next_trail_quads: &trail.back_views.quads,
-                previous_deposits: self.words.cast(),
+                previous_deposits: &self.word_blocks,
                 previous_deposits_quads: &deposits.back_views.quads,
             }
         } else {
             Spread {
-                next_trail: trail.back.cast(),
+                next_trail: &trail.back_blocks,
                 next_trail_quads: &self.float_quads,
-                previous_deposits: deposits.back.cast(),
+                previous_deposits: &deposits.back_blocks,
                 previous_deposits_quads: &self.word_quads,
             }
         }

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use glam::{UVec2, Vec3};
 
 use super::ground::Ground;
+use super::kernels::{Advance, TransferIn};
 use super::movement::FARTHEST;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::turns::Turn;
 use super::types::{Flow, Motion, Particle, Pose, Transfer, Window};
-use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, Readback, Recorder, Texels};
+use crate::gpu::{
+    Buffer, Context, DispatchGroups, GpuError, Kernel as _, Readback, Recorder, Texels,
+};
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
@@ -426,8 +428,8 @@ impl Transfers {
         };
         let windows = or_one(windows);
         let groups = [
-            DispatchGroups::of(in_flight.len() as u32, Turn::TRANSFER_GROUP),
-            DispatchGroups::of(windows[0].count, Turn::PARTICLE_GROUP),
+            DispatchGroups::of(in_flight.len() as u32, TransferIn::GROUP_SIZE),
+            DispatchGroups::of(windows[0].count, Advance::GROUP_SIZE),
         ];
         let flow = Flow {
             leaving: in_flight.len() as u32,

@@ -10,12 +10,16 @@ use myxo::gpu::{
 };
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
 use myxo::rng::{Purpose, random, unit};
+use myxo::sim::Setup;
+use myxo::sim::behaviour::physarums;
 use myxo::sim::choices::draws::{DrawDepositsArgs, DrawDepositsDraw, DrawDepositsParams};
 use myxo::sim::choices::kernels::*;
 use myxo::sim::choices::{sensor_places, turning_strips};
+use myxo::sim::plan::{Means, Plan};
+use myxo::sim::step::advance::Form;
+use myxo::sim::step::turn::Turn;
 use myxo::sim::twin::choices as twin;
 use myxo::sim::types::{Motion, Particle};
-use myxo::sim::{Setup, StepParams};
 
 fn texels<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Texels<u32> {
     let buffer = Buffer::from_slice_in(ctx, name, data, Domain::Texels).unwrap();
@@ -318,8 +322,10 @@ fn sensors_read_the_same_whichever_way_the_trail_is_bound() {
     let ctx = &gpu.ctx;
     let setup = start("builtin:torus?major=24&minor=16", 1021);
     let scene = scene("builtin:torus?major=24&minor=16", |_| {});
-    let step = StepParams::new(&scene.settings, &setup, 0, 1);
-    let places = sensor_places(&setup, &step.turn.advance, &setup.particles, &setup.motions);
+    let plan = Plan::new(&scene.settings, &setup, 0, Means::of_host(false, 1));
+    let params = plan.advance(Form::All, Turn::All).params;
+    let own = physarums(&scene.settings, &setup)[0];
+    let places = sensor_places(&setup, &params, &own, &setup.particles, &setup.motions);
     assert_eq!(places.len(), 2 * 1021);
     let [pitch, size] = [setup.atlas.pitch, setup.atlas.size];
     let trail: Vec<f32> = (0..pitch * size)

@@ -8,12 +8,15 @@ use myxo::mesh::walk::{SurfacePoint, WalkQuery};
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::settings::{Border, Sensing, Settings};
+use myxo::sim::behaviour::physarums;
 use myxo::sim::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams};
+use myxo::sim::plan::{Means, Plan};
 use myxo::sim::queries::walker_of;
-use myxo::sim::texel_paths::TexelPaths;
+use myxo::sim::step::advance::Form;
+use myxo::sim::step::turn::Turn;
 use myxo::sim::types::Walker;
 use myxo::sim::walker::WALK_OUT_OF_ATTEMPTS;
-use myxo::sim::{Setup, Simulation, Snapshot, StepConstants, StepParams, twin};
+use myxo::sim::{Setup, Simulation, Snapshot, twin};
 use std::sync::Arc;
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
@@ -318,18 +321,16 @@ fn settings_reach_the_kernels() {
         s.physarum.gravity_weight = 4.0;
     });
     let setup = Setup::new(&scene).unwrap();
-    let params = StepParams::new(&scene.settings, &setup, 9, 1).turn.advance;
+    let plan = Plan::new(&scene.settings, &setup, 9, Means::of_host(false, 1));
+    let advance = plan.advance(Form::All, Turn::All);
+    let params = physarums(&scene.settings, &setup)[0];
     assert_eq!(
         (params.speed, params.sensor_offset, params.gravity_weight),
         (0.5, 1.0, 2.0)
     );
     assert!(params.sensor_cos.abs() < 1e-6 && (params.sensor_sin - 1.0).abs() < 1e-6);
     assert!((params.rotation_cos + 1.0).abs() < 1e-6);
-    assert_eq!(params.time_step, 9);
-    let constants = StepConstants::new(&scene.settings, TexelPaths::default());
-    assert!(
-        constants.advance.gravity
-            && !constants.advance.sensor_noise
-            && constants.advance.border_reflects
-    );
+    assert_eq!(advance.params.time_step, 9);
+    let constants = advance.constants;
+    assert!(constants.gravity && !constants.sensor_noise && constants.border_reflects);
 }

@@ -6,10 +6,11 @@ use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
 use myxo::scene::Scene;
 use myxo::scene::settings::Strategy;
 use myxo::sim::kernels::{
-    SortCount, SortCountArgs, SortCountConstants, SortScan, SortScanArgs, SortScatter,
-    SortScatterArgs, SortScatterConstants,
+    SortCount, SortCountArgs, SortCountConstants, SortCountParams, SortScan, SortScanArgs,
+    SortScanParams, SortScatter, SortScatterArgs, SortScatterConstants, SortScatterParams,
 };
-use myxo::sim::sorting::{SORT_INTERVAL, SortParams, Tiles};
+use myxo::sim::plan::{Means, Plan};
+use myxo::sim::sorting::{SORT_INTERVAL, Tiles, may_sort};
 use myxo::sim::twin::sort::{bin_of, sort_count, sort_scan, sort_scatter};
 use myxo::sim::types::{Flow, Motion, Particle, Window};
 use myxo::sim::{Setup, Simulation};
@@ -22,6 +23,24 @@ fn trio(count: u32, size: u32, strategy: Strategy) -> Scene {
         s.transfer.strategy = strategy;
         s.transfer.threshold = 0.01;
     })
+}
+
+/// What the kernels take.
+struct SortParams {
+    count: SortCountParams,
+    scan: SortScanParams,
+    scatter: SortScatterParams,
+}
+
+impl SortParams {
+    fn of(scene: &Scene, setup: &Setup) -> Self {
+        let plan = Plan::new(&scene.settings, setup, 0, Means::of_host(false, 1));
+        Self {
+            count: plan.sort_count().params,
+            scan: plan.sort_scan().params,
+            scatter: plan.sort_scatter().params,
+        }
+    }
 }
 
 /// What the kernels work on: each object's particles in its window, which begins anywhere in the ring, the first of the
@@ -39,7 +58,7 @@ impl Case {
     fn new(count: u32, size: u32, windows: bool) -> Self {
         let scene = trio(count, size, Strategy::Parallel);
         let setup = Setup::new(&scene).unwrap();
-        let params = SortParams::at_end_of(&scene.settings, &setup, SORT_INTERVAL).unwrap();
+        let params = SortParams::of(&scene, &setup);
         let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
         let mut in_order = setup.particles.clone();
         in_order.sort_by_key(object);
@@ -238,8 +257,10 @@ fn steps_sort_every_so_often() {
             let setup = simulation.setup();
             let tiles = Tiles::of(&setup.atlas, 3);
             let windows = strategy.has_windows();
-            let params = SortParams::at_end_of(&scene.settings, setup, SORT_INTERVAL);
-            let Some(params) = params else { continue };
+            if !may_sort(&scene.settings) {
+                continue;
+            }
+            let params = SortParams::of(&scene, setup);
             assert_eq!(params.count.tile_count, tiles.count);
             let start = state
                 .transfers

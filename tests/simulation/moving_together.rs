@@ -8,8 +8,9 @@ use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::distance::{DistancePlanner, DistanceUpdate};
+use myxo::sim::plan::{Means, Plan};
 use myxo::sim::types::Pose;
-use myxo::sim::{Setup, Simulation, StepParams, twin};
+use myxo::sim::{Setup, Simulation, twin};
 
 const TORUS: &str = "torus?major=24&minor=16";
 
@@ -49,10 +50,10 @@ fn updates(scene: &Scene, steps: u64) -> Vec<DistanceUpdate> {
     let settings = &scene.settings;
     (0..steps)
         .map(|step| {
-            let mut params = StepParams::new(settings, &setup, step, 1);
+            let mut plan = Plan::new(settings, &setup, step, Means::of_host(false, 1));
             let poses = poses(scene, step);
-            params.update_distances(&mut planner, settings, &setup, step, &poses);
-            params.distance_update
+            plan.update_distances(&mut planner, step, &poses);
+            plan.distances
         })
         .collect()
 }

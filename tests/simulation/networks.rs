@@ -8,11 +8,14 @@ use crate::common::{Gpu, gpu, scene, set_up};
 use myxo::mesh::surface::NONE;
 use myxo::scene::settings::Sensing;
 use myxo::sim::Simulation;
+use myxo::sim::Snapshot;
+use myxo::sim::behaviour::physarums;
 use myxo::sim::field::{atlas_position, trail_at};
 use myxo::sim::network::{Network, THRESHOLD};
+use myxo::sim::plan::{Means, Plan};
+use myxo::sim::step::advance::Form;
+use myxo::sim::step::turn::Turn;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
-use myxo::sim::types::Physarum;
-use myxo::sim::{Snapshot, StepParams};
 
 /// How much is grown.
 struct Size {
@@ -295,13 +298,9 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
 /// walk, in parts of the mean trail.
 fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
     let setup = simulation.setup();
-    let params = StepParams::new(simulation.settings(), setup, 0, 1)
-        .turn
-        .advance;
-    let own = Physarum {
-        sensor_offset: params.sensor_offset,
-        ..bytemuck::Zeroable::zeroed()
-    };
+    let plan = Plan::new(simulation.settings(), setup, 0, Means::of_host(false, 1));
+    let params = plan.advance(Form::All, Turn::All).params;
+    let own = physarums(simulation.settings(), setup)[0];
     let inputs = AdvanceInputs {
         trail: &snapshot.trail,
         ..AdvanceInputs::of_surface(setup, std::slice::from_ref(&own))
@@ -313,17 +312,13 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
     for (particle, motion) in snapshot.particles.iter().zip(&snapshot.motions) {
         let heading = [motion.heading_p, motion.heading_h];
         let turned = |s: f32| {
-            let c = params.sensor_cos;
+            let c = own.sensor_cos;
             [
                 c * heading[0] - s * heading[1],
                 s * heading[0] + c * heading[1],
             ]
         };
-        let towards = [
-            turned(params.sensor_sin),
-            heading,
-            turned(-params.sensor_sin),
-        ];
+        let towards = [turned(own.sensor_sin), heading, turned(-own.sensor_sin)];
         let Some(places) = straight_places(&params, &inputs, &own, particle, towards) else {
             walking += 1;
             continue;
@@ -334,7 +329,7 @@ fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
                 u: particle.u,
                 v: particle.v,
                 heading,
-                remaining: params.sensor_offset,
+                remaining: own.sensor_offset,
                 status: 0,
             };
             w.walk(&setup.strips, u32::MAX, true);

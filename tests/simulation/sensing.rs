@@ -9,12 +9,16 @@ use myxo::mesh::surface::NONE;
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectSettings, Sensing, Settings};
+use myxo::sim::behaviour::physarums;
 use myxo::sim::field::{texel_at, weights_at};
 use myxo::sim::kernels::Advance;
+use myxo::sim::plan::{Means, Plan};
+use myxo::sim::step::advance::Form;
+use myxo::sim::step::turn::Turn;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
-use myxo::sim::types::{Physarum, Walker};
+use myxo::sim::types::Walker;
 use myxo::sim::walker::walk;
-use myxo::sim::{Setup, Simulation, StepParams};
+use myxo::sim::{Setup, Simulation};
 
 /// A place on the surface, as its object has it.
 fn world(setup: &Setup, triangle: u32, u: f32, v: f32) -> Vec3 {
@@ -37,11 +41,9 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
     }];
     let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
     let setup = Setup::new(&scene).unwrap();
-    let params = StepParams::new(&scene.settings, &setup, 0, 1).turn.advance;
-    let own = Physarum {
-        sensor_offset: params.sensor_offset,
-        ..bytemuck::Zeroable::zeroed()
-    };
+    let plan = Plan::new(&scene.settings, &setup, 0, Means::of_host(false, 1));
+    let params = plan.advance(Form::All, Turn::All).params;
+    let own = physarums(&scene.settings, &setup)[0];
     let inputs = AdvanceInputs::of_surface(&setup, std::slice::from_ref(&own));
     let (mut errors, mut straight) = (Vec::new(), 0);
     for (i, particle) in setup.particles.iter().enumerate() {
@@ -53,7 +55,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
         straight += 1;
         for (heading, place) in towards.into_iter().zip(places) {
             let [u, v] = [particle.u, particle.v];
-            let mut w = Walker::at(particle.triangle, u, v, heading, params.sensor_offset);
+            let mut w = Walker::at(particle.triangle, u, v, heading, own.sensor_offset);
             w.entered_by = NONE;
             walk::<false>(
                 &setup.surface.triangles,
@@ -72,7 +74,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
             assert_eq!(chart(triangle), chart(particle.triangle), "{mesh}");
             let [u, v] = weights_at(&setup.atlas.maps[triangle as usize], place);
             let read = world(&setup, triangle, u, v);
-            errors.push(read.distance(walked) / params.sensor_offset);
+            errors.push(read.distance(walked) / own.sensor_offset);
         }
     }
     errors.sort_by(f32::total_cmp);

@@ -9,7 +9,7 @@ use myxo::gpu::{
 };
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
-use myxo::sim::sorting::{SORT_INTERVAL, SortParams};
+use myxo::sim::sorting::{SORT_INTERVAL, may_sort};
 use myxo::sim::{Simulation, memory};
 use myxo::{Error, Result};
 
@@ -259,9 +259,10 @@ impl Rig {
             memory_bytes: memory::size_in_bytes(setup, simulation.settings()),
             warmup: measured.warmup,
             steps: report.steps,
-            sort_places: match SortParams::new(simulation.settings(), setup) {
-                Some(_) => measured.places.iter().filter(|place| **place).count(),
-                None => 0,
+            sort_places: if may_sort(simulation.settings()) {
+                measured.places.iter().filter(|place| **place).count()
+            } else {
+                0
             },
             runs_ms: measured.runs.iter().map(|run| run.step_ms).collect(),
             time,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::UVec2;
 
-use super::{Pantry, scent_at};
+use super::{Pantry, scent_of};
 use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
 use crate::sim::state::Views;
 use crate::sim::types::{Mark, Meal};
@@ -64,15 +64,4 @@ impl FoodBuffers {
             scented_count: pantry.scented_count(),
         })
     }
-}
-
-/// What sensors read of food and markers, one a texel, gutters filled, when of each there is what `meals` say.
-#[must_use]
-pub fn scent_of(pantry: &Pantry, meals: &[Meal]) -> Vec<f32> {
-    let mut field = vec![0.0; pantry.plates.len()];
-    for texel in pantry.scented.windows(2) {
-        let whiffs = &pantry.whiffs[texel[0].y as usize..texel[1].y as usize];
-        field[texel[0].x as usize] = scent_at(whiffs, meals);
-    }
-    field
 }

@@ -6,10 +6,10 @@ use super::FoodPlace;
 use crate::error::{Error, Result};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::SurfacePoint;
+use crate::rng::seed_word;
 use crate::rng::{Purpose, random};
 use crate::scene::motion::Origins;
 use crate::scene::settings::{FoodSettings, Settings};
-use crate::sim::params::seed_word;
 use crate::sim::start::{AreaTable, nearest_point, share, uniform_in_triangle};
 
 /// Places that scattered food is chosen from; always as many, so that more food leaves what is there where it is.

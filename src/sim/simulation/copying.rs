@@ -72,22 +72,10 @@ impl Simulation {
     pub fn record_snapshot(&self, rec: &mut Recorder) -> Result<SnapshotCopy> {
         let state = &self.state;
         let transfers = &state.transfers;
-        let strategy = self.settings.strategy();
-        let several = self.setup.poses.len() > 1;
+        let strategy = self.settings().strategy();
+        let several = self.setup().poses.len() > 1;
         Ok(SnapshotCopy {
-            known: Snapshot {
-                step: self.step,
-                movement: self.movement.save(),
-                last_poses: self.poses_of_step.clone(),
-                origin: self.setup.origin(),
-                distance_poses: self.planner.poses().to_vec(),
-                kept_pairs: self.planner.kept(),
-                food: FoodState {
-                    remaining: Vec::new(),
-                    fed_deposit: self.fed_deposit,
-                },
-                ..Snapshot::nothing()
-            },
+            known: self.course.snapshot(),
             particles: Part::record(rec, &state.particles)?,
             motions: Part::record(rec, &state.motions)?,
             trail: Part::record(rec, &state.trail.front)?,
@@ -111,7 +99,7 @@ impl Simulation {
             meals: (state.food.as_ref())
                 .map(|food| Part::record(rec, &food.meals))
                 .transpose()?,
-            distances: (self.planner.has_taken())
+            distances: (self.course.has_distances())
                 .then(|| -> Result<_> {
                     Ok((
                         Part::record(rec, &state.distances)?,

@@ -2,15 +2,14 @@
 
 use std::sync::{Arc, Weak};
 
-use super::super::food::buffers::{FoodBuffers, scent_of};
-use super::super::food::{FoodPlace, Pantry, places};
-use super::super::params::StepConstants;
-use super::super::pipelines::Kernels;
+use super::super::course::Course;
+use super::super::food::buffers::FoodBuffers;
+use super::super::food::{FoodPlace, Pantry, places, scent_of};
+use super::super::plan::Means;
 use super::super::setup::Setup;
 use super::super::snapshot::FoodState;
-use super::super::texel_paths::TexelPaths;
 use super::super::types::Meal;
-use super::Simulation;
+use super::{Simulation, pipelines_of};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, GpuError};
 use crate::mesh::atlas::Control;
@@ -61,13 +60,11 @@ impl Served {
 pub struct FoodOrder {
     /// Measuring takes long and needs no device, so it keeps none from ending.
     ctx: Weak<Context>,
-    setup: Arc<Setup>,
-    settings: Settings,
+    /// With the settings that ask for it.
+    course: Course,
+    means: Means,
     /// What is left of the food that there is.
     remaining: Vec<u32>,
-    /// What the kernels that there are were made with.
-    constants: StepConstants,
-    has_bias: bool,
 }
 
 /// Other food, measured; [`Simulation::apply_with_food`] lets it be there.
@@ -78,8 +75,6 @@ pub struct PreparedFood {
     served: Option<Served>,
     /// How that was.
     before: Vec<FoodPlace>,
-    /// The first food has kernels of its own.
-    kernels: Option<(StepConstants, Kernels)>,
 }
 
 impl FoodOrder {
@@ -89,7 +84,10 @@ impl FoodOrder {
     /// When a food lies off its object or on none, there are too many, or they reach too many texels; when the device is lost
     /// or has ended meanwhile; and when it was stopped.
     pub fn prepare(self, control: &Control<'_>) -> Result<PreparedFood> {
-        let pantry = measured(&self.setup, &self.settings, control)?;
+        let Course {
+            setup, settings, ..
+        } = &self.course;
+        let pantry = measured(setup, settings, control)?;
         let ctx = self.ctx.upgrade().filter(|ctx| !ctx.is_lost());
         let ctx = ctx.ok_or_else(|| GpuError::DeviceLost {
             call: "preparing food",
@@ -97,21 +95,16 @@ impl FoodOrder {
         })?;
         let served = pantry
             .map(|pantry| {
-                let left = pantry.kept(&self.setup.pantry, &self.remaining);
+                let left = pantry.kept(&setup.pantry, &self.remaining);
                 Served::new(&ctx, pantry, &left)
             })
             .transpose()?;
-        let paths = TexelPaths::of(ctx.info(), self.setup.atlas.texel_count() as u64);
-        let constants = StepConstants::new(&self.settings, paths).with_bias(self.has_bias);
-        let kernels = (constants != self.constants)
-            .then(|| Kernels::new(&ctx, &constants))
-            .transpose()?
-            .map(|kernels| (constants, kernels));
+        // The first food has kernels of its own: the device keeps them until they are asked for.
+        pipelines_of(&ctx, &self.course, self.means)?;
         Ok(PreparedFood {
-            before: self.setup.pantry.places.clone(),
-            settings: self.settings,
+            before: setup.pantry.places.clone(),
+            settings: settings.clone(),
             served,
-            kernels,
         })
     }
 }
@@ -132,12 +125,6 @@ impl PreparedFood {
     /// Is it also what is to come after what there is?
     fn is_for(&self, settings: &Settings, there: &Pantry) -> bool {
         self.is_of(settings) && (self.served.is_some() || self.before == there.places)
-    }
-
-    /// Kernels for these constants, if it has them.
-    pub(super) fn take_kernels(&mut self, constants: &StepConstants) -> Option<Kernels> {
-        let made = self.kernels.take_if(|(made, _)| made == constants)?;
-        Some(made.1)
     }
 }
 
@@ -165,14 +152,12 @@ impl Simulation {
     /// prepared, what there was stays.
     #[must_use]
     pub fn order_food(&self, settings: &Settings) -> Option<FoodOrder> {
-        (!has_same_food(settings, &self.settings)).then(|| FoodOrder {
+        (!has_same_food(settings, self.settings())).then(|| FoodOrder {
             ctx: Arc::downgrade(&self.ctx),
-            setup: Arc::clone(&self.setup),
-            settings: settings.clone(),
+            course: self.course.with_settings(settings),
+            means: self.means(),
             // A guess: what is eaten meanwhile is seen to when it is served.
             remaining: self.remaining().unwrap_or_default(),
-            constants: self.constants,
-            has_bias: self.state.bias.is_some(),
         })
     }
 
@@ -182,20 +167,20 @@ impl Simulation {
         settings: &Settings,
         prepared: Option<&mut PreparedFood>,
     ) -> Result<Option<Served>> {
-        if has_same_food(settings, &self.settings) {
+        if has_same_food(settings, self.settings()) {
             return Ok(None);
         }
         let mut served = match prepared {
-            Some(food) if food.is_for(settings, &self.setup.pantry) => food.served.take(),
-            _ => measured(&self.setup, settings, &Control::default())?
+            Some(food) if food.is_for(settings, &self.setup().pantry) => food.served.take(),
+            _ => measured(self.setup(), settings, &Control::default())?
                 .map(|pantry| {
-                    let left = pantry.kept(&self.setup.pantry, &self.remaining()?);
+                    let left = pantry.kept(&self.setup().pantry, &self.remaining()?);
                     Served::new(&self.ctx, pantry, &left)
                 })
                 .transpose()?,
         };
         if let Some(served) = &mut served {
-            let left = served.pantry.kept(&self.setup.pantry, &self.remaining()?);
+            let left = served.pantry.kept(&self.setup().pantry, &self.remaining()?);
             served.keep(&self.ctx, &left)?;
         }
         Ok(served)
@@ -204,13 +189,13 @@ impl Simulation {
     /// Lets it be there from the next step on.
     pub(super) fn serve(&mut self, served: Served) {
         // Others who look at the setup keep the one that they have.
-        Arc::make_mut(&mut self.setup).pantry = served.pantry;
+        Arc::make_mut(&mut self.course.setup).pantry = served.pantry;
         self.state.food = served.buffers;
     }
 
     /// The food of a snapshot.
     pub(super) fn restored_food(&self, food: &FoodState) -> Result<Option<FoodBuffers>> {
-        let pantry = &self.setup.pantry;
+        let pantry = &self.setup().pantry;
         let meals = pantry.meals(Some(&food.remaining));
         let buffers = (!pantry.is_empty()).then(|| FoodBuffers::new(&self.ctx, pantry, &meals));
         Ok(buffers.transpose()?)
@@ -232,6 +217,6 @@ impl Simulation {
     /// Where the foods and markers lie, first those that the settings name.
     #[must_use]
     pub fn food_places(&self) -> &[FoodPlace] {
-        &self.setup.pantry.places
+        &self.setup().pantry.places
     }
 }

@@ -6,17 +6,17 @@ use std::sync::Arc;
 use glam::UVec2;
 
 use super::super::kernels::{
-    ExchangeSeamsArgs, ExchangeSeamsParams, Paint, PaintArgs, PaintConstants, PaintParams, Summon,
-    SummonArgs,
+    ExchangeSeams, ExchangeSeamsArgs, ExchangeSeamsConstants, ExchangeSeamsParams, Paint,
+    PaintArgs, PaintConstants, PaintParams, Summon, SummonArgs,
 };
 use super::super::paint::{
     Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, Places, Repainted,
 };
-use super::super::params::StepConstants;
-use super::super::pipelines::Kernels;
+use super::super::plan::Means;
 use super::super::state::{Bias, Views};
+use super::super::texel_paths::TexelPaths;
 use super::super::types::Particle;
-use super::Simulation;
+use super::{Simulation, pipelines_of};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads};
 
@@ -24,17 +24,23 @@ use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads}
 pub(super) struct Painter {
     paint: Pipeline<Paint>,
     summon: Pipeline<Summon>,
+    exchange_seams: Pipeline<ExchangeSeams>,
 }
 
 impl Painter {
-    fn new(ctx: &Arc<Context>, constants: &StepConstants) -> Result<Self, GpuError> {
+    fn new(ctx: &Arc<Context>, paths: TexelPaths) -> Result<Self, GpuError> {
         let constants = PaintConstants {
-            texels_in_quads: constants.exchange_seams.texels_in_quads,
-            band: constants.exchange_seams.band,
+            texels_in_quads: paths.in_quads,
+            band: paths.band,
+        };
+        let seams = ExchangeSeamsConstants {
+            texels_in_quads: paths.in_quads,
+            band: paths.band,
         };
         Ok(Self {
             paint: Pipeline::new(ctx, &constants)?,
             summon: Pipeline::new(ctx, &())?,
+            exchange_seams: Pipeline::new(ctx, &seams)?,
         })
     }
 }
@@ -87,8 +93,8 @@ impl Simulation {
     /// When a number of the dab is out of its range, it has too many texels, or the device has no memory left. Then nothing
     /// is recorded.
     pub fn paint(&mut self, rec: &mut Recorder, dab: &Dab) -> Result<Painted> {
-        let texels = dab.texels(&self.setup, &self.state.poses_recorded)?;
-        let painted = Painted::of(&texels, self.state.poses_recorded.len());
+        let texels = dab.texels(self.setup(), self.poses())?;
+        let painted = Painted::of(&texels, self.poses().len());
         if texels.is_empty() {
             return Ok(painted);
         }
@@ -117,7 +123,7 @@ impl Simulation {
 
     fn make_painter(&mut self) -> Result<()> {
         if self.painter.is_none() {
-            self.painter = Some(Painter::new(&self.ctx, &self.constants)?);
+            self.painter = Some(Painter::new(&self.ctx, self.means().paths)?);
         }
         Ok(())
     }
@@ -127,16 +133,18 @@ impl Simulation {
         if self.state.bias.is_some() {
             return Ok(());
         }
-        let bias = Bias::new(&self.ctx, self.setup.atlas.density.len())?;
+        let bias = Bias::new(&self.ctx, self.setup().atlas.density.len())?;
         self.take_bias(Some(bias))
     }
 
     /// Sensors read this from now on, or nothing.
     pub(super) fn take_bias(&mut self, bias: Option<Bias>) -> Result<()> {
-        let constants = self.constants.with_bias(bias.is_some());
-        if constants != self.constants {
-            self.kernels = Kernels::new(&self.ctx, &constants)?;
-            self.constants = constants;
+        if bias.is_some() != self.state.bias.is_some() {
+            let means = Means {
+                painted: bias.is_some(),
+                ..self.means()
+            };
+            self.pipelines = pipelines_of(&self.ctx, &self.course, means)?;
         }
         self.state.bias = bias;
         Ok(())
@@ -176,8 +184,8 @@ impl Simulation {
             params,
         );
         rec.dispatch(
-            &self.kernels.exchange_seams,
-            Threads(self.setup.atlas.seams.len() as u32),
+            &painter.exchange_seams,
+            Threads(self.setup().atlas.seams.len() as u32),
             ExchangeSeamsArgs {
                 seams: &self.state.seams,
                 trail: &views.texels,
@@ -185,18 +193,18 @@ impl Simulation {
                 high_trail: &views.high,
             },
             ExchangeSeamsParams {
-                seam_count: self.setup.atlas.seams.len() as u32,
+                seam_count: self.setup().atlas.seams.len() as u32,
             },
         );
     }
 
     /// Takes particles there, if that is what the brush does.
     fn summon(&self, rec: &mut Recorder, dab: &Dab, texels: &[DabTexel]) -> Result<()> {
-        let (Some(painter), Some(params)) = (&self.painter, dab.of_particles(&self.settings))
+        let (Some(painter), Some(params)) = (&self.painter, dab.of_particles(self.settings()))
         else {
             return Ok(());
         };
-        let Places { places, ranges } = dab.places(&self.setup, texels, self.settings.seed);
+        let Places { places, ranges } = dab.places(self.setup(), texels, self.settings().seed);
         let mut place_list: Buffer<Particle> =
             Buffer::new(&self.ctx, "places", places.len(), Domain::Upload)?;
         place_list.as_mut_slice().copy_from_slice(&places);
@@ -341,7 +349,7 @@ impl Simulation {
     /// # Errors
     /// When there is another number of texels, or the device has no memory left.
     pub fn set_areas(&mut self, bias: &[f32]) -> Result<()> {
-        let texels = self.setup.atlas.density.len();
+        let texels = self.setup().atlas.density.len();
         if ![0, texels].contains(&bias.len()) {
             return Err(Error::Invalid(format!(
                 "there are {} texels of areas, and the atlas has {texels}",

@@ -12,35 +12,37 @@ impl Simulation {
     /// # Errors
     /// When a number of the dab is out of its range, or it has too many texels.
     pub fn paint(&mut self, dab: &Dab) -> Result<Painted> {
-        let texels = dab.texels(&self.setup, &self.poses)?;
-        let painted = Painted::of(&texels, self.poses.len());
+        let settings = &self.course.settings;
+        let a = &mut self.arrays;
+        let texels = dab.texels(&a.setup, &a.poses)?;
+        let painted = Painted::of(&texels, a.poses.len());
         if texels.is_empty() {
             return Ok(painted);
         }
-        if dab.makes_bias() && self.bias.is_empty() {
-            self.bias = vec![0.0; self.trail.len()];
+        if dab.makes_bias() && a.bias.is_empty() {
+            a.bias = vec![0.0; a.trail.len()];
         }
         let count = texels.len() as u32;
         let entries: Vec<UVec2> = (texels.iter())
             .map(|texel| UVec2::new(texel.texel, texel.weight.to_bits()))
             .collect();
         if let Some(params) = dab.of_trail(count) {
-            paint(&params, &entries, &mut self.trail);
-            exchange_seams(&self.setup.atlas.seams, &mut self.trail);
+            paint(&params, &entries, &mut a.trail);
+            exchange_seams(&a.setup.atlas.seams, &mut a.trail);
         }
-        if let Some(params) = dab.of_bias(count).filter(|_| !self.bias.is_empty()) {
-            paint(&params, &entries, &mut self.bias);
-            exchange_seams(&self.setup.atlas.seams, &mut self.bias);
+        if let Some(params) = dab.of_bias(count).filter(|_| !a.bias.is_empty()) {
+            paint(&params, &entries, &mut a.bias);
+            exchange_seams(&a.setup.atlas.seams, &mut a.bias);
         }
-        if let Some(params) = dab.of_particles(&self.settings) {
-            let Places { places, ranges } = dab.places(&self.setup, &texels, self.settings.seed);
+        if let Some(params) = dab.of_particles(settings) {
+            let Places { places, ranges } = dab.places(&a.setup, &texels, settings.seed);
             summon(
                 &params,
                 &places,
                 &ranges,
-                &self.setup.surface.triangles,
-                &mut self.particles,
-                &mut self.motions,
+                &a.setup.surface.triangles,
+                &mut a.particles,
+                &mut a.motions,
             );
         }
         Ok(painted)

@@ -51,7 +51,6 @@ struct Case<'a> {
     /// One a texel, where something is painted.
     bias: &'a [f32],
     constants: TransferOutConstants,
-    speed: f32,
     /// Transfers that others have brought along.
     carried: u32,
     /// What every counter holds before.
@@ -83,7 +82,6 @@ impl Case<'_> {
             pitch: self.setup.atlas.pitch,
             object_count: self.poses.len() as u32,
             attempts: 10,
-            speed: self.speed,
             first_vertex_normal: self.setup.surface.halfedges.len() as u32,
         }
     }
@@ -199,6 +197,14 @@ fn heading(turn: f32, pending: f32) -> Motion {
     }
 }
 
+/// Particles that do nothing but go so far.
+fn of_speed(speed: f32) -> Physarum {
+    Physarum {
+        speed,
+        ..bytemuck::Zeroable::zeroed()
+    }
+}
+
 /// Random particles of which many have just gone into another object.
 #[test]
 fn transfer_out_agrees_with_its_twin() {
@@ -226,12 +232,7 @@ fn transfer_out_agrees_with_its_twin() {
         let motions: Vec<Motion> = (0..count as usize)
             .map(|i| heading(word(i, 0), 0.05 * (word(i, 1) - 0.8).max(0.0)))
             .collect();
-        let physarums: Vec<Physarum> = [0.1, 0.2, 0.3]
-            .map(|speed| Physarum {
-                speed,
-                ..bytemuck::Zeroable::zeroed()
-            })
-            .to_vec();
+        let physarums = [0.2, 0.1, 0.3].map(of_speed);
         // In some of the cases objects have moved in the step.
         let turn = if sign_rule == 0 { 0.0 } else { 0.1 };
         let objects = scene.settings.objects.iter().zip([0.0, turn, -turn]);
@@ -260,7 +261,6 @@ fn transfer_out_agrees_with_its_twin() {
                 painted,
                 texels_in_quads: false,
             },
-            speed: 0.2,
             carried,
             counted: 0,
         };
@@ -364,7 +364,7 @@ fn particles_go_on_as_the_fold_says() {
         let motions: Vec<Motion> = (0..on_first.len())
             .map(|i| heading(word(i, 2), 0.0))
             .collect();
-        let physarums = [bytemuck::Zeroable::zeroed(); 2];
+        let physarums = [of_speed(speed as f32); 2];
         let case = Case {
             setup: &setup,
             poses: &poses,
@@ -381,7 +381,6 @@ fn particles_go_on_as_the_fold_says() {
                 painted: false,
                 texels_in_quads: false,
             },
-            speed: speed as f32,
             carried: 0,
             counted: 0,
         };
@@ -451,7 +450,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
             nearest: &nearest,
             particles: &particles,
             motions: &motions,
-            physarums: &[bytemuck::Zeroable::zeroed(); 2],
+            physarums: &[of_speed(0.1); 2],
             bias: &[0.0],
             constants: TransferOutConstants {
                 border_reflects: true,
@@ -460,7 +459,6 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
                 painted: false,
                 texels_in_quads: false,
             },
-            speed: 0.1,
             carried: 0,
             counted: 0,
         };

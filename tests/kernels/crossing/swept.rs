@@ -6,7 +6,7 @@ use myxo::sim::ground::Ground;
 use myxo::sim::kernels::TransferOutConstants;
 use myxo::sim::types::{Motion, Particle};
 
-use super::{Case, heading, pose, scene, word};
+use super::{Case, heading, of_speed, pose, scene, word};
 use crate::common::gpu;
 
 /// One plane lies, another one stands on it at right angles and goes along it from its own -0.5 to 0.5, and sinks or rises
@@ -62,7 +62,7 @@ fn who_was_moved_over_goes_on_from_there() {
             nearest: &nearest,
             particles: &particles,
             motions: &motions,
-            physarums: &[bytemuck::Zeroable::zeroed(); 2],
+            physarums: &[of_speed(speed as f32); 2],
             bias: &[0.0],
             constants: TransferOutConstants {
                 border_reflects: true,
@@ -71,7 +71,6 @@ fn who_was_moved_over_goes_on_from_there() {
                 painted: false,
                 texels_in_quads: false,
             },
-            speed: speed as f32,
             carried: 0,
             counted: 0,
         };

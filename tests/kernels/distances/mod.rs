@@ -12,8 +12,9 @@ use myxo::scene::Scene;
 use myxo::scene::file::Reader;
 use myxo::scene::settings::{DistanceMethod, ObjectSettings, Settings, SignRule, Strategy};
 use myxo::sim::distance::DistancePlanner;
+use myxo::sim::plan::{Means, Plan};
 use myxo::sim::types::Pose;
-use myxo::sim::{Setup, Simulation, StepParams, twin};
+use myxo::sim::{Setup, Simulation, twin};
 
 /// A scene of several meshes at places, turned about X, Y and Z.
 fn scene(objects: &[(&str, [f32; 3], [f32; 3])], change: impl FnOnce(&mut Settings)) -> Scene {
@@ -145,9 +146,9 @@ fn distances_are_taken_only_where_something_has_moved() {
     let mut setup = Setup::new(&scene).unwrap();
     let mut planner = DistancePlanner::default();
     let mut take = |setup: &Setup, settings: &Settings, step| {
-        let mut params = StepParams::new(settings, setup, step, 1);
-        params.update_distances(&mut planner, settings, setup, step, &setup.poses);
-        let update = params.distance_update;
+        let mut plan = Plan::new(settings, setup, step, Means::of_host(false, 1));
+        plan.update_distances(&mut planner, step, &setup.poses);
+        let update = plan.distances;
         (update.jobs.len(), update.pairs.len())
     };
     let settings = &scene.settings;

@@ -7,6 +7,7 @@ use myxo::gpu::{
     Blend, Buffer, Context, DepthTest, Domain, Format, Frames, Image, Pipeline, RasterOptions,
     RasterPipeline, Recorder, Sampled, Targets, Texels, Threads, Topology,
 };
+use myxo::sim::behaviour::physarums;
 use myxo::sim::choices::draws::{DrawDepositsArgs, DrawDepositsDraw, DrawDepositsParams};
 use myxo::sim::choices::kernels::{
     CountDeposits, CountDepositsArgs, CountDepositsParams, ReadBlock, ReadBlockArgs,
@@ -16,8 +17,11 @@ use myxo::sim::choices::kernels::{
     WalkCorrectedParams, WalkExactly, WalkExactlyArgs, WalkExactlyParams,
 };
 use myxo::sim::choices::{sensor_places, turning_strips};
+use myxo::sim::plan::{Means, Plan};
+use myxo::sim::step::advance::Form;
+use myxo::sim::step::turn::Turn;
 use myxo::sim::types::{Motion, Particle};
-use myxo::sim::{Simulation, Snapshot, StepParams};
+use myxo::sim::{Simulation, Snapshot};
 use myxo::{Error, Result};
 
 /// How far walks go.
@@ -163,9 +167,11 @@ impl<'a> Ways<'a> {
     pub fn new(ctx: &'a Arc<Context>, simulation: &'a Simulation) -> Result<Self> {
         let setup = simulation.setup();
         let snapshot = simulation.snapshot()?;
-        let step = StepParams::new(simulation.settings(), setup, simulation.step(), 1);
-        let params = step.turn.advance;
-        let places = sensor_places(setup, &params, &snapshot.particles, &snapshot.motions);
+        let means = Means::of_host(false, 1);
+        let plan = Plan::new(simulation.settings(), setup, simulation.step(), means);
+        let params = plan.advance(Form::All, Turn::All).params;
+        let own = physarums(simulation.settings(), setup)[0];
+        let places = sensor_places(setup, &params, &own, &snapshot.particles, &snapshot.motions);
         let place_buffer = Buffer::from_slice_in(ctx, "choices.places", &places, Domain::Texels)?;
         let turning = turning_strips(&setup.surface, &setup.strips);
         let turning = Buffer::from_slice_in(ctx, "choices.turning", &turning, Domain::Texels)?;
@@ -198,8 +204,8 @@ impl<'a> Ways<'a> {
         Ok(Self {
             ctx,
             simulation,
-            speed: params.speed,
-            sensor_offset: params.sensor_offset,
+            speed: own.speed,
+            sensor_offset: own.sensor_offset,
             attempts: params.attempts,
             start: Walkers::new(ctx, &snapshot.particles, &snapshot.motions)?,
             ends: Walkers::new(ctx, &snapshot.particles, &snapshot.motions)?,

@@ -1,9 +1,61 @@
-//! Twin of `shaders/respawn.comp`.
+//! `respawn`: what it takes, reads and writes. Twin of `shaders/respawn.comp`.
 
 use crate::mesh::surface::Triangle;
+use crate::rng::seed_word;
 use crate::rng::{Purpose, random, unit};
+use crate::sim::arrays::Arrays;
 use crate::sim::kernels::RespawnParams;
+use crate::sim::kernels::{Respawn, RespawnArgs};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
 use crate::sim::types::{Flow, Motion, Particle};
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Lets particles begin anew.
+    #[must_use]
+    pub fn respawn(&self) -> Call<Respawn> {
+        Call {
+            on: (),
+            constants: (),
+            params: RespawnParams {
+                capacity: self.means.capacity,
+                seed: seed_word(self.settings.seed),
+                time_step: self.time_step(),
+            },
+        }
+    }
+}
+
+impl StepKernel for Respawn {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> RespawnArgs<'s> {
+        RespawnArgs {
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
+            triangles: &s.triangles,
+            area_shares: &s.transfers.area_shares,
+            object_triangles: &s.transfers.object_triangles,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let transfers = &mut a.transfers;
+        respawn(
+            &call.params,
+            &mut transfers.flow[0],
+            &transfers.particle_indices,
+            &mut a.particles,
+            &mut a.motions,
+            &a.setup.surface.triangles,
+            &transfers.area_shares,
+            &transfers.object_triangles,
+        );
+    }
+}
 
 /// Lets particles that were selected begin anew on their own object.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]

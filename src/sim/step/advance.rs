@@ -1,18 +1,229 @@
-//! Twin of `shaders/advance.comp`.
+//! `advance` in its four forms: what they take, read and write. Twin of `shaders/advance.comp`.
 
+use super::turn::Turn;
+use crate::gpu::Kernel as _;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE};
+use crate::rng::seed_word;
 use crate::rng::{Purpose, random, unit};
+use crate::scene::settings::{Sensing, Strategy};
+use crate::sim::arrays::Arrays;
 use crate::sim::field::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
-use crate::sim::kernels::{AdvanceConstants, AdvanceParams};
+use crate::sim::kernels::{Advance, AdvanceArgs, AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
-use crate::sim::params::SENSORS_STRAIGHT;
+use crate::sim::plan::Plan;
 use crate::sim::sensors::straight_ahead;
 use crate::sim::setup::Setup;
+use crate::sim::state::State;
 use crate::sim::strip_walk::StripWalk;
 use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
 use crate::sim::walker::WALK_DONE;
+use crate::sim::work::{Call, Counter, StepKernel};
+
+/// Kernels that together advance every particle once: the first lists for the others what it leaves. One shader in four
+/// forms, by the names that times have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Every particle, or every one that no other form takes.
+    All,
+    /// Those whose sensors must walk.
+    Walking,
+    /// Those that may be near other objects.
+    Nearby,
+    /// Those of which both are true.
+    WalkingNearby,
+}
+
+/// Their names.
+pub const FORMS_OF_ADVANCE: [&str; 4] = ["advance", "walk_sensors", "advance_near", "walk_near"];
+
+/// All sensors walk.
+const SENSORS_WALK: u32 = 0;
+/// Sensors go straight ahead in the atlas, and particles that cannot do that are listed.
+const SENSORS_STRAIGHT: u32 = 1;
+/// The sensors of those walk.
+const SENSORS_WALK_LISTED: u32 = 2;
+/// Those of particles that were listed because they are near other objects go straight ahead.
+const SENSORS_STRAIGHT_LISTED: u32 = 3;
+/// Those of particles that were listed for both walk.
+const SENSORS_WALK_NEAR: u32 = 4;
+
+/// Groups that every device takes along one axis of a dispatch.
+const GROUPS_A_ROW: u32 = 65_535;
+
+impl Plan<'_> {
+    /// Do sensors read straight ahead in the atlas? Heights are those of triangles, and only a walk knows at which one it ends.
+    fn reads_straight(&self) -> bool {
+        self.settings.physarum.sensing == Sensing::Auto && !self.terms.gravity
+    }
+
+    /// The forms that come after the first, each with the particles that it takes.
+    pub fn forms_of_advance(&self) -> &'static [(Form, Counter)] {
+        const FORMS: [(Form, Counter); 3] = [
+            (Form::Walking, Counter::Walking),
+            (Form::Nearby, Counter::Nearby),
+            (Form::WalkingNearby, Counter::WalkingNearby),
+        ];
+        match (self.reads_straight(), self.sees_across()) {
+            (false, _) => &[],
+            (true, false) => &FORMS[..1],
+            (true, true) => &FORMS,
+        }
+    }
+
+    /// Rows of groups of the dispatches for those that are listed.
+    pub fn walker_rows(&self) -> u32 {
+        let groups = self.particle_count().div_ceil(Advance::GROUP_SIZE);
+        groups.div_ceil(GROUPS_A_ROW).max(1)
+    }
+
+    /// Moves, or a form of it: particles walk, sense, turn, walk, eat and deposit.
+    #[must_use]
+    pub fn advance(&self, form: Form, turn: Turn) -> Call<Advance> {
+        let Self {
+            settings,
+            setup,
+            means,
+            terms,
+            lengths,
+            ..
+        } = self;
+        Call {
+            on: form,
+            constants: AdvanceConstants {
+                sensor_noise: terms.sensor_noise,
+                favourite_density: terms.favourite_density,
+                gravity: terms.gravity,
+                decrowding: terms.decrowding,
+                distance: terms.distance,
+                border_reflects: self.border_reflects(),
+                selects: self.strategy != Strategy::None,
+                turns: self.strategy.has_turns(),
+                windows: self.strategy.has_windows(),
+                own_physarum: terms.own_physarum,
+                across: self.sees_across(),
+                sensing: match form {
+                    Form::All if self.reads_straight() => SENSORS_STRAIGHT,
+                    Form::All => SENSORS_WALK,
+                    Form::Walking => SENSORS_WALK_LISTED,
+                    Form::Nearby => SENSORS_STRAIGHT_LISTED,
+                    Form::WalkingNearby => SENSORS_WALK_NEAR,
+                },
+                texels_in_quads: means.paths.in_quads,
+                outgrows_block: means.paths.outgrows_block,
+                band: means.paths.band,
+                painted: means.painted,
+                food: self.has_food(),
+            },
+            params: AdvanceParams {
+                particle_count: self.particle_count(),
+                seed: seed_word(settings.seed),
+                time_step: self.time_step(),
+                attempts: settings.physarum.edge_crossing_attempts,
+                pitch: setup.atlas.pitch,
+                object: turn.object(),
+                transfer_capacity: means.capacity,
+                transfer_threshold: lengths.threshold,
+                deepest: lengths.deepest,
+                last_texel: (setup.atlas.size - 1) as f32,
+                outlook_unit: setup.atlas.outlook_unit(),
+                walker_rows: self.walker_rows(),
+                fed_steps: settings.feeding.fed_steps,
+                fed_deposit: settings.feeding.fed_deposit,
+                fed_attraction: settings.feeding.fed_attraction,
+            },
+        }
+    }
+}
+
+impl StepKernel for Advance {
+    type On = Form;
+
+    fn name(form: Form) -> &'static str {
+        FORMS_OF_ADVANCE[form as usize]
+    }
+
+    fn args<'s>(call: &Call<Self>, s: &'s State) -> AdvanceArgs<'s> {
+        let deposits = s.counted(call.constants.outgrows_block);
+        let food = s.food.as_ref();
+        AdvanceArgs {
+            particles: &s.particles_view,
+            motions: &s.motions_view,
+            strips: &s.strips,
+            trail: &s.trail.front_views.texels,
+            previous_deposits: &s.deposits.back_views.texels,
+            deposits: deposits.block,
+            low_deposits: deposits.low,
+            high_deposits: deposits.high,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses_view,
+            distances: &s.distance_views.distances,
+            physarums: &s.physarums,
+            across: &s.across_views.places,
+            across_triangles: &s.across_views.triangles,
+            surroundings: &s.across_views.surroundings,
+            windows: &s.transfers.window_texels,
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            particles_before: &s.particles_view,
+            motions_before: &s.motions_view,
+            walkers: &s.walkers_view,
+            walker_count: &s.walker_count,
+            // Those that were listed list no others: no dispatch may write the groups that it runs in.
+            walker_groups: match call.on {
+                Form::All => &s.walker_groups,
+                _ => &s.no_groups,
+            },
+            bias: s.bias_texels(),
+            scent: food.map_or(&s.trail.front_views.texels, |food| &food.scent_views.texels),
+            plates: food.map_or(&s.deposits.back_views.texels, |food| {
+                &food.plate_views.texels
+            }),
+            meals: food.map_or(&s.no_meals, |food| &food.meals),
+        }
+    }
+
+    /// The first form takes every particle, and the others find none.
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        if call.on != Form::All {
+            return;
+        }
+        let setup = &a.setup;
+        let gaps = advance(
+            &call.constants,
+            &call.params,
+            &AdvanceInputs {
+                strips: &setup.strips,
+                trail: &a.trail,
+                previous_deposits: &a.previous_deposits,
+                corners: &setup.corners,
+                vertices: &setup.vertices,
+                poses: &a.poses,
+                physarums: &a.physarums,
+                distances: &a.distances,
+                surroundings: &a.surroundings,
+                across: &a.across,
+                across_triangles: &a.across_triangles,
+                bias: &a.bias,
+                scent: &a.scent,
+                plates: &setup.pantry.plates,
+            },
+            Selection {
+                windows: &a.transfers.windows,
+                flow: &mut a.transfers.flow[0],
+                particle_indices: &mut a.transfers.particle_indices,
+                meals: &mut a.meals,
+                forms: &mut a.forms,
+            },
+            &mut a.particles,
+            &mut a.motions,
+            &mut a.deposits,
+        );
+        a.gaps.extend(gaps);
+    }
+}
 
 /// What rounding may make of a distance.
 const ROUNDING: f32 = 1e-6;
@@ -83,7 +294,7 @@ impl AdvanceInputs<'_> {
 }
 
 /// Where `advance` finds the particles of a turn, and lists those that it selects.
-pub struct Turn<'a> {
+pub struct Selection<'a> {
     /// One an object, where there are windows.
     pub windows: &'a [Window],
     /// Counts what was selected.
@@ -102,7 +313,7 @@ pub fn advance(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
-    turn: Turn,
+    turn: Selection,
     particles: &mut [Particle],
     motions: &mut [Motion],
     deposits: &mut [u32],
@@ -130,7 +341,7 @@ pub fn advance(
                 continue;
             }
         }
-        let own = physarum_on(constants, params, inputs, particle.triangle);
+        let own = physarum_on(constants, inputs, particle.triangle);
         let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
 
         let mut heading = [motion.heading_p, motion.heading_h];
@@ -438,29 +649,13 @@ fn sensed_at(
 }
 
 /// What particles do on the object that this triangle belongs to: those of `params`, or the object's own.
-fn physarum_on(
-    constants: &AdvanceConstants,
-    params: &AdvanceParams,
-    inputs: &AdvanceInputs,
-    triangle: u32,
-) -> Physarum {
-    if constants.own_physarum {
-        return inputs.physarums[inputs.strips[triangle as usize].shape.object as usize];
-    }
-    Physarum {
-        speed: params.speed,
-        sensor_offset: params.sensor_offset,
-        sensor_cos: params.sensor_cos,
-        sensor_sin: params.sensor_sin,
-        rotation_cos: params.rotation_cos,
-        rotation_sin: params.rotation_sin,
-        sensor_noise: params.sensor_noise,
-        favourite_density: params.favourite_density,
-        gravity_weight: params.gravity_weight,
-        decrowding_weight: params.decrowding_weight,
-        distance_weight: params.distance_weight,
-        pad0: 0.0,
-    }
+fn physarum_on(constants: &AdvanceConstants, inputs: &AdvanceInputs, triangle: u32) -> Physarum {
+    let own = if constants.own_physarum {
+        inputs.strips[triangle as usize].shape.object
+    } else {
+        0
+    };
+    inputs.physarums[own as usize]
 }
 
 /// Height of a point along the scene's up axis, world units.

@@ -1,6 +1,6 @@
 //! Twin of `shaders/depth_queries.comp` and of `shaders/include/depth.glsl`: from signed distances to depths.
 
-use crate::sim::kernels::{DepthQueriesConstants, DepthQueriesParams};
+use super::kernels::{DepthQueriesConstants, DepthQueriesParams};
 
 /// By the bits.
 pub const DEPTH_ORDERED: u32 = 0;

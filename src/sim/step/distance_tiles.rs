@@ -1,4 +1,4 @@
-//! Twin of `shaders/distance_tiles.comp`: which faces of other objects may be nearest to tiles of samples, and which tiles
+//! `distance_tiles`: what it takes, reads and writes. Twin of `shaders/distance_tiles.comp`: which faces of other objects may be nearest to tiles of samples, and which tiles
 //! need a look.
 
 use glam::Vec3;
@@ -12,26 +12,76 @@ use crate::mesh::trees::search::{UNLIMITED, is_in_box, nearest_on, slack_of};
 use crate::mesh::trees::sides::is_outside;
 use crate::mesh::trees::{Face, Node};
 use crate::scene::settings::SignRule;
+use crate::sim::arrays::Arrays;
+use crate::sim::arrays::TileLooks;
 use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};
+use crate::sim::kernels::{DistanceTiles, DistanceTilesArgs};
 use crate::sim::kernels::{DistanceTilesConstants, DistanceTilesParams};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
 use crate::sim::types::{ListedTile, ObjectPair, SampleTile};
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Finds which faces are near the tiles of what has moved.
+    pub fn distance_tiles(&self) -> Call<DistanceTiles> {
+        Call {
+            on: (),
+            constants: DistanceTilesConstants {
+                sign_rule: self.settings.distance.sign as u32,
+            },
+            params: DistanceTilesParams {
+                tile_count: self.distances.tile_count(),
+                job_count: self.distances.jobs.len() as u32,
+                first_vertex_normal: self.first_vertex_normal(),
+                hint_count: self.setup.distance.hint_count(),
+                reach: self.lengths.reach,
+                is_first: self.distances.is_first.into(),
+            },
+        }
+    }
+}
+
+impl StepKernel for DistanceTiles {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceTilesArgs<'s> {
+        DistanceTilesArgs {
+            jobs: &s.distance_jobs,
+            pairs: &s.distance_views.pairs,
+            tiles: &s.tiles,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            corners: &s.corners,
+            hints: &s.hints,
+            nodes: &s.nodes,
+            dipoles: &s.dipoles,
+            candidates: &s.candidates,
+            tile_states: &s.tile_states,
+            listed: &s.listed_tiles,
+            groups: &s.tile_groups,
+            moves: &s.distance_moves,
+            margins: &s.margins,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        a.looks = distance_tiles(
+            &call.constants,
+            &call.params,
+            &DistanceInputs::of(&a.setup, &a.jobs, &a.pairs),
+            &a.moves,
+            &mut a.tile_states,
+            &mut a.margins,
+        );
+    }
+}
 
 /// What rounding may make of a length, by the largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
 /// What rounding may make of distances that are compared over many updates, in slacks.
 const MARGIN_SLACK: f32 = 8.0;
-
-/// What `distance` is told of tiles.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TileLooks {
-    /// One a tile and pair.
-    pub hints: Vec<u32>,
-    /// As many a tile: faces that its hints name.
-    pub candidates: Vec<u32>,
-    /// The tiles whose texels are looked at.
-    pub listed: Vec<ListedTile>,
-}
 
 /// A ball of places, and the face that is nearest to its middle.
 struct Ball {

@@ -1,16 +1,83 @@
-//! Twin of `shaders/distance.comp`, and of `shaders/include/distance.glsl` and `jobs.glsl`, which the other methods share.
+//! `distance`: what it takes, reads and writes. Twin of `shaders/distance.comp`, and of
+//! `shaders/include/distance.glsl` and `jobs.glsl`, which the other methods share.
 
 use glam::{Vec3, Vec4};
 
-use super::distance_tiles::TileLooks;
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::{NearestPoint, is_nearer, nearest_on_face};
 use crate::mesh::trees::search::{FAR, UNLIMITED, is_in_box, nearest_on, slack_of};
 use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::mesh::trees::{Dipole, Face, Node};
-use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};
+use crate::sim::arrays::Arrays;
+use crate::sim::arrays::TileLooks;
+use crate::sim::distance::{DistanceSetup, TILE_CANDIDATES, TILE_SAMPLES};
+use crate::sim::kernels::{Distance, DistanceArgs};
 use crate::sim::kernels::{DistanceConstants, DistanceParams};
+use crate::sim::plan::Plan;
+use crate::sim::setup::Setup;
+use crate::sim::state::State;
 use crate::sim::types::{DistanceJob, ObjectPair, SampleTile, SurfaceSample};
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Looks at the texels of the tiles that need a look.
+    pub fn distance(&self) -> Call<Distance> {
+        let lengths = self.lengths;
+        Call {
+            on: (),
+            constants: DistanceConstants {
+                sign_rule: self.settings.distance.sign as u32,
+                sees_across: self.sees_across(),
+            },
+            params: DistanceParams {
+                tile_count: self.distances.tile_count(),
+                first_vertex_normal: self.first_vertex_normal(),
+                hint_count: self.setup.distance.hint_count(),
+                reach: lengths.reach,
+                threshold: lengths.threshold,
+                deepest: lengths.deepest,
+                near: lengths.near,
+                sight: lengths.sight,
+            },
+        }
+    }
+}
+
+impl StepKernel for Distance {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceArgs<'s> {
+        DistanceArgs {
+            pairs: &s.distance_views.pairs,
+            samples: &s.distance_views.samples,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            corners: &s.corners,
+            distances: &s.distances,
+            nearest: &s.nearest,
+            nodes: &s.nodes,
+            dipoles: &s.dipoles,
+            hints: &s.distance_views.hints,
+            candidates: &s.distance_views.candidates,
+            listed: &s.distance_views.listed,
+            listed_groups: &s.tile_groups,
+            groups: &s.covered_groups,
+            covered: &s.covered,
+            surroundings: &s.surroundings,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        distance(
+            &call.constants,
+            &call.params,
+            &DistanceInputs::of(&a.setup, &a.jobs, &a.pairs),
+            &a.looks,
+            &mut a.distances,
+            &mut a.nearest,
+        );
+    }
+}
 
 /// Instead of a face that is near: all of a tile is beyond reach, outside.
 pub(super) const TILE_OUTSIDE: u32 = u32::MAX;
@@ -48,6 +115,28 @@ pub struct DistanceInputs<'a> {
 }
 
 impl<'a> DistanceInputs<'a> {
+    /// Those of a scene.
+    #[must_use]
+    pub fn of(setup: &'a Setup, jobs: &'a [DistanceJob], pairs: &'a [ObjectPair]) -> Self {
+        let DistanceSetup {
+            samples,
+            tiles,
+            trees,
+            ..
+        } = &setup.distance;
+        Self {
+            jobs,
+            pairs,
+            samples,
+            tiles,
+            faces: &trees.faces,
+            pseudonormals: &trees.pseudonormals,
+            corners: &setup.corners,
+            nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
+        }
+    }
+
     /// What tells the sides of a surface.
     #[must_use]
     pub fn sides(&self, first_vertex_normal: u32) -> Sides<'a> {

@@ -1,9 +1,64 @@
-//! Twin of `shaders/distance_merge.comp`.
+//! `distance_merge`: what it takes, reads and writes. Twin of `shaders/distance_merge.comp`.
 
 use super::distance::{DistanceInputs, candidate_distance, job_of, place_in_other};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::nearest_on_face;
+use crate::sim::arrays::Arrays;
+use crate::sim::kernels::{DistanceMerge, DistanceMergeArgs};
 use crate::sim::kernels::{DistanceMergeConstants, DistanceMergeParams};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Takes the distances to what a round has drawn.
+    pub fn distance_merge(&self, round: u32) -> Call<DistanceMerge> {
+        Call {
+            on: (),
+            constants: DistanceMergeConstants {
+                sign_rule: self.settings.distance.sign as u32,
+            },
+            params: DistanceMergeParams {
+                thread_count: self.distances.thread_count,
+                job_count: self.distances.jobs.len() as u32,
+                first_vertex_normal: self.first_vertex_normal(),
+                reach: self.lengths.reach,
+                round,
+            },
+        }
+    }
+}
+
+impl StepKernel for DistanceMerge {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceMergeArgs<'s> {
+        DistanceMergeArgs {
+            jobs: &s.distance_jobs,
+            pairs: &s.distance_pairs,
+            samples: &s.samples,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            corners: &s.corners,
+            distances: &s.distances,
+            nearest: &s.nearest,
+            nodes: &s.nodes,
+            dipoles: &s.dipoles,
+            winners: &s.raster().winners,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        distance_merge(
+            &call.constants,
+            &call.params,
+            &DistanceInputs::of(&a.setup, &a.jobs, &a.pairs),
+            &a.winners,
+            &mut a.distances,
+            &mut a.nearest,
+        );
+    }
+}
 
 /// Signed distance to the faces that were drawn, where it is less than that to the objects before.
 pub fn distance_merge(

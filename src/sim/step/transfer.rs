@@ -1,15 +1,148 @@
-//! Twins of the kernels that let particles leave and land.
+//! The kernels that let particles leave and land: what they take, read and write, and their twins.
 
+use super::turn::Turn;
 use crate::mesh::surface::{AtlasMap, NONE};
 use crate::mesh::trees::search::{UNLIMITED, nearest_on};
 use crate::mesh::trees::sides::Sides;
+use crate::sim::arrays::Arrays;
 use crate::sim::crossing::Terrain;
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
+use crate::sim::kernels::{TransferIn, TransferInArgs, TransferOut, TransferOutArgs};
 use crate::sim::kernels::{TransferInParams, TransferOutConstants, TransferOutParams};
 use crate::sim::paint::NO_GO_BELOW;
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
 use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer};
 use crate::sim::walker::WALK_OUT_OF_ATTEMPTS;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Lets those land that have come to an object, or to any.
+    pub fn transfer_in(&self, turn: Turn) -> Call<TransferIn> {
+        Call {
+            on: (),
+            constants: (),
+            params: TransferInParams {
+                object: match turn {
+                    Turn::All => NONE,
+                    Turn::Of(object) => object,
+                },
+                capacity: self.means.capacity,
+            },
+        }
+    }
+
+    /// Lets those leave that were selected.
+    pub fn transfer_out(&self) -> Call<TransferOut> {
+        Call {
+            on: (),
+            constants: TransferOutConstants {
+                border_reflects: self.border_reflects(),
+                sign_rule: self.settings.distance.sign as u32,
+                own_physarum: self.terms.own_physarum,
+                painted: self.means.painted,
+                texels_in_quads: self.means.paths.in_quads,
+            },
+            params: TransferOutParams {
+                capacity: self.means.capacity,
+                pitch: self.setup.atlas.pitch,
+                object_count: self.object_count(),
+                attempts: self.settings.physarum.edge_crossing_attempts,
+                first_vertex_normal: self.first_vertex_normal(),
+            },
+        }
+    }
+}
+
+impl StepKernel for TransferIn {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> TransferInArgs<'s> {
+        TransferInArgs {
+            arriving: &s.transfers.arriving,
+            departing: &s.transfers.departing,
+            flow: &s.transfers.flow,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
+            triangles: &s.triangles,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses_view,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let t = &mut a.transfers;
+        transfer_in(
+            &call.params,
+            &Ground::of(&a.setup, &a.poses),
+            &t.arriving,
+            &mut t.departing,
+            &mut t.flow[0],
+            &mut a.particles,
+            &mut a.motions,
+        );
+    }
+}
+
+impl StepKernel for TransferOut {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> TransferOutArgs<'s> {
+        TransferOutArgs {
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            particles: &s.particles_view,
+            motions: &s.motions_view,
+            nearest: &s.distance_views.nearest,
+            strips: &s.strips,
+            departing: &s.transfers.departing,
+            flux: &s.transfers.flux,
+            triangles: &s.triangles,
+            halfedges: &s.halfedges,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            poses: &s.poses_view,
+            physarums: &s.physarums,
+            roots: &s.roots,
+            nodes: &s.nodes,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            dipoles: &s.dipoles,
+            poses_before: &s.poses_before_view,
+            bias: s.bias_texels(),
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let constants = &call.constants;
+        let roots = a.setup.distance.roots();
+        let t = &mut a.transfers;
+        transfer_out(
+            constants,
+            &call.params,
+            &Terrain::of(
+                &a.setup,
+                &a.poses,
+                &roots,
+                constants.sign_rule,
+                constants.border_reflects,
+            ),
+            &a.poses_before,
+            &mut t.flow[0],
+            &t.particle_indices,
+            &a.particles,
+            &a.motions,
+            &a.physarums,
+            &a.nearest,
+            &a.setup.atlas.maps,
+            &a.bias,
+            &mut t.departing,
+            &mut t.flux,
+        );
+    }
+}
 
 /// Twin of `shaders/transfer_in.comp`. The kernel may append in another order.
 pub fn transfer_in(
@@ -75,11 +208,8 @@ pub fn transfer_out(
         let mut left = 0.0;
         let mut crosses = false;
         if near != NONE {
-            let speed = if constants.own_physarum {
-                physarums[source as usize].speed
-            } else {
-                params.speed
-            };
+            let own = if constants.own_physarum { source } else { 0 };
+            let speed = physarums[own as usize].speed;
             let way = (speed - motion.pending).max(0.0);
             let met = terrain.meeting_behind(
                 poses_before,

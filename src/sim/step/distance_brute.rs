@@ -1,9 +1,61 @@
-//! Twin of `shaders/distance_brute.comp`.
+//! `distance_brute`: what it takes, reads and writes. Twin of `shaders/distance_brute.comp`.
 
 use super::distance::{DistanceInputs, candidate_distance, job_of, place_in_other};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::{is_nearer, nearest_on_face};
+use crate::sim::arrays::Arrays;
+use crate::sim::kernels::{DistanceBrute, DistanceBruteArgs};
 use crate::sim::kernels::{DistanceBruteConstants, DistanceBruteParams};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Looks at every triangle from every texel.
+    pub fn distance_brute(&self) -> Call<DistanceBrute> {
+        Call {
+            on: (),
+            constants: DistanceBruteConstants {
+                sign_rule: self.settings.distance.sign as u32,
+            },
+            params: DistanceBruteParams {
+                thread_count: self.distances.thread_count,
+                job_count: self.distances.jobs.len() as u32,
+                first_vertex_normal: self.first_vertex_normal(),
+                reach: self.lengths.reach,
+            },
+        }
+    }
+}
+
+impl StepKernel for DistanceBrute {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceBruteArgs<'s> {
+        DistanceBruteArgs {
+            jobs: &s.distance_jobs,
+            pairs: &s.distance_pairs,
+            samples: &s.samples,
+            faces: &s.faces,
+            pseudonormals: &s.pseudonormals,
+            corners: &s.corners,
+            distances: &s.distances,
+            nearest: &s.nearest,
+            nodes: &s.nodes,
+            dipoles: &s.dipoles,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        distance_brute(
+            &call.constants,
+            &call.params,
+            &DistanceInputs::of(&a.setup, &a.jobs, &a.pairs),
+            &mut a.distances,
+            &mut a.nearest,
+        );
+    }
+}
 
 /// Signed distance to other objects, by looking at every triangle of theirs.
 pub fn distance_brute(

@@ -1,16 +1,96 @@
-//! Twin of `shaders/unfold.comp`.
+//! `unfold`: what it takes, reads and writes. Twin of `shaders/unfold.comp`.
 
 use glam::{Vec2, Vec3};
 
 use super::distance::{job_of, place_in_other};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
+use crate::scene::settings::DistanceMethod;
+use crate::sim::arrays::Arrays;
 use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::field::{atlas_position, packed_position};
 use crate::sim::ground::{Ground, nearest_weights};
+use crate::sim::kernels::{Unfold, UnfoldArgs};
 use crate::sim::kernels::{UnfoldConstants, UnfoldParams};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
 use crate::sim::surroundings::{COVERED, MARKS, marks_at};
 use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
 use crate::sim::walker::walk;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Finds where walks go on on other objects.
+    pub fn unfold(&self) -> Call<Unfold> {
+        let lengths = self.lengths;
+        Call {
+            on: (),
+            constants: UnfoldConstants {
+                border_reflects: self.border_reflects(),
+                listed: self.settings.distance.method == DistanceMethod::Bvh,
+            },
+            params: UnfoldParams {
+                thread_count: self.distances.thread_count,
+                job_count: self.distances.jobs.len() as u32,
+                pitch: self.setup.atlas.pitch,
+                attempts: self.settings.physarum.edge_crossing_attempts,
+                threshold: lengths.threshold,
+                farthest: lengths.farthest,
+                deepest: lengths.deepest,
+                near: lengths.near,
+                sight: lengths.sight,
+            },
+        }
+    }
+}
+
+impl StepKernel for Unfold {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> UnfoldArgs<'s> {
+        UnfoldArgs {
+            jobs: &s.distance_jobs,
+            pairs: &s.distance_views.pairs,
+            samples: &s.distance_views.samples,
+            owners: &s.owners,
+            distances: &s.distance_views.distances,
+            nearest: &s.distance_views.nearest,
+            triangles: &s.triangles,
+            halfedges: &s.halfedges,
+            corners: &s.corners,
+            vertices: &s.vertices,
+            strips: &s.strips,
+            across: &s.across,
+            surroundings: &s.surroundings,
+            across_triangles: &s.across_triangles,
+            listed: &s.distance_views.listed,
+            groups: &s.covered_groups,
+            covered: &s.distance_views.covered,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let inputs = UnfoldInputs {
+            jobs: &a.jobs,
+            pairs: &a.pairs,
+            samples: &a.setup.distance.samples,
+            owners: &a.setup.distance.owners,
+            distances: &a.distances,
+            nearest: &a.nearest,
+            halfedges: &a.setup.surface.halfedges,
+            ground: Ground::of(&a.setup, &a.poses),
+            atlas_maps: &a.setup.atlas.maps,
+            listed: &a.looks.listed,
+        };
+        unfold(
+            &call.constants,
+            &call.params,
+            &inputs,
+            &mut a.across,
+            &mut a.across_triangles,
+            &mut a.surroundings,
+        );
+    }
+}
 
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
 const LEAST_SINE: f32 = 0.02;

@@ -1,7 +1,66 @@
-//! Twin of `shaders/diffuse.comp`, a texel at a time.
+//! `diffuse`: what it takes, reads and writes. Twin of `shaders/diffuse.comp`, a texel at a time.
 
 use crate::mesh::atlas::BLOCK_ROWS;
+use crate::sim::arrays::Arrays;
+use crate::sim::kernels::{Diffuse, DiffuseArgs};
 use crate::sim::kernels::{DiffuseConstants, DiffuseParams};
+use crate::sim::plan::Plan;
+use crate::sim::spread::{Half, rate_of, spreading};
+use crate::sim::state::State;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Spreads and decays the trail.
+    #[must_use]
+    pub fn diffuse(&self, half: Half) -> Call<Diffuse> {
+        let rates = rate_of(self, half);
+        Call {
+            on: (),
+            constants: DiffuseConstants {
+                distance: self.settings.trail.diffusion_distance as i32,
+                outgrows_block: self.means.paths.outgrows_block,
+            },
+            params: DiffuseParams {
+                diffusion: rates.diffusion,
+                deposit: rates.deposit,
+                decay: rates.decay,
+                ..spreading(&self.setup.atlas).0
+            },
+        }
+    }
+}
+
+impl StepKernel for Diffuse {
+    type On = ();
+
+    fn args<'s>(call: &Call<Self>, s: &'s State) -> DiffuseArgs<'s> {
+        let spread = s.spread(call.constants.outgrows_block);
+        DiffuseArgs {
+            blocks: &s.blocks,
+            trail: &s.trail.front_views.quads,
+            deposits: &s.deposits.front_views.quads,
+            density: &s.density_views.quads,
+            next_trail: spread.next_trail,
+            next_trail_quads: spread.next_trail_quads,
+            previous_deposits: spread.previous_deposits,
+            previous_deposits_quads: spread.previous_deposits_quads,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let atlas = &a.setup.atlas;
+        diffuse(
+            &call.constants,
+            &call.params,
+            &atlas.blocks,
+            &a.trail,
+            &a.deposits,
+            &atlas.density,
+            &mut a.next_trail,
+            &mut a.previous_deposits,
+        );
+    }
+}
 
 /// Spreads, deposits and decays the trail of the blocks into `next_trail`, and clears `previous_deposits`.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]

@@ -1,0 +1,242 @@
+//! Everything that a step changes, on the host: plain arrays, one for each buffer of [`State`](super::state::State) that
+//! kernels write.
+
+use std::sync::Arc;
+
+use glam::UVec2;
+
+use super::behaviour::physarums;
+use super::food::scent_of;
+use super::roles::Pair;
+use super::setup::Setup;
+use super::snapshot::Snapshot;
+use super::sorting;
+use super::transfers::{TransferState, area_shares, capacity, object_triangles};
+use super::types::{
+    DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, Transfer,
+    Window,
+};
+use crate::gpu::DispatchGroups;
+use crate::mesh::surface::NONE;
+use crate::scene::settings::{Settings, Strategy};
+
+/// What was found about tiles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TileLooks {
+    /// One a tile and pair.
+    pub hints: Vec<u32>,
+    /// As many a tile: faces that its hints name.
+    pub candidates: Vec<u32>,
+    /// The tiles whose texels are looked at.
+    pub listed: Vec<ListedTile>,
+}
+
+/// Particles under way between objects, and the windows that objects have of the particles.
+#[derive(Clone, Debug)]
+pub struct TransferArrays {
+    /// One an object, where there are windows.
+    pub windows: Vec<Window>,
+    /// One: what the lists hold, and what was counted.
+    pub flow: Vec<Flow>,
+    /// Groups of the kernels that work on transfers, then those of `advance` over the next window.
+    pub groups: [DispatchGroups; 2],
+    /// Slots of particles that were selected; used again for those in the wrong place.
+    pub particle_indices: Vec<u32>,
+    /// Transfers whose particle is in the wrong place.
+    pub transfer_indices: Vec<u32>,
+    /// Transfers that the last turn left.
+    pub arriving: Vec<Transfer>,
+    /// Those that leave in this turn.
+    pub departing: Vec<Transfer>,
+    /// Particles that left each object (rows) for each, so far.
+    pub flux: Vec<u32>,
+    /// One a triangle, see [`area_shares`].
+    pub area_shares: Vec<u32>,
+    /// One an object, see [`object_triangles`].
+    pub object_triangles: Vec<UVec2>,
+}
+
+impl TransferArrays {
+    /// What is in flight; the state is arranged for the settings' strategy.
+    #[must_use]
+    pub fn new(settings: &Settings, setup: &Setup, state: &TransferState) -> Self {
+        let lists = capacity(settings, setup, state.in_flight.len()) as usize;
+        let mut arriving = vec![Transfer::default(); lists];
+        arriving[..state.in_flight.len()].copy_from_slice(&state.in_flight);
+        let flow = Flow {
+            leaving: state.in_flight.len() as u32,
+            ..state.flow
+        };
+        Self {
+            windows: state.windows.clone(),
+            flow: vec![flow],
+            groups: [DispatchGroups::of(0, 1); 2],
+            particle_indices: vec![0; lists],
+            transfer_indices: vec![0; lists],
+            arriving,
+            departing: vec![Transfer::default(); lists],
+            flux: state.flux.clone(),
+            area_shares: area_shares(&setup.surface),
+            object_triangles: object_triangles(&setup.surface),
+        }
+    }
+
+    /// How many transfers the lists hold.
+    #[must_use]
+    pub fn capacity(&self) -> u32 {
+        self.particle_indices.len() as u32
+    }
+
+    /// What a snapshot holds of it.
+    #[must_use]
+    pub fn state(&self, strategy: Strategy) -> TransferState {
+        let in_flight = if strategy.has_turns() {
+            self.flow[0].leaving
+        } else {
+            0
+        };
+        TransferState {
+            windows: self.windows.clone(),
+            in_flight: self.arriving[..in_flight as usize].to_vec(),
+            flow: self.flow[0],
+            flux: self.flux.clone(),
+        }
+    }
+}
+
+/// Everything that a step changes.
+#[derive(Clone, Debug)]
+pub struct Arrays {
+    /// What does not change.
+    pub setup: Arc<Setup>,
+    /// One a particle: where it is.
+    pub particles: Vec<Particle>,
+    /// One a particle: where it is going.
+    pub motions: Vec<Motion>,
+    /// What particles become where they are sorted.
+    pub sorted_particles: Vec<Particle>,
+    /// What motions become.
+    pub sorted_motions: Vec<Motion>,
+    /// One a tile, and with windows one for each object: how many particles are there, then how many lie before.
+    pub bins: Vec<u32>,
+    /// One a texel, gutters filled.
+    pub trail: Vec<f32>,
+    /// What the trail becomes.
+    pub next_trail: Vec<f32>,
+    /// One a texel: counted in this step.
+    pub deposits: Vec<u32>,
+    /// Those of the last step.
+    pub previous_deposits: Vec<u32>,
+    /// One a texel: what was painted for sensors to read; empty where nothing was.
+    pub bias: Vec<f32>,
+    /// One a food or marker.
+    pub meals: Vec<Meal>,
+    /// One a texel; empty where there is neither food nor marker.
+    pub scent: Vec<f32>,
+    /// Has the smell of any become another in this step?
+    pub scent_is_due: bool,
+    /// World from object.
+    pub poses: Vec<Pose>,
+    /// The same in the step before.
+    pub poses_before: Vec<Pose>,
+    /// One an object: what particles do there.
+    pub physarums: Vec<Physarum>,
+    /// One a texel: signed distance to other objects.
+    pub distances: Vec<f32>,
+    /// One a texel: the triangle of another object that is nearest.
+    pub nearest: Vec<u32>,
+    /// One a texel: where on another object walks go on.
+    pub across: Vec<u32>,
+    /// On which triangle that is.
+    pub across_triangles: Vec<u32>,
+    /// One a texel: outlook and hue, and marks for places near other objects and covered by them.
+    pub surroundings: Vec<u16>,
+    /// Objects whose distances are taken.
+    pub jobs: Vec<DistanceJob>,
+    /// Which others each of them has within reach.
+    pub pairs: Vec<ObjectPair>,
+    /// How far each pair has moved since the last time.
+    pub moves: Vec<f32>,
+    /// One a tile: what all its texels are, if anything.
+    pub tile_states: Vec<u32>,
+    /// How far each tile is from being within reach of each other object.
+    pub margins: Vec<f32>,
+    /// What was found about the tiles of the jobs.
+    pub looks: TileLooks,
+    /// One a texel: the slot of the face that was drawn there, and 1.
+    pub winners: Vec<u32>,
+    /// What is under way between objects.
+    pub transfers: TransferArrays,
+    /// Particles that come in each form of `advance` in this step; zeros where all sensors walk.
+    pub forms: [usize; 4],
+    /// One for each particle that has advanced in this step: the smallest gap between two sensors that decided its turn. Where it is
+    /// tiny, another device's rounding may turn the particle another way.
+    pub gaps: Vec<f32>,
+}
+
+impl Arrays {
+    /// Those of a state, arranged for the settings' strategy; the objects are at their first poses.
+    #[must_use]
+    pub fn new(setup: &Arc<Setup>, settings: &Settings, start: Snapshot) -> Self {
+        let texels = setup.atlas.density.len();
+        let particles = start.particles.len();
+        let mut arrays = Self {
+            transfers: TransferArrays::new(settings, setup, &start.transfers),
+            sorted_particles: start.particles.clone(),
+            sorted_motions: start.motions.clone(),
+            particles: start.particles,
+            motions: start.motions,
+            bins: vec![0; sorting::bins(&setup.atlas, setup.poses.len())],
+            trail: vec![0.0; texels],
+            next_trail: vec![0.0; texels],
+            deposits: vec![0; texels],
+            previous_deposits: vec![0; texels],
+            bias: start.bias,
+            meals: Vec::new(),
+            scent: Vec::new(),
+            scent_is_due: false,
+            poses: setup.poses.clone(),
+            poses_before: setup.poses.clone(),
+            physarums: physarums(settings, setup),
+            distances: vec![0.0; texels],
+            nearest: vec![NONE; texels],
+            across: vec![NONE; texels],
+            across_triangles: vec![NONE; texels],
+            surroundings: setup.surroundings.clone(),
+            jobs: Vec::new(),
+            pairs: Vec::new(),
+            moves: Vec::new(),
+            tile_states: vec![0; setup.distance.tiles.len()],
+            margins: vec![0.0; setup.distance.margins_len()],
+            looks: TileLooks::default(),
+            winners: Vec::new(),
+            forms: [0; 4],
+            gaps: Vec::with_capacity(particles),
+            setup: Arc::clone(setup),
+        };
+        arrays.serve(None);
+        arrays
+    }
+
+    /// Of each food there is so much from now on, or all of it.
+    pub fn serve(&mut self, remaining: Option<&[u32]>) {
+        self.meals = self.setup.pantry.meals(remaining);
+        self.scent = scent_of(&self.setup.pantry, &self.meals);
+    }
+
+    /// Lets two arrays change roles.
+    pub fn swap(&mut self, pair: Pair) {
+        match pair {
+            Pair::Trail => std::mem::swap(&mut self.trail, &mut self.next_trail),
+            Pair::Deposits => std::mem::swap(&mut self.deposits, &mut self.previous_deposits),
+            Pair::Transfers => {
+                let transfers = &mut self.transfers;
+                std::mem::swap(&mut transfers.arriving, &mut transfers.departing);
+            }
+            Pair::Particles => {
+                std::mem::swap(&mut self.particles, &mut self.sorted_particles);
+                std::mem::swap(&mut self.motions, &mut self.sorted_motions);
+            }
+        }
+    }
+}

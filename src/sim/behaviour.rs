@@ -1,0 +1,126 @@
+//! What particles do on each object, as kernels take it: one row of a table an object.
+
+use super::setup::Setup;
+use super::types::Physarum;
+use crate::scene::settings::{PhysarumSettings, Settings};
+
+/// What particles do on each object: the scene's values with the object's own over them.
+#[must_use]
+pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
+    let objects = settings.objects.iter();
+    let factor = deposit_factor(settings, setup);
+    objects
+        .map(|object| {
+            let physarum = object.physarum.over(&settings.physarum);
+            physarum_row(&physarum, setup.radius, factor)
+        })
+        .collect()
+}
+
+/// What deposits and decrowding weights are multiplied by: where the settings say which density they were made for, the
+/// trail's mean stays what it is there, whatever the number of particles and the size of the texture.
+#[must_use]
+pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
+    let reference = settings.physarum.reference_density;
+    let count = setup.particles.len();
+    if reference == 0.0 || count == 0 {
+        return 1.0;
+    }
+    (f64::from(reference) * f64::from(setup.atlas.owned_count) / count as f64) as f32
+}
+
+fn physarum_row(physarum: &PhysarumSettings, radius: f32, factor: f32) -> Physarum {
+    let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
+    let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+    Physarum {
+        speed: physarum.speed * radius,
+        sensor_offset: physarum.sensor_offset * radius,
+        sensor_cos,
+        sensor_sin,
+        rotation_cos,
+        rotation_sin,
+        sensor_noise: physarum.sensor_noise,
+        favourite_density: physarum.favourite_density,
+        gravity_weight: physarum.gravity_weight / radius,
+        decrowding_weight: factor * physarum.decrowding_weight,
+        distance_weight: physarum.distance_weight / radius,
+        pad0: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::settings::ObjectSettings;
+    use crate::scene::{Overrides, Scene};
+    use crate::sim::plan::{Means, Plan};
+    use crate::sim::spread::Half;
+
+    #[test]
+    fn deposits_and_decrowding_follow_the_density() {
+        let mut settings = Settings {
+            objects: vec![ObjectSettings {
+                mesh: "builtin:cube".to_owned(),
+                ..ObjectSettings::default()
+            }],
+            ..Settings::default()
+        };
+        settings.atlas.size = 64;
+        settings.particles.count = 1000;
+        settings.physarum.deposit = 2.0;
+        settings.physarum.decrowding_weight = 0.5;
+        settings.objects[0].physarum.decrowding_weight = Some(0.25);
+        let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let density = 1000.0 / setup.atlas.owned_count as f32;
+        let mut settings = scene.settings;
+        for (reference, factor) in [(0.0, 1.0), (density, 1.0), (3.0 * density, 3.0)] {
+            settings.physarum.reference_density = reference;
+            let plan = Plan::new(&settings, &setup, 0, Means::of_host(false, 0));
+            let found = [
+                plan.diffuse(Half::Last).params.deposit,
+                plan.diffuse_seams(Half::Last).params.deposit,
+                physarums(&settings, &setup)[0].decrowding_weight,
+            ];
+            for (value, plain) in found.into_iter().zip([2.0, 2.0, 0.25]) {
+                assert!(
+                    (value - factor * plain).abs() < 1e-5,
+                    "{found:?}, {reference}"
+                );
+            }
+        }
+    }
+
+    /// Each of the object's own values does there what the scene's would, and nothing elsewhere.
+    #[test]
+    fn objects_have_values_of_their_own() {
+        let scene = |key: &str, value: f32| {
+            let set = vec!["atlas.size=256".to_owned(), format!("{key}={value}")];
+            let overrides = Overrides {
+                set,
+                ..Overrides::default()
+            };
+            Scene::load("pair".as_ref(), &overrides).unwrap()
+        };
+        let plain = scene("particles.count", 1000.0);
+        let setup = Setup::new(&plain).unwrap();
+        let before = physarums(&plain.settings, &setup);
+        for (key, value) in [
+            ("speed", 0.003),
+            ("rotation_angle", 11.0),
+            ("sensor_angle", 13.0),
+            ("sensor_offset", 0.017),
+            ("sensor_noise", 0.019),
+            ("favourite_density", 2.3),
+            ("gravity_weight", 2.9),
+            ("decrowding_weight", 0.31),
+            ("distance_weight", 3.7),
+        ] {
+            let rows = |key: &str| physarums(&scene(key, value).settings, &setup);
+            let of_all = rows(&format!("physarum.{key}"));
+            let own = rows(&format!("object.1.physarum.{key}"));
+            assert_ne!(of_all[1], before[1], "{key}");
+            assert_eq!(own, [before[0], of_all[1]], "{key}");
+        }
+    }
+}

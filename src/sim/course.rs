@@ -1,0 +1,234 @@
+//! What the host follows of a simulation, whichever engine runs it: settings, time and poses, and which distances are known. It
+//! plans the steps.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, DAffine3};
+
+use super::behaviour::physarums;
+use super::distance::{DistancePlanner, DistanceUpdate};
+use super::movement::Movement;
+use super::plan::{Changes, Means, Plan};
+use super::setup::Setup;
+use super::snapshot::{FoodState, Snapshot};
+use super::sorting::{is_due, may_sort};
+use super::step::step;
+use super::types::{Physarum, Pose};
+use super::work::Step;
+use crate::error::Result;
+use crate::scene::settings::Settings;
+
+/// A simulation without its buffers.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// What it runs on.
+    pub setup: Arc<Setup>,
+    /// Those of the next step.
+    pub settings: Settings,
+    movement: Movement,
+    /// What the steps so far leave on the engine.
+    poses: Vec<Pose>,
+    /// Those that the last step had, which pictures need not have.
+    poses_of_step: Vec<Pose>,
+    /// What the steps so far leave on the engine as the poses before.
+    poses_before: Vec<Pose>,
+    /// What they leave there of what particles do.
+    physarums: Vec<Physarum>,
+    planner: DistancePlanner,
+    /// How many particles a fed one counted as in the last step.
+    fed_deposit: u32,
+    step: u64,
+}
+
+impl Course {
+    /// Of a scene at step 0.
+    #[must_use]
+    pub fn new(setup: Arc<Setup>, settings: Settings) -> Self {
+        Self {
+            movement: Movement::new(&settings),
+            poses: setup.poses.clone(),
+            poses_of_step: setup.poses.clone(),
+            poses_before: setup.poses.clone(),
+            physarums: physarums(&settings, &setup),
+            planner: DistancePlanner::default(),
+            fed_deposit: 1,
+            step: 0,
+            setup,
+            settings,
+        }
+    }
+
+    /// The same with other settings.
+    #[must_use]
+    pub fn with_settings(&self, settings: &Settings) -> Self {
+        let settings = settings.clone();
+        Self {
+            settings,
+            ..self.clone()
+        }
+    }
+
+    /// The next step, which counts as done.
+    #[must_use]
+    pub fn next(&mut self, means: Means) -> Step {
+        self.follow_settings();
+        let changes = self.changes();
+        let mut planner = std::mem::take(&mut self.planner);
+        let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
+        plan.changes = changes;
+        plan.update_distances(&mut planner, self.step, &self.poses);
+        plan.sorts = is_due(self.step) && may_sort(&self.settings);
+        let step = step(&plan);
+        self.planner = planner;
+        self.step += 1;
+        self.fed_deposit = self.settings.feeding.fed_deposit;
+        step
+    }
+
+    /// The next step with everything that one can have: with a sort, and with the distances that are due. Where nothing has moved
+    /// since they were last taken no step takes any, and they come as in the first one. Nothing counts as done.
+    #[must_use]
+    pub fn with_everything(&self, means: Means, changes: Changes) -> (Step, DistanceUpdate) {
+        // Of all steps those that are a multiple of the interval take distances; the first one always does.
+        const DUE: u64 = 0;
+        let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
+        plan.changes = changes;
+        for mut planner in [self.planner.clone(), DistancePlanner::default()] {
+            plan.update_distances(&mut planner, DUE, &self.poses);
+            if !plan.distances.jobs.is_empty() {
+                break;
+            }
+        }
+        plan.sorts = may_sort(&self.settings);
+        (step(&plan), plan.distances)
+    }
+
+    /// What the next step finds to be others than the one before.
+    pub fn changes(&mut self) -> Changes {
+        let before = std::mem::take(&mut self.poses_of_step);
+        let changes = Changes {
+            poses: self.moved_at(self.step),
+            poses_before: (before != self.poses_before).then(|| before.clone()),
+            physarums: self.changed_physarums(),
+        };
+        self.poses_before = before;
+        self.poses_of_step.clone_from(&self.poses);
+        changes
+    }
+
+    /// The poses that the last step had, or those set since from outside, if the engine has others.
+    pub fn moved(&mut self) -> Option<Vec<Pose>> {
+        self.moved_at(self.last_step())
+    }
+
+    /// What particles do on each object, if that is another than the engine has.
+    fn changed_physarums(&mut self) -> Option<Vec<Physarum>> {
+        let physarums = physarums(&self.settings, &self.setup);
+        if physarums == self.physarums {
+            return None;
+        }
+        self.physarums.clone_from(&physarums);
+        Some(physarums)
+    }
+
+    fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
+        let objects = &self.settings.objects;
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
+        let poses = self.movement.poses(objects, tracks, origins, step);
+        if poses == self.poses {
+            return None;
+        }
+        self.poses.clone_from(&poses);
+        Some(poses)
+    }
+
+    /// The last step's pose stays where it was; the next step comes by the rate that the settings have now.
+    pub fn follow_settings(&mut self) {
+        self.movement
+            .set_dt(self.settings.time.dt, self.last_step());
+    }
+
+    /// The step whose poses are shown: the last one, or the first.
+    fn last_step(&self) -> u64 {
+        self.step.saturating_sub(1)
+    }
+
+    /// Steps done.
+    #[must_use]
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// Where the objects are.
+    #[must_use]
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Has any step taken distances?
+    #[must_use]
+    pub fn has_distances(&self) -> bool {
+        self.planner.has_taken()
+    }
+
+    /// Sets where an object is from the next step on, whatever the scene says; `None` gives it back to the scene.
+    ///
+    /// # Errors
+    /// When there is no such object, or the pose is not rigid.
+    pub fn set_pose(&mut self, object: usize, world_from_object: Option<DAffine3>) -> Result<()> {
+        self.movement.set_pose(object, world_from_object)
+    }
+
+    /// The pose that an object was given from outside, if it was.
+    #[must_use]
+    pub fn set_pose_of(&self, object: usize) -> Option<DAffine3> {
+        self.movement.set_pose_of(object)
+    }
+
+    /// Where each object was in the last step.
+    #[must_use]
+    pub fn world_from_object(&self) -> Vec<Affine3A> {
+        let objects = &self.settings.objects;
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
+        self.movement
+            .world_from_object(objects, tracks, origins, self.last_step())
+    }
+
+    /// Seconds of the objects' motion in the last step.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.movement.time_at(self.last_step())
+    }
+
+    /// What a snapshot has of it; what lies in buffers is still to be filled in.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            step: self.step,
+            movement: self.movement.save(),
+            last_poses: self.poses_of_step.clone(),
+            origin: self.setup.origin(),
+            distance_poses: self.planner.poses().to_vec(),
+            kept_pairs: self.planner.kept(),
+            food: FoodState {
+                remaining: Vec::new(),
+                fed_deposit: self.fed_deposit,
+            },
+            ..Snapshot::nothing()
+        }
+    }
+
+    /// Goes on from a snapshot of the same scene; distances are not known.
+    ///
+    /// # Errors
+    /// When its poses are damaged, or are those of another number of objects. Then nothing has changed.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
+        self.movement = snapshot.movement_of(self.settings.objects.len())?;
+        self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
+        self.fed_deposit = snapshot.food.fed_deposit;
+        self.step = snapshot.step;
+        self.poses_of_step.clone_from(&snapshot.last_poses);
+        self.follow_settings();
+        Ok(())
+    }
+}

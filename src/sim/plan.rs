@@ -1,0 +1,252 @@
+//! What a step is to do: from a scene's settings to the numbers that kernels take. Scene radii become world lengths, degrees
+//! become cosines and sines.
+
+use super::behaviour::deposit_factor;
+use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
+use super::setup::Setup;
+use super::texel_paths::TexelPaths;
+use super::types::{Physarum, Pose};
+use crate::gpu::Threads;
+use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
+
+/// How far from its texel's centre a texel's distance may be another by reading between texels, in texel sides.
+const TEXELS_BETWEEN: f32 = 2.0;
+
+/// What the engine that a step is for has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Means {
+    /// How kernels get at single texels.
+    pub paths: TexelPaths,
+    /// Is there anything that was painted for sensors to read?
+    pub painted: bool,
+    /// How many transfers the lists hold.
+    pub capacity: u32,
+}
+
+impl Means {
+    /// Those of a host: nothing is too large for it.
+    #[must_use]
+    pub fn of_host(painted: bool, capacity: u32) -> Self {
+        let paths = TexelPaths::default();
+        Self {
+            paths,
+            painted,
+            capacity,
+        }
+    }
+}
+
+/// What the host has found to be others than in the step before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// World from object, one an object.
+    pub poses: Option<Vec<Pose>>,
+    /// The same in the step before this one.
+    pub poses_before: Option<Vec<Pose>>,
+    /// What particles do, one an object.
+    pub physarums: Option<Vec<Physarum>>,
+}
+
+/// Lengths that several kernels take, world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lengths {
+    /// How far distances to other objects are known.
+    pub reach: f32,
+    /// The signed distance below which a place is covered.
+    pub threshold: f32,
+    /// Of the longest way to a sensor.
+    pub farthest: f32,
+    /// The signed distance up to which sensors see nothing.
+    pub deepest: f32,
+    /// A place beyond this has nothing to do with another object in a step.
+    pub near: f32,
+    /// The same for particles that walk first.
+    pub sight: f32,
+}
+
+impl Lengths {
+    /// Of a scene.
+    #[must_use]
+    pub fn new(settings: &Settings, setup: &Setup) -> Self {
+        let radius = setup.radius;
+        let reach = settings.distance.reach * radius;
+        // Where nothing is known of distances, nothing is covered.
+        let threshold = settings.transfer.threshold.min(settings.distance.reach) * radius;
+        let most = |of: fn(&PhysarumSettings) -> f32| {
+            let objects = settings.objects.iter();
+            let own = objects.map(|object| of(&object.physarum.over(&settings.physarum)));
+            own.fold(0.0, f32::max) * radius
+        };
+        let farthest = most(|own| own.sensor_offset);
+        let fastest = most(|own| own.speed);
+        let near = threshold + fastest + TEXELS_BETWEEN * setup.texel_side;
+        Self {
+            reach,
+            threshold,
+            farthest,
+            // Sensors get no farther behind a crossing than they are away; nothing is known beyond reach.
+            deepest: -farthest.min(reach),
+            near,
+            // A walk that is pending comes before that of the sensors, or of the step.
+            // Where it is longer than the reach, everything is in sight: no distance is known that is longer than that.
+            sight: near + farthest.max(fastest),
+        }
+    }
+}
+
+/// Which optional terms of the model some object uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// Sensors read with noise.
+    pub sensor_noise: bool,
+    /// Some trail is liked best.
+    pub favourite_density: bool,
+    /// Heights count.
+    pub gravity: bool,
+    /// Crowds are avoided.
+    pub decrowding: bool,
+    /// Distances to other objects count.
+    pub distance: bool,
+    /// Some object has values of its own for what particles do.
+    pub own_physarum: bool,
+}
+
+impl Terms {
+    fn new(settings: &Settings) -> Self {
+        let objects = settings.objects.iter();
+        let kinds: Vec<PhysarumSettings> = objects
+            .map(|object| object.physarum.over(&settings.physarum))
+            .collect();
+        let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
+        Self {
+            sensor_noise: any(|p| p.sensor_noise > 0.0),
+            favourite_density: any(|p| p.favourite_density > 0.0),
+            gravity: any(|p| p.gravity_weight != 0.0),
+            decrowding: any(|p| p.decrowding_weight != 0.0),
+            distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
+            own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
+        }
+    }
+}
+
+/// Everything that a step depends on besides buffers.
+pub struct Plan<'a> {
+    /// Those that hold in this step.
+    pub settings: &'a Settings,
+    /// What it runs on.
+    pub setup: &'a Setup,
+    /// Counted from 0.
+    pub step: u64,
+    /// What the engine has.
+    pub means: Means,
+    /// The strategy that takes effect.
+    pub strategy: Strategy,
+    /// Which optional terms are used.
+    pub terms: Terms,
+    /// Lengths that several kernels take.
+    pub lengths: Lengths,
+    /// What deposits and decrowding weights are multiplied by.
+    pub deposit_factor: f32,
+    /// What differs from the step before.
+    pub changes: Changes,
+    /// Which distances are taken anew; none at first.
+    pub distances: DistanceUpdate,
+    /// Are particles sorted at the end?
+    pub sorts: bool,
+}
+
+impl<'a> Plan<'a> {
+    /// Of step number `step`, counted from 0, in which nothing has changed.
+    #[must_use]
+    pub fn new(settings: &'a Settings, setup: &'a Setup, step: u64, means: Means) -> Self {
+        Self {
+            settings,
+            setup,
+            step,
+            means,
+            strategy: settings.strategy(),
+            terms: Terms::new(settings),
+            lengths: Lengths::new(settings, setup),
+            deposit_factor: deposit_factor(settings, setup),
+            changes: Changes::default(),
+            distances: DistanceUpdate::default(),
+            sorts: false,
+        }
+    }
+
+    /// Lets the step take the distances that have changed since the planner was last asked; `poses` are the step's.
+    pub fn update_distances(&mut self, planner: &mut DistancePlanner, step: u64, poses: &[Pose]) {
+        let (settings, lengths) = (self.settings, self.lengths);
+        let rules = DistanceRules {
+            reach: lengths.reach,
+            method: settings.distance.method,
+            depth: settings.distance.depth,
+            sign: settings.distance.sign,
+            threshold: lengths.threshold,
+            farthest: lengths.farthest,
+            near: lengths.near,
+            sight: lengths.sight,
+            sees_across: self.sees_across(),
+            walk: (
+                settings.physarum.edge_crossing_attempts,
+                self.border_reflects(),
+            ),
+        };
+        let is_due = step.is_multiple_of(u64::from(self.settings.distance.interval.max(1)));
+        self.distances = planner.update(&self.setup.distance, poses, rules, is_due);
+    }
+
+    /// Do sensors see other objects? Where particles change to them, they do.
+    #[must_use]
+    pub fn sees_across(&self) -> bool {
+        !matches!(self.strategy, Strategy::None | Strategy::Respawn)
+    }
+
+    /// Do walks go on from open borders, in the direction of a mirror?
+    #[must_use]
+    pub fn border_reflects(&self) -> bool {
+        self.settings.physarum.border == Border::Reflect
+    }
+
+    /// Is there food, or are there markers?
+    #[must_use]
+    pub fn has_food(&self) -> bool {
+        self.settings.food_count() > 0
+    }
+
+    /// How many foods and markers there are.
+    #[must_use]
+    pub fn foods(&self) -> u32 {
+        self.setup.pantry.places.len() as u32
+    }
+
+    /// One invocation for each gutter texel that is read.
+    #[must_use]
+    pub fn seams(&self) -> Threads {
+        Threads(self.setup.atlas.seams.len() as u32)
+    }
+
+    /// How many objects there are.
+    #[must_use]
+    pub fn object_count(&self) -> u32 {
+        self.setup.poses.len() as u32
+    }
+
+    /// How many particles there are.
+    #[must_use]
+    pub fn particle_count(&self) -> u32 {
+        self.setup.particles.len() as u32
+    }
+
+    /// The word of the step that random streams take. They repeat after 2^32 steps: over two years at 60 steps a second.
+    #[must_use]
+    pub fn time_step(&self) -> u32 {
+        self.step as u32
+    }
+
+    /// Where the normals of vertices begin, behind those of half-edges.
+    #[must_use]
+    pub fn first_vertex_normal(&self) -> u32 {
+        self.setup.surface.halfedges.len() as u32
+    }
+}

@@ -1,0 +1,79 @@
+//! How the trail spreads in a step: what its two kernels take.
+
+use super::kernels::{DiffuseParams, DiffuseSeamsParams};
+use super::plan::Plan;
+use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
+
+/// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
+/// slower with, and no picture shows them.
+pub const TINY_TRAIL: f32 = 1e-20;
+
+/// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// Does nothing else: deposits and decay come with the last, and so do the gutters, which diffusion does not read.
+    First,
+    /// The second, or the whole.
+    Last,
+}
+
+/// What a half of a step does to the trail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rates {
+    /// The share that is spread.
+    pub diffusion: f32,
+    /// Trail units a particle.
+    pub deposit: f32,
+    /// The share that stays.
+    pub decay: f32,
+}
+
+/// Does the trail spread in two halves?
+#[must_use]
+pub fn in_halves(plan: &Plan<'_>) -> bool {
+    plan.settings.trail.diffusion > GREATEST_DIFFUSION
+}
+
+/// What a half of a step does.
+#[must_use]
+pub fn rate_of(plan: &Plan<'_>, half: Half) -> Rates {
+    let trail = &plan.settings.trail;
+    let diffusion = trail.diffusion * if in_halves(plan) { 0.5 } else { 1.0 };
+    let (deposit, decay) = match half {
+        Half::First => (0.0, 1.0),
+        Half::Last => (
+            plan.deposit_factor * plan.settings.physarum.deposit,
+            trail.decay,
+        ),
+    };
+    Rates {
+        diffusion,
+        deposit,
+        decay,
+    }
+}
+
+/// The trail's two kernels on an atlas, without deposits, decay and diffusion.
+#[must_use]
+pub fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
+    let diffuse = DiffuseParams {
+        lane_count: BLOCK_QUADS * atlas.blocks.len() as u32,
+        quad_count: atlas.pitch * atlas.size / 4,
+        quads_a_row: atlas.pitch / 4,
+        diffusion: 0.0,
+        most_density: GREATEST_DENSITY,
+        deposit: 0.0,
+        decay: 1.0,
+        tiny: TINY_TRAIL,
+    };
+    let diffuse_seams = DiffuseSeamsParams {
+        row_count: atlas.exchange.rows.len() as u32,
+        reach_across: atlas.gutter,
+        reach_down: atlas.gutter * atlas.pitch,
+        diffusion: 0.0,
+        deposit: 0.0,
+        decay: 1.0,
+        tiny: TINY_TRAIL,
+    };
+    (diffuse, diffuse_seams)
+}

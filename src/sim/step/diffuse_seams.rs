@@ -1,0 +1,101 @@
+//! `diffuse_seams`: what it takes, reads and writes. Twin of `shaders/diffuse_seams.comp`.
+
+use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
+use crate::sim::arrays::Arrays;
+use crate::sim::kernels::DiffuseSeamsParams;
+use crate::sim::kernels::{DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants};
+use crate::sim::plan::Plan;
+use crate::sim::spread::{Half, rate_of, spreading};
+use crate::sim::state::State;
+use crate::sim::texel_paths::TexelPaths;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// The same for texels beside seams.
+    #[must_use]
+    pub fn diffuse_seams(&self, half: Half) -> Call<DiffuseSeams> {
+        let TexelPaths { in_quads, band, .. } = self.means.paths;
+        let rates = rate_of(self, half);
+        Call {
+            on: (),
+            constants: DiffuseSeamsConstants {
+                texels_in_quads: in_quads,
+                band,
+            },
+            params: DiffuseSeamsParams {
+                diffusion: rates.diffusion,
+                deposit: rates.deposit,
+                decay: rates.decay,
+                ..spreading(&self.setup.atlas).1
+            },
+        }
+    }
+}
+
+impl StepKernel for DiffuseSeams {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> DiffuseSeamsArgs<'s> {
+        DiffuseSeamsArgs {
+            rows: &s.exchange_rows,
+            entries: &s.exchange_entries,
+            trail: &s.trail.front_views.texels,
+            deposits: &s.deposits.front_views.texels,
+            low_next_trail: &s.trail.back_views.low,
+            high_next_trail: &s.trail.back_views.high,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let atlas = &a.setup.atlas;
+        diffuse_seams(
+            &call.params,
+            &atlas.exchange.rows,
+            &atlas.exchange.entries,
+            &a.trail,
+            &a.deposits,
+            &atlas.density,
+            &mut a.next_trail,
+        );
+    }
+}
+
+/// Spreads, deposits and decays the trail of the texels of `rows` into `next_trail`.
+pub fn diffuse_seams(
+    params: &DiffuseSeamsParams,
+    rows: &[ExchangeRow],
+    entries: &[ExchangeEntry],
+    trail: &[f32],
+    deposits: &[u32],
+    density: &[f32],
+    next_trail: &mut [f32],
+) {
+    let offsets =
+        ExchangeRow::neighbours(params.reach_down / params.reach_across, params.reach_across);
+    for row in &rows[..params.row_count as usize] {
+        let texel = row.texel as usize;
+        let here = trail[texel];
+        let mut inside = 0.0;
+        for (bit, offset) in offsets.iter().enumerate() {
+            if row.mask() >> bit & 1 == 1 {
+                inside += trail[(texel as i64 + offset) as usize] - here;
+            }
+        }
+        let mut next = row.first as usize;
+        let mut end = next + row.pair_count as usize;
+        let mut across = 0.0;
+        for pair in &entries[next..end] {
+            across += pair.weight * (trail[pair.texel as usize] - here);
+        }
+        next = end;
+        end += row.deposit_count() as usize;
+        let mut counted = deposits[texel] as f32;
+        for part in &entries[next..end] {
+            counted += part.weight * deposits[part.texel as usize] as f32;
+        }
+        let own = density[texel];
+        let spread = here + (params.diffusion * own) * (row.conductance * inside + across);
+        let value = (spread + (params.deposit * counted) * own) * params.decay;
+        next_trail[texel] = if value >= params.tiny { value } else { 0.0 };
+    }
+}

@@ -1,0 +1,77 @@
+//! `exchange_seams`: what it takes, reads and writes. Twin of `shaders/exchange_seams.comp`.
+
+use crate::sim::arrays::Arrays;
+use crate::sim::field::fill_gutters;
+use crate::sim::kernels::{
+    ExchangeSeams, ExchangeSeamsArgs, ExchangeSeamsConstants, ExchangeSeamsParams,
+};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
+use crate::sim::texel_paths::TexelPaths;
+use crate::sim::types::Seam;
+use crate::sim::work::{Call, StepKernel};
+
+/// Which field's gutters are filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// What the trail has become.
+    Trail,
+    /// Distances to other objects.
+    Distances,
+}
+
+impl Plan<'_> {
+    /// Fills the gutters of a field, so that sensors see no seam.
+    pub fn exchange_seams(&self, of: Field) -> Call<ExchangeSeams> {
+        let TexelPaths { in_quads, band, .. } = self.means.paths;
+        Call {
+            on: of,
+            constants: ExchangeSeamsConstants {
+                texels_in_quads: in_quads,
+                band,
+            },
+            params: ExchangeSeamsParams {
+                seam_count: self.setup.atlas.seams.len() as u32,
+            },
+        }
+    }
+}
+
+impl StepKernel for ExchangeSeams {
+    type On = Field;
+
+    fn args<'s>(call: &Call<Self>, s: &'s State) -> ExchangeSeamsArgs<'s> {
+        let field = match call.on {
+            Field::Trail => &s.trail.back_views,
+            Field::Distances => {
+                // They are never too large for one view.
+                let distances = &s.distance_views.distances;
+                return ExchangeSeamsArgs {
+                    seams: &s.seams,
+                    trail: distances,
+                    low_trail: distances,
+                    high_trail: distances,
+                };
+            }
+        };
+        ExchangeSeamsArgs {
+            seams: &s.seams,
+            trail: &field.texels,
+            low_trail: &field.low,
+            high_trail: &field.high,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let field = match call.on {
+            Field::Trail => &mut a.next_trail,
+            Field::Distances => &mut a.distances,
+        };
+        exchange_seams(&a.setup.atlas.seams, field);
+    }
+}
+
+/// Fills the gutter texels of `trail` from the owned texels across the seams.
+pub fn exchange_seams(seams: &[Seam], trail: &mut [f32]) {
+    fill_gutters(seams, trail);
+}

@@ -1,0 +1,69 @@
+//! `scent`: what it takes, reads and writes. Twin of `shaders/scent.comp`.
+
+use glam::UVec2;
+
+use crate::sim::arrays::Arrays;
+use crate::sim::food::{Pantry, scent_at};
+use crate::sim::kernels::ScentParams;
+use crate::sim::kernels::{Scent, ScentArgs, ScentConstants};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
+use crate::sim::texel_paths::TexelPaths;
+use crate::sim::types::Meal;
+use crate::sim::work::{Call, StepKernel};
+
+impl Plan<'_> {
+    /// Sums up what sensors read of food and markers.
+    #[must_use]
+    pub fn scent(&self) -> Call<Scent> {
+        let TexelPaths { in_quads, band, .. } = self.means.paths;
+        Call {
+            on: (),
+            constants: ScentConstants {
+                texels_in_quads: in_quads,
+                band,
+            },
+            params: ScentParams {
+                scented_count: self.setup.pantry.scented_count(),
+            },
+        }
+    }
+}
+
+impl StepKernel for Scent {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> ScentArgs<'s> {
+        let food = s.food();
+        ScentArgs {
+            scented: &food.scented,
+            whiffs: &food.whiffs,
+            meals: &food.meals,
+            low_field: &food.scent_views.low,
+            high_field: &food.scent_views.high,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        if a.scent_is_due {
+            let Pantry {
+                scented, whiffs, ..
+            } = &a.setup.pantry;
+            scent(&call.params, scented, whiffs, &a.meals, &mut a.scent);
+        }
+    }
+}
+
+/// Sums up what sensors read more for food and markers, at every texel that any reaches.
+pub fn scent(
+    params: &ScentParams,
+    scented: &[UVec2],
+    whiffs: &[UVec2],
+    meals: &[Meal],
+    field: &mut [f32],
+) {
+    for i in 0..params.scented_count as usize {
+        let here = &whiffs[scented[i].y as usize..scented[i + 1].y as usize];
+        field[scented[i].x as usize] = scent_at(here, meals);
+    }
+}

@@ -1,0 +1,317 @@
+//! A step as a value: what is done, in order, each kernel with its constants, parameters and arguments. Either engine does it:
+//! [`on_device`](Step::on_device) records it, with the barriers that follow from it, and [`on_host`](Step::on_host) lets the
+//! twins do the same to plain arrays.
+
+use std::fmt::{self, Debug};
+
+use bytemuck::{Pod, Zeroable};
+
+use super::arrays::Arrays;
+use super::pipelines::Pipelines;
+use super::roles::Pair;
+use super::state::State;
+use crate::gpu::{Buffer, DispatchGroups, GpuError, Kernel, Recorder, Threads};
+
+/// A kernel that steps run. Its file says what it takes, what it is bound to, and what its twin does.
+pub trait StepKernel: Kernel<Constants: Value, Params: Value> + Sized + Debug + 'static {
+    /// What it works on, where a step runs it on several things; else `()`.
+    type On: Value;
+
+    /// What times and messages call it.
+    fn name(_on: Self::On) -> &'static str {
+        Self::NAME
+    }
+
+    /// What it reads and writes on the device.
+    fn args<'s>(call: &Call<Self>, s: &'s State) -> Self::Args<'s>;
+
+    /// Does the same on the host.
+    fn twin(call: &Call<Self>, a: &mut Arrays);
+}
+
+/// Plain values that can be compared and shown.
+pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
+
+impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
+
+/// A kernel with all that it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Call<K: StepKernel> {
+    /// What it works on.
+    pub on: K::On,
+    /// What is compiled in.
+    pub constants: K::Constants,
+    /// What it is passed.
+    pub params: K::Params,
+}
+
+/// How often a kernel runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Groups {
+    /// So many invocations, or a few more.
+    Threads(Threads),
+    /// As often as a kernel before it has counted, on the device.
+    Counted(Counter),
+    /// The same, and no more often than that.
+    AtMost(Threads, Counter),
+}
+
+/// Groups that kernels count for those that come after them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counter {
+    /// One invocation a transfer.
+    Transfers,
+    /// One a particle of the window.
+    Window,
+    /// One a particle whose sensors must walk.
+    Walking,
+    /// One a particle that may be near other objects.
+    Nearby,
+    /// One a particle of which both are true.
+    WalkingNearby,
+    /// One a texel of the tiles that need a look.
+    Tiles,
+    /// One a texel that other objects cover.
+    Covered,
+    /// One a texel whose smell has become another.
+    Scented,
+}
+
+impl Counter {
+    fn of(self, s: &State) -> (&Buffer<DispatchGroups>, usize) {
+        match self {
+            Self::Transfers => (&s.transfers.groups, 0),
+            Self::Window => (&s.transfers.groups, 1),
+            Self::Walking => (&s.walker_groups, 0),
+            Self::Nearby => (&s.walker_groups, 1),
+            Self::WalkingNearby => (&s.walker_groups, 2),
+            Self::Tiles => (&s.tile_groups, 0),
+            Self::Covered => (&s.covered_groups, 0),
+            Self::Scented => (&s.food().groups, 0),
+        }
+    }
+}
+
+impl From<Threads> for Groups {
+    fn from(threads: Threads) -> Self {
+        Self::Threads(threads)
+    }
+}
+
+impl From<Counter> for Groups {
+    fn from(counter: Counter) -> Self {
+        Self::Counted(counter)
+    }
+}
+
+/// Something that a step does.
+pub trait Work: Debug + Send + Sync {
+    /// Makes the pipeline that it needs.
+    fn prepare(&self, _made: &mut Pipelines) -> Result<(), GpuError> {
+        Ok(())
+    }
+
+    /// Records it.
+    fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State);
+
+    /// Does it.
+    fn on_host(&self, a: &mut Arrays);
+}
+
+/// What a step does, in order.
+#[derive(Debug, Default)]
+pub struct Step {
+    works: Vec<Box<dyn Work>>,
+}
+
+impl Step {
+    /// Runs a kernel.
+    pub fn run<K: StepKernel>(&mut self, groups: impl Into<Groups>, call: Call<K>) {
+        let groups = groups.into();
+        self.add(Dispatch { groups, call });
+    }
+
+    /// Runs a kernel as often as one before it has counted, which is no more often than that.
+    pub fn run_at_most<K: StepKernel>(&mut self, most: Threads, counter: Counter, call: Call<K>) {
+        let groups = Groups::AtMost(most, counter);
+        self.add(Dispatch { groups, call });
+    }
+
+    /// Brings values from the host. They travel with the step, so steps that wait for their turn keep theirs.
+    pub fn write<T: Pod + Debug + Send + Sync>(
+        &mut self,
+        values: &[T],
+        on_device: fn(&State) -> &Buffer<T>,
+        on_host: fn(&mut Arrays) -> &mut Vec<T>,
+    ) {
+        let values = values.to_vec();
+        self.add(Write {
+            values,
+            on_device,
+            on_host,
+        });
+    }
+
+    /// Brings counters of the device to where they begin; the twins need none.
+    pub fn reset<T: Pod + Debug + Send + Sync>(
+        &mut self,
+        values: &[T],
+        on_device: fn(&State) -> &Buffer<T>,
+    ) {
+        let values = values.to_vec();
+        self.add(Reset { values, on_device });
+    }
+
+    /// Fills a list with zeros.
+    pub fn clear<T: Pod + Send + Sync>(
+        &mut self,
+        on_device: fn(&State) -> &Buffer<T>,
+        on_host: fn(&mut Arrays) -> &mut Vec<T>,
+    ) {
+        self.add(Clear { on_device, on_host });
+    }
+
+    /// Lets two buffers change roles.
+    pub fn swap(&mut self, pair: Pair) {
+        self.add(Swap(pair));
+    }
+
+    /// Adds something of another kind.
+    pub fn add(&mut self, work: impl Work + 'static) {
+        self.works.push(Box::new(work));
+    }
+
+    /// Makes every pipeline that it needs.
+    ///
+    /// # Errors
+    /// When the device cannot run a kernel.
+    pub fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
+        self.works.iter().try_for_each(|work| work.prepare(made))
+    }
+
+    /// Records it.
+    ///
+    /// # Panics
+    /// When a pipeline that it needs was not made.
+    pub fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {
+        for work in &self.works {
+            work.on_device(rec, made, s);
+        }
+    }
+
+    /// Does it.
+    pub fn on_host(&self, a: &mut Arrays) {
+        for work in &self.works {
+            work.on_host(a);
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Dispatch<K: StepKernel> {
+    groups: Groups,
+    call: Call<K>,
+}
+
+impl<K: StepKernel + Debug> Work for Dispatch<K>
+where
+    Call<K>: Send + Sync,
+{
+    fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
+        made.make::<K>(K::name(self.call.on), &self.call.constants)
+    }
+
+    fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {
+        let call = &self.call;
+        let pipeline = made.of::<K>(K::name(call.on), &call.constants);
+        let args = K::args(call, s);
+        match self.groups {
+            Groups::Threads(threads) => rec.dispatch(pipeline, threads, args, call.params),
+            Groups::Counted(counter) => {
+                rec.dispatch_indirect(pipeline, counter.of(s), args, call.params);
+            }
+            Groups::AtMost(threads, counter) => {
+                rec.dispatch_at_most(pipeline, threads, counter.of(s), args, call.params);
+            }
+        }
+    }
+
+    fn on_host(&self, a: &mut Arrays) {
+        K::twin(&self.call, a);
+    }
+}
+
+struct Write<T> {
+    values: Vec<T>,
+    on_device: fn(&State) -> &Buffer<T>,
+    on_host: fn(&mut Arrays) -> &mut Vec<T>,
+}
+
+impl<T: Debug> Debug for Write<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Write").field(&self.values).finish()
+    }
+}
+
+impl<T: Pod + Debug + Send + Sync> Work for Write<T> {
+    fn on_device(&self, rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
+        rec.update_long((self.on_device)(s), &self.values);
+    }
+
+    fn on_host(&self, a: &mut Arrays) {
+        (self.on_host)(a).clone_from(&self.values);
+    }
+}
+
+struct Reset<T> {
+    values: Vec<T>,
+    on_device: fn(&State) -> &Buffer<T>,
+}
+
+impl<T: Debug> Debug for Reset<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Reset").field(&self.values).finish()
+    }
+}
+
+impl<T: Pod + Debug + Send + Sync> Work for Reset<T> {
+    fn on_device(&self, rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
+        rec.update_long((self.on_device)(s), &self.values);
+    }
+
+    fn on_host(&self, _a: &mut Arrays) {}
+}
+
+struct Clear<T> {
+    on_device: fn(&State) -> &Buffer<T>,
+    on_host: fn(&mut Arrays) -> &mut Vec<T>,
+}
+
+impl<T> Debug for Clear<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Clear")
+    }
+}
+
+impl<T: Pod + Zeroable + Send + Sync> Work for Clear<T> {
+    fn on_device(&self, rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
+        rec.fill((self.on_device)(s), 0);
+    }
+
+    fn on_host(&self, a: &mut Arrays) {
+        (self.on_host)(a).fill(T::zeroed());
+    }
+}
+
+#[derive(Debug)]
+struct Swap(Pair);
+
+impl Work for Swap {
+    fn on_device(&self, _rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
+        s.swap(self.0);
+    }
+
+    fn on_host(&self, a: &mut Arrays) {
+        a.swap(self.0);
+    }
+}
