@@ -13,7 +13,7 @@ use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
 use super::debug::DebugEntries;
 use super::device::Device;
-use super::error::{Check, GpuError, GpuResult, advice};
+use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::{Corpse, Graveyard};
 use super::info::{self, DeviceInfo};
 use super::instance::Instance;
@@ -235,7 +235,7 @@ impl Context {
             Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
                 seconds: timeout.as_secs(),
                 last: format!("it was busy with {who}"),
-                advice: advice(""),
+                kernel: None,
             }),
             other => other.check("vkWaitForFences", who),
         }
