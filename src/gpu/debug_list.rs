@@ -44,7 +44,7 @@ impl DebugList {
         Ok(Self { words, capacity })
     }
 
-    /// What the finished frame told; `kernels` names its dispatches.
+    /// What the finished frame has written; `kernels` names its dispatches.
     pub(crate) fn read(&self, kernels: &[String]) -> DebugEntries {
         let words = self.words.as_slice();
         let (head, list) = words.split_at(HEAD);

@@ -5,6 +5,9 @@
 //! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in here; only `render::gui`,
 //! which hands them to the painter of the interface, has its share.
 //!
+//! Files use each other one way. From the bottom: `error`, `options`, `instance`, `info` and `device`; `context`; buffers and
+//! images; `kernel`; `recorder`; what it records, in `waits`, `work`, `dispatch`, `copy` and `pass`; `frame`.
+//!
 //! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
 //! graveyard until every frame that was begun before is over.
 //!

@@ -9,7 +9,7 @@ use super::graveyard::Corpse;
 #[derive(Default)]
 pub(crate) struct Staging {
     pub(crate) pool: vk::CommandPool,
-    /// Allocated once: synchronization validation (1.3.239) keeps what it knows of every command buffer that was freed, about 3 kB.
+    /// Allocated once: synchronization validation (1.3.239) keeps about 3 kB of every command buffer that was freed.
     pub(crate) cmd: vk::CommandBuffer,
     pub(crate) fence: vk::Fence,
     pub(crate) upload: Option<(vk::Buffer, Allocation)>,

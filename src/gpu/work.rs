@@ -192,7 +192,7 @@ impl Recorder {
             let others = resources.iter().zip(I::BINDINGS).skip(i + 1);
             for (other, other_binding) in others.filter(|_| self.ctx().hazard_check) {
                 // What is read as texels beside what is written is read by the invocation that writes it, before that, or
-                // nobody writes it here: the kernel's header says so. Parts of a buffer are written one by one.
+                // is not written here: the kernel's header says so. Parts of a buffer are written one by one.
                 let own = [(binding, other_binding), (other_binding, binding)]
                     .iter()
                     .any(|(written, read)| {
