@@ -202,10 +202,10 @@ fn shortest_cycle(uses: &Uses) -> Option<Vec<usize>> {
         let mut queue = VecDeque::from([start]);
         while let Some(file) = queue.pop_front() {
             for &to in next.get(&file).into_iter().flatten() {
-                if !before.contains_key(&to) {
-                    before.insert(to, file);
+                before.entry(to).or_insert_with(|| {
                     queue.push_back(to);
-                }
+                    file
+                });
             }
         }
         let Some(&last) = before.get(&start) else {
