@@ -16,7 +16,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The device, or something on it, failed.
-    #[error(transparent)]
+    #[error("{0}{advice}", advice = crate::sim::advice::on_device(.0))]
     Gpu(#[from] crate::gpu::GpuError),
     /// A mesh cannot be used.
     #[error(transparent)]

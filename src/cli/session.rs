@@ -268,6 +268,7 @@ impl Session {
         self.bandwidth = match CopyBandwidth::measure(&self.ctx, COPIES) {
             Ok(measured) => measured.as_ref().map(Bandwidth::from),
             Err(error @ GpuError::OutOfMemory { .. }) => {
+                let error = Error::Gpu(error);
                 let text = format!("the device's own copies are not measured: {error}");
                 self.progress.say(&text);
                 None

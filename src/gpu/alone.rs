@@ -5,42 +5,13 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::buffer::{AnyBuffer, Buffer, Domain};
-use super::buffer_core::BufferCore;
+use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::{BufferCore, Domain};
 use super::error::GpuResult;
 use super::kernel::{BindingAccess, Interface, Resource};
+use super::part::{Alone, Kept, Part};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
-
-/// A kernel that is to run alone, and what it found in the buffers that it writes.
-#[derive(Clone)]
-pub struct Alone(Arc<Kept>);
-
-struct Kept {
-    kernel: String,
-    /// Each buffer that the kernel writes, what was in it, and how many bytes.
-    buffers: Vec<(vk::Buffer, Buffer<u32>, u64)>,
-}
-
-/// Which part of the work that is recorded takes place.
-#[derive(Default)]
-pub(crate) enum Part {
-    /// All of it.
-    #[default]
-    Whole,
-    /// None, and kernels are named.
-    Names(Vec<String>),
-    /// What comes before the first dispatch of a kernel.
-    Before(String),
-    /// Such a kernel was met, and what it would find was kept.
-    Found(GpuResult<Alone>),
-    /// Its first dispatch, in a scope of this name.
-    Only(Alone, String),
-    /// That dispatch is being recorded.
-    Within,
-    /// Nothing more.
-    Nothing,
-}
 
 impl Recorder {
     /// The kernels that `record` would record, in order, as often as they come. Nothing is recorded.

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use super::buffer::{Buffer, Domain};
+use super::buffer::Buffer;
+use super::buffer_core::Domain;
 use super::context::Context;
 use super::error::GpuResult;
 use super::frame::Frames;

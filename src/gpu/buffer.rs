@@ -5,30 +5,9 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::buffer_core::BufferCore;
+use super::buffer_core::{BufferCore, Domain};
 use super::context::Context;
 use super::error::GpuResult;
-
-/// What a buffer's memory is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Domain {
-    /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it. Fits one binding.
-    Device,
-    /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
-    Texels,
-    /// Written by the host, read by the device.
-    Upload,
-    /// Written by the device, read by the host.
-    Readback,
-}
-
-impl Domain {
-    /// Does nobody but the device reach it?
-    #[must_use]
-    pub fn is_on_device(self) -> bool {
-        matches!(self, Domain::Device | Domain::Texels)
-    }
-}
 
 /// `len` elements of `T` on the device.
 ///
@@ -87,52 +66,6 @@ impl<T: Pod> Buffer<T> {
             core: Arc::new(core),
             element: PhantomData,
         })
-    }
-
-    /// A device buffer of zeros.
-    ///
-    /// # Errors
-    /// As [`Buffer::new`]; the device was lost.
-    pub fn zeroed(ctx: &Arc<Context>, name: &str, len: usize) -> GpuResult<Self> {
-        Self::zeroed_in(ctx, name, len, Domain::Device)
-    }
-
-    /// The same, for a purpose.
-    ///
-    /// # Errors
-    /// As [`Buffer::zeroed`].
-    pub fn zeroed_in(
-        ctx: &Arc<Context>,
-        name: &str,
-        len: usize,
-        domain: Domain,
-    ) -> GpuResult<Self> {
-        let buffer = Self::new(ctx, name, len, domain)?;
-        ctx.fill(&buffer, 0)?;
-        Ok(buffer)
-    }
-
-    /// A device buffer that holds `data`.
-    ///
-    /// # Errors
-    /// As [`Buffer::new`]; the device was lost.
-    pub fn from_slice(ctx: &Arc<Context>, name: &str, data: &[T]) -> GpuResult<Self> {
-        Self::from_slice_in(ctx, name, data, Domain::Device)
-    }
-
-    /// The same, for a purpose.
-    ///
-    /// # Errors
-    /// As [`Buffer::from_slice`].
-    pub fn from_slice_in(
-        ctx: &Arc<Context>,
-        name: &str,
-        data: &[T],
-        domain: Domain,
-    ) -> GpuResult<Self> {
-        let buffer = Self::new(ctx, name, data.len(), domain)?;
-        ctx.upload(&buffer, data)?;
-        Ok(buffer)
     }
 
     /// The mapped elements of an `Upload` or `Readback` buffer.

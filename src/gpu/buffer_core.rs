@@ -7,10 +7,30 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::access::{Access, History, Order, Use, Wait};
-use super::buffer::Domain;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::Corpse;
+
+/// What a buffer's memory is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it. Fits one binding.
+    Device,
+    /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
+    Texels,
+    /// Written by the host, read by the device.
+    Upload,
+    /// Written by the device, read by the host.
+    Readback,
+}
+
+impl Domain {
+    /// Does nobody but the device reach it?
+    #[must_use]
+    pub fn is_on_device(self) -> bool {
+        matches!(self, Domain::Device | Domain::Texels)
+    }
+}
 
 /// The part of a [`Buffer`](super::Buffer) that does not depend on its element type.
 pub struct BufferCore {

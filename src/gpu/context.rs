@@ -1,14 +1,12 @@
 //! A device ready for work: the first thing that everything else in `gpu` needs.
 
 use std::mem::ManuallyDrop;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
-use raw_window_handle::RawDisplayHandle;
 
 use super::access::Recordings;
 use super::borrowed::BorrowedDevice;
@@ -19,70 +17,18 @@ use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::{Corpse, Graveyard};
 use super::info::{self, DeviceInfo};
 use super::instance::Instance;
+use super::options::ContextOptions;
 use super::pipelines::Pipelines;
-use super::transfer::Transfer;
-
-/// How a [`Context`] is made.
-#[derive(Clone, Debug)]
-pub struct ContextOptions {
-    /// Index or part of the name of the device; `None` takes the best.
-    pub device: Option<String>,
-    /// Switches on the validation layer with synchronization validation; see [`Context::messages`].
-    pub validation: bool,
-    /// The display that a window will be opened on.
-    pub window: Option<RawDisplayHandle>,
-    /// Panic where a kernel binds one buffer twice and writes it: a check on the host of everything that is recorded. `None`
-    /// checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
-    pub hazard_check: Option<bool>,
-    /// Leaves out the barrier of this number in every recording, counted from 0: only to see whether the validation layer would
-    /// notice.
-    pub leave_out: Option<u32>,
-    /// How long the device may take for what it is waited for.
-    pub timeout: Duration,
-    /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
-    pub breadcrumbs: bool,
-    /// Where compiled pipelines are kept for the next start; see
-    /// [`default_cache_folder`](super::default_cache_folder). `None` keeps nothing.
-    pub cache_folder: Option<PathBuf>,
-    /// Values that `debug_value` may tell in a frame.
-    pub debug_capacity: u32,
-    /// Takes the device for a smaller one, so that tests of what is large need not be.
-    pub limits: Option<Limits>,
-}
-
-/// Limits of a device that make large buffers take other ways.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Bytes of one storage-buffer binding.
-    pub storage_buffer_range: u64,
-    /// Elements of one texel buffer.
-    pub texel_buffer_elements: u32,
-}
-
-impl Default for ContextOptions {
-    fn default() -> Self {
-        Self {
-            device: None,
-            validation: false,
-            window: None,
-            hazard_check: None,
-            leave_out: None,
-            timeout: Duration::from_secs(60),
-            breadcrumbs: true,
-            cache_folder: None,
-            debug_capacity: 65_536,
-            limits: None,
-        }
-    }
-}
+use super::staging::Staging;
 
 /// A device, its queue, its memory, and what waits to be freed.
 pub struct Context {
     pub(crate) graveyard: Graveyard,
-    pub(crate) transfer: Mutex<Transfer>,
+    /// What blocking transfers use.
+    pub(crate) staging: Mutex<Staging>,
     pub(crate) hazard_check: bool,
     pub(crate) leave_out: Option<u32>,
-    pub(crate) recordings: Mutex<Recordings>,
+    recordings: Mutex<Recordings>,
     /// How long it waits at the least.
     timeout: Duration,
     /// What every [`Patience`] that is there allows on top, nanoseconds.
@@ -176,7 +122,7 @@ impl Context {
         })?;
         Ok(Arc::new(Self {
             graveyard: Graveyard::default(),
-            transfer: Mutex::default(),
+            staging: Mutex::default(),
             recordings: Mutex::default(),
             hazard_check: (options.hazard_check)
                 .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
@@ -279,6 +225,22 @@ impl Context {
         answer
     }
 
+    /// Waits for a fence, for as long as the context allows.
+    pub(crate) fn wait_for(&self, fence: vk::Fence, who: &str) -> GpuResult<()> {
+        let timeout = self.timeout();
+        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
+        // SAFETY: the fence is this device's.
+        let waited = unsafe { self.device.raw.wait_for_fences(&[fence], true, nanoseconds) };
+        match self.heard(self.is_there().and(waited)) {
+            Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
+                seconds: timeout.as_secs(),
+                last: format!("it was busy with {who}"),
+                kernel: None,
+            }),
+            other => other.check("vkWaitForFences", who),
+        }
+    }
+
     /// Ends the device, and tells what the validation layer has said until its end that was not taken yet.
     ///
     /// # Errors
@@ -339,6 +301,11 @@ impl Context {
     #[must_use]
     pub fn allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
+    }
+
+    /// Every recording so far.
+    pub(crate) fn recordings(&self) -> MutexGuard<'_, Recordings> {
+        self.recordings.lock().unwrap_or_else(|e| e.into_inner())
     }
 
     pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
@@ -406,9 +373,10 @@ impl Drop for Context {
         // An error means that the device is lost, and then it uses nothing either.
         // SAFETY: nobody else has the context, so nobody submits meanwhile.
         let _ = unsafe { self.device.raw.device_wait_idle() };
-        let transfer =
-            std::mem::take(&mut *self.transfer.lock().unwrap_or_else(|e| e.into_inner()));
-        transfer.destroy(self);
+        let staging = std::mem::take(&mut *self.staging.lock().unwrap_or_else(|e| e.into_inner()));
+        for corpse in staging.corpses() {
+            self.bury(corpse);
+        }
         std::mem::take(&mut self.pipeline_cache).close(&self.device.raw);
         for made in self.pipelines.take_all() {
             self.bury(made.corpse());

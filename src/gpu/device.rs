@@ -44,7 +44,7 @@ impl Device {
             large_points: supported.large_points,
             wide_lines: supported.wide_lines,
             fill_mode_non_solid: supported.fill_mode_non_solid,
-            // Meshes of more than 16 million vertices are drawn.
+            // More than 16 million vertices are drawn.
             full_draw_index_uint32: supported.full_draw_index_uint32,
             ..Default::default()
         };

@@ -1,4 +1,5 @@
-//! What can go wrong with a device, each with what failed, where, and what to do.
+//! What can go wrong with a device, each with what failed and where. What depends on what the device computes, such as which
+//! setting needs less memory, is added by the layers above.
 
 use std::path::PathBuf;
 
@@ -95,9 +96,7 @@ pub enum GpuError {
         problem: String,
     },
     /// Memory for a buffer or an image could not be had.
-    #[error(
-        "no memory for {object:?} ({size} bytes): {source}; use a smaller atlas or fewer particles, or close other programs"
-    )]
+    #[error("no memory for {object:?} ({size} bytes): {source}")]
     OutOfMemory {
         /// Name of the object.
         object: String,
@@ -107,9 +106,7 @@ pub enum GpuError {
         source: gpu_allocator::AllocationError,
     },
     /// The device stopped working; nothing on it can be used any more.
-    #[error(
-        "the device was lost in {call}; {last}. Everything on it is gone: start again, with a smaller atlas or fewer particles if it happens twice"
-    )]
+    #[error("the device was lost in {call}; {last}. Everything on it is gone")]
     DeviceLost {
         /// The Vulkan call that reported it.
         call: &'static str,
@@ -117,14 +114,14 @@ pub enum GpuError {
         last: String,
     },
     /// The device did not finish in time.
-    #[error("the device did not finish within {seconds} s; {last}. {advice}")]
+    #[error("the device did not finish within {seconds} s; {last}")]
     Timeout {
         /// The limit.
         seconds: u64,
         /// The last kernel begun, as far as it is known.
         last: String,
-        /// What makes that shorter.
-        advice: &'static str,
+        /// The name of that kernel, where it is known.
+        kernel: Option<String>,
     },
     /// Any other failing call.
     #[error("{call} failed for {object:?}: {source}")]
@@ -136,21 +133,6 @@ pub enum GpuError {
         /// What it returned.
         source: vk::Result,
     },
-}
-
-/// What to do where a kernel of this name takes too long; its name is empty where it is not known.
-pub(crate) fn advice(kernel: &str) -> &'static str {
-    match kernel {
-        "distance_brute" | "distance_raster" | "distance_merge" => {
-            "Use distance.method = \"bvh\", a smaller atlas (atlas.size), or meshes with fewer triangles"
-        }
-        "distance_tiles" | "distance" | "unfold" => {
-            "Use a smaller atlas (atlas.size) or a shorter distance.reach, or name fewer objects in distance_to"
-        }
-        _ => {
-            "Use fewer particles (particles.count), a smaller atlas (atlas.size) or a smaller picture"
-        }
-    }
 }
 
 /// Turns `Err(vk::Result)` into an error with its call and its object.

@@ -1,21 +1,18 @@
 //! Frames in flight: the host records one while the device works on those before.
 
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use ash::vk;
 
 use super::context::Context;
-use super::crumbs::{Crumbs, blame};
-use super::debug::DebugList;
+use super::crumbs::blame;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
+use super::frame_resources::FrameResources;
 use super::recorder::{PendingSpan, Recorder};
 use super::slices::without_gaps;
 use super::timer::{Span, Timings};
-use super::transfer::wait_for;
-use super::waits::recordings;
 
 /// Queries of a frame at first; a frame that needs more gets them the next time.
 pub(crate) const FIRST_QUERIES: u32 = 4096;
@@ -47,20 +44,6 @@ struct Pending {
     gaps: Vec<u32>,
     works: Vec<String>,
     debug_kernels: Vec<String>,
-}
-
-/// What one frame records into.
-pub(crate) struct FrameResources {
-    pub(crate) ctx: Arc<Context>,
-    pub(crate) pool: vk::CommandPool,
-    pub(crate) cmd: vk::CommandBuffer,
-    pub(crate) fence: vk::Fence,
-    pub(crate) queries: vk::QueryPool,
-    pub(crate) query_capacity: u32,
-    pub(crate) crumbs: Option<Mutex<Crumbs>>,
-    debug: OnceLock<DebugList>,
-    /// Command buffers of slices, made as they are needed.
-    pub(crate) slices: Mutex<Vec<vk::CommandBuffer>>,
 }
 
 impl Frames {
@@ -176,7 +159,7 @@ impl Frames {
             .check("vkQueueSubmit", "a frame")
             .map_err(|error| self.blame(error))?;
         self.ctx.graveyard.submitted(recorder.ticket);
-        recordings(&self.ctx).submitted(&recorder.recording);
+        self.ctx.recordings().submitted(&recorder.recording);
         recorder.submitted = true;
         let slot = &mut self.slots[index];
         slot.wanted = recorder.queries_wanted;
@@ -191,6 +174,25 @@ impl Frames {
             debug_kernels: std::mem::take(&mut recorder.debug_kernels),
         });
         Ok(())
+    }
+
+    /// Hands the next slice of a recording to the device, and waits for it. False where only what [`Frames::submit`]
+    /// takes is left.
+    ///
+    /// # Errors
+    /// The device was lost, did not finish in time, or is out of memory.
+    ///
+    /// # Panics
+    /// If the recorder is not of this ring.
+    pub fn run_slice(&self, recorder: &mut Recorder) -> GpuResult<bool> {
+        assert!(
+            self.has_begun(recorder),
+            "a slice is run by the ring that began its frame"
+        );
+        run_next(recorder).map_err(|error| match recorder.frame.works_begun() {
+            0 => error,
+            count => blame(error, count, &recorder.works),
+        })
     }
 
     /// Waits for every frame that was submitted, oldest first.
@@ -229,7 +231,7 @@ impl Frames {
     }
 
     /// Did this ring begin the frame?
-    pub(crate) fn has_begun(&self, recorder: &Recorder) -> bool {
+    fn has_begun(&self, recorder: &Recorder) -> bool {
         self.place_of(recorder).is_some()
     }
 
@@ -253,7 +255,7 @@ impl Frames {
             return Ok(());
         }
         let begun = Instant::now();
-        let finished = wait_for(&self.ctx, slot.resources.fence, "a frame");
+        let finished = self.ctx.wait_for(slot.resources.fence, "a frame");
         self.waited += begun.elapsed();
         if let Err(error) = finished {
             return Err(self.blame(error));
@@ -269,7 +271,7 @@ impl Frames {
                     .unwrap_or_else(PoisonError::into_inner)
                     .append(told);
             }
-            self.timings.push(slot.resources.read_spans(pending)?);
+            self.timings.push(pending.into_spans(&slot.resources)?);
         }
         Ok(())
     }
@@ -287,118 +289,55 @@ impl Drop for Frames {
     }
 }
 
-impl FrameResources {
-    fn new(ctx: &Arc<Context>, queries: u32) -> GpuResult<Self> {
-        const WHO: &str = "a frame";
-        let mut this = Self {
-            ctx: Arc::clone(ctx),
-            pool: vk::CommandPool::null(),
-            cmd: vk::CommandBuffer::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-            query_capacity: 0,
-            crumbs: if ctx.breadcrumbs {
-                Some(Mutex::new(Crumbs::new(ctx)?))
-            } else {
-                None
-            },
-            debug: OnceLock::new(),
-            slices: Mutex::new(Vec::new()),
-        };
-        let device = &ctx.device.raw;
-        // SAFETY: the device is alive; `this` owns each handle as soon as it exists.
-        unsafe {
-            let info = vk::CommandPoolCreateInfo::default().queue_family_index(ctx.queue_family());
-            this.pool = device
-                .create_command_pool(&info, None)
-                .check("vkCreateCommandPool", WHO)?;
-            let info = vk::CommandBufferAllocateInfo::default()
-                .command_pool(this.pool)
-                .command_buffer_count(1);
-            this.cmd = device
-                .allocate_command_buffers(&info)
-                .check("vkAllocateCommandBuffers", WHO)?[0];
-            this.fence = device
-                .create_fence(&vk::FenceCreateInfo::default(), None)
-                .check("vkCreateFence", WHO)?;
-            if ctx.info().has_timestamps() {
-                let info = vk::QueryPoolCreateInfo::default()
-                    .query_type(vk::QueryType::TIMESTAMP)
-                    .query_count(queries);
-                this.queries = device
-                    .create_query_pool(&info, None)
-                    .check("vkCreateQueryPool", WHO)?;
-                this.query_capacity = queries;
-            }
-        }
-        ctx.device.set_name(this.cmd, "frame");
-        Ok(this)
-    }
+/// Submits the next slice, if there is one, and waits for it.
+fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
+    const WHO: &str = "a slice of a frame";
+    recorder.settle_slices()?;
+    let Some(cmd) = recorder.slices.waiting.pop_front() else {
+        return Ok(false);
+    };
+    let ctx = Arc::clone(recorder.ctx());
+    let fence = recorder.frame.fence;
+    let cmds = [cmd];
+    let info = [vk::SubmitInfo::default().command_buffers(&cmds)];
+    // SAFETY: the fence belongs to a frame of which nothing runs.
+    unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHO)?;
+    // SAFETY: what was recorded lives until the frame is over.
+    let submit = || unsafe { ctx.device.raw.queue_submit(*ctx.queue(), &info, fence) };
+    let submitted = ctx.heard(ctx.is_there().and_then(|()| submit()));
+    ctx.submits.fetch_add(1, Ordering::Relaxed);
+    submitted.check("vkQueueSubmit", WHO)?;
+    recorder.slices.is_running = true;
+    ctx.wait_for(fence, WHO)?;
+    recorder.slices.is_running = false;
+    Ok(true)
+}
 
-    /// Made by the first shader that includes `debug.glsl`.
-    pub(crate) fn debug_list(&self) -> &DebugList {
-        self.debug.get_or_init(|| {
-            let list = DebugList::new(&self.ctx, self.ctx.debug_capacity);
-            list.unwrap_or_else(|error| panic!("no room for the values that kernels tell: {error}"))
-        })
-    }
-
-    pub(crate) fn works_begun(&self) -> usize {
-        self.crumbs.as_ref().map_or(0, |c| {
-            c.lock().unwrap_or_else(PoisonError::into_inner).begun()
-        })
-    }
-
-    /// Begins to record, with the first of the queries reset: what others a frame uses were never written since they were.
-    fn start(&self, unset: u32) -> GpuResult<()> {
-        if let Some(crumbs) = &self.crumbs {
-            crumbs
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .clear();
-        }
-        let device = &self.ctx.device.raw;
-        let begin = vk::CommandBufferBeginInfo::default()
-            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the last frame in this place has finished, and no recorder has it.
-        unsafe {
-            device
-                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
-                .check("vkResetCommandPool", "a frame")?;
-            device
-                .begin_command_buffer(self.cmd, &begin)
-                .check("vkBeginCommandBuffer", "a frame")?;
-            let unset = unset.min(self.query_capacity);
-            if unset > 0 {
-                device.cmd_reset_query_pool(self.cmd, self.queries, 0, unset);
-            }
-        }
-        Ok(())
-    }
-
-    fn read_spans(&self, pending: Pending) -> GpuResult<Vec<Span>> {
-        if pending.queries == 0 {
+impl Pending {
+    /// The times of what it recorded, once it has finished.
+    fn into_spans(self, frame: &FrameResources) -> GpuResult<Vec<Span>> {
+        if self.queries == 0 {
             return Ok(Vec::new());
         }
-        let mut ticks = vec![0_u64; pending.queries as usize];
+        let mut ticks = vec![0_u64; self.queries as usize];
         // SAFETY: the frame has finished, so every query that it wrote is available.
         unsafe {
-            self.ctx.device.raw.get_query_pool_results(
-                self.queries,
+            frame.ctx.device.raw.get_query_pool_results(
+                frame.queries,
                 0,
                 &mut ticks,
                 vk::QueryResultFlags::TYPE_64,
             )
         }
         .check("vkGetQueryPoolResults", "a frame")?;
-        let info = self.ctx.info();
+        let info = frame.ctx.info();
         let mask = u64::MAX >> (64 - info.timestamp_valid_bits.clamp(1, 64));
         let period = f64::from(info.timestamp_period);
-        without_gaps(&mut ticks, &pending.gaps, mask);
+        without_gaps(&mut ticks, &self.gaps, mask);
         let start = ticks[0] & mask;
-        let mut new_index = vec![None; pending.spans.len()];
-        let mut spans = Vec::with_capacity(pending.spans.len());
-        for (i, span) in pending.spans.into_iter().enumerate() {
+        let mut new_index = vec![None; self.spans.len()];
+        let mut spans = Vec::with_capacity(self.spans.len());
+        for (i, span) in self.spans.into_iter().enumerate() {
             let Some(first) = span.queries else { continue };
             // Counters wrap: count from the frame's own start.
             let since_start =
@@ -414,15 +353,5 @@ impl FrameResources {
             });
         }
         Ok(spans)
-    }
-}
-
-impl Drop for FrameResources {
-    fn drop(&mut self) {
-        self.ctx.graveyard.add(Corpse::Frame {
-            pool: self.pool,
-            queries: self.queries,
-            fence: self.fence,
-        });
     }
 }

@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use ash::{ext, khr, vk};
 
-use super::context::Limits;
 use super::error::{Check, GpuError, GpuResult};
 use super::instance::Instance;
+use super::options::Limits;
 
 /// What kind of device it is, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 
 use ash::{ext, vk};
 
-use super::ContextOptions;
 use super::error::{Check, GpuError, GpuResult};
 use super::manifests;
+use super::options::ContextOptions;
 use crate::plain_text::Shown as _;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";

@@ -10,10 +10,10 @@ use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
+use super::info::DeviceKind;
 use super::module::Module;
 use super::pipelines::{PipelineHandles, PipelineKey};
 use super::sampled::Sampled;
-use super::slices::divides;
 use super::texels::TexelsCore;
 
 /// How a shader declares a block.
@@ -225,6 +225,11 @@ impl<K: Kernel> Pipeline<K> {
     }
 }
 
+/// Are pipelines of this device made for parts of a dispatch? Where slices are short anyway, they need not be.
+pub(crate) fn divides(ctx: &Context) -> bool {
+    ctx.info().kind == DeviceKind::Cpu
+}
+
 /// A pipeline of either kind with its layouts.
 pub(crate) struct PipelineCore {
     pub(crate) ctx: Arc<Context>,
@@ -249,7 +254,7 @@ impl PipelineCore {
             let missing = format!("groups of {} invocations (it has {limit})", K::GROUP_SIZE);
             return Err(unsupported::<K>(ctx, missing));
         }
-        let key = PipelineKey::new::<K>(K::SPIRV, constants, name);
+        let key = PipelineKey::new(K::NAME, K::SPIRV, constants.values(), name);
         if let Some(made) = ctx.pipelines.get(&key) {
             return Ok(Self::kept(ctx, name, made));
         }

@@ -5,6 +5,9 @@
 //! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in here; only `render::gui`,
 //! which hands them to the painter of the interface, has its share.
 //!
+//! Files use each other one way. From the bottom: `error`, `options`, `instance`, `info` and `device`; `context`; buffers and
+//! images; `kernel`; `recorder`; what it records, in `waits`, `work`, `dispatch`, `copy` and `pass`; `frame`.
+//!
 //! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
 //! graveyard until every frame that was begun before is over.
 //!
@@ -25,17 +28,22 @@ mod context;
 mod copy;
 mod crumbs;
 mod debug;
+mod debug_list;
 mod device;
 mod dispatch;
 mod error;
 mod frame;
+mod frame_resources;
 mod graveyard;
 mod image;
 mod info;
 mod instance;
 mod kernel;
+mod listing;
 mod manifests;
 mod module;
+mod options;
+mod part;
 mod pass;
 mod pipelines;
 mod raster;
@@ -44,6 +52,8 @@ mod recorder;
 mod report;
 mod sampled;
 mod slices;
+mod slicing;
+mod staging;
 mod surface;
 mod swapchain;
 mod texels;
@@ -51,17 +61,17 @@ mod timer;
 mod trace;
 mod transfer;
 mod waits;
+mod work;
 
 pub use access::Access;
-pub use alone::Alone;
 pub use ash;
 pub use bandwidth::CopyBandwidth;
 pub use borrowed::BorrowedDevice;
-pub use buffer::{AnyBuffer, Buffer, Domain, Mapped};
-pub use buffer_core::BufferCore;
+pub use buffer::{AnyBuffer, Buffer, Mapped};
+pub use buffer_core::{BufferCore, Domain};
 pub use cache::default_cache_folder;
 pub use clock::Calibration;
-pub use context::{Context, ContextOptions, Limits, Patience, devices};
+pub use context::{Context, Patience, devices};
 pub use debug::{DebugEntries, DebugEntry, DebugValue};
 pub use error::{GpuError, GpuResult};
 pub use frame::Frames;
@@ -71,7 +81,10 @@ pub use kernel::{
     Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface, Kernel,
     Params, Pipeline, Resource, Threads,
 };
+pub use listing::{Listed, Reason};
 pub use module::Module;
+pub use options::{ContextOptions, Limits};
+pub use part::Alone;
 pub(crate) use pass::reaches_by_index;
 pub use pass::{PassRecorder, Targets};
 pub use raster::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
@@ -83,7 +96,6 @@ pub use swapchain::{Swapchain, WindowImage};
 pub use texels::{PART, TexelScalar, Texels, TexelsCore};
 pub use timer::{Span, SpanKind, Timings};
 pub use trace::{HostSpan, Trace};
-pub use waits::{Listed, Reason};
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,5 @@
-//! The pipelines of a context. They stay until it ends, so that none is compiled twice: settings that change back and
-//! forth, and scenes that follow each other, find what was made before.
+//! The pipelines of a context. They stay until it ends, so that none is compiled twice: programs that change constants back and
+//! forth, or begin anew on one context, find what was made before.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher as _};
@@ -8,7 +8,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use ash::vk;
 
 use super::graveyard::Corpse;
-use super::kernel::{Constants, Interface};
 
 /// All that a pipeline is made from.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -22,19 +21,20 @@ pub(crate) struct PipelineKey {
 }
 
 impl PipelineKey {
-    /// Of these modules and whatever else is not a constant.
-    pub(crate) fn new<I: Interface>(
+    /// Of this shader, its modules and whatever else is not a constant, and the numbers and bits of its constants.
+    pub(crate) fn new(
+        shader: &'static str,
         made_of: impl Hash,
-        constants: &I::Constants,
+        constants: Vec<(u32, [u8; 4])>,
         name: &'static str,
     ) -> Self {
         let mut hasher = DefaultHasher::new();
         made_of.hash(&mut hasher);
         Self {
-            shader: I::NAME,
+            shader,
             name,
             hash: hasher.finish(),
-            constants: constants.values(),
+            constants,
         }
     }
 }

@@ -9,7 +9,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::image::Format;
-use super::kernel::{Draw, PipelineCore, ShaderModule, Specialization};
+use super::kernel::{Constants, Draw, PipelineCore, ShaderModule, Specialization};
 use super::pipelines::PipelineKey;
 
 /// What vertices are joined to.
@@ -120,7 +120,12 @@ impl<D: Draw> RasterPipeline<D> {
             }
             ctx.draws_debug.store(true, Ordering::Relaxed);
         }
-        let key = PipelineKey::new::<D>((D::VERTEX, D::FRAGMENT, options), constants, D::NAME);
+        let key = PipelineKey::new(
+            D::NAME,
+            (D::VERTEX, D::FRAGMENT, options),
+            constants.values(),
+            D::NAME,
+        );
         if let Some(made) = ctx.pipelines.get(&key) {
             return Ok(Self {
                 core: PipelineCore::kept(ctx, D::NAME, made),

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 
-use super::buffer::{AnyBuffer, Buffer, Domain};
+use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::Domain;
 use super::context::Context;
 use super::error::GpuResult;
 use super::image::Image;

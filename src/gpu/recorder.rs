@@ -1,22 +1,17 @@
-//! Records a frame: dispatches, copies and scopes, each timed, labelled and checked, and the barriers that they need.
+//! A frame in the making, and what everything that is recorded into it needs: its command buffer, scopes and their times, and
+//! marks for hangs and debug values.
 
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::access::{Access, Recording};
-use super::alone::Part;
-use super::buffer_core::BufferCore;
+use super::access::Recording;
 use super::context::Context;
-use super::frame::FrameResources;
-use super::info::DeviceKind;
-use super::kernel::{
-    Binding, BindingAccess, BindingKind, Interface, Params, PipelineCore, Resource, descriptor_type,
-};
-use super::module::note_used;
+use super::frame_resources::FrameResources;
+use super::listing::Listed;
+use super::part::Part;
 use super::slices::Slices;
 use super::timer::SpanKind;
-use super::waits::{Listed, Touch, recordings};
 
 /// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.
@@ -97,7 +92,7 @@ impl Recorder {
             host_reads: false,
             separates: false,
             has_work: false,
-            recording: recordings(&ctx).begin(),
+            recording: ctx.recordings().begin(),
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder
@@ -127,247 +122,6 @@ impl Recorder {
         let result = record(self);
         self.end_span();
         result
-    }
-
-    /// Checks and binds everything that a pipeline needs, after the barrier that this needs; `more` is read beside it.
-    pub(crate) fn bind<I: Interface>(
-        &mut self,
-        pipeline: &PipelineCore,
-        access: Access,
-        more: Option<(&BufferCore, Access)>,
-        args: &I::Args<'_>,
-        params: &I::Params,
-    ) {
-        let point = match access {
-            Access::Kernel => vk::PipelineBindPoint::COMPUTE,
-            _ => vk::PipelineBindPoint::GRAPHICS,
-        };
-        assert!(
-            Arc::ptr_eq(&pipeline.ctx, self.ctx()),
-            "the pipeline `{}` belongs to another context",
-            pipeline.name
-        );
-        let resources = I::resources(args);
-        self.check_arguments::<I>(pipeline.name, &resources);
-        let mut touches: Vec<Touch<'_>> = Vec::with_capacity(resources.len() + 1);
-        for (resource, binding) in resources.iter().zip(I::BINDINGS) {
-            let Some(core) = resource.core() else {
-                continue;
-            };
-            let writes = binding.access != BindingAccess::Read;
-            match touches
-                .iter_mut()
-                .find(|other| other.core.raw() == core.raw())
-            {
-                Some(other) => other.writes |= writes,
-                None => touches.push(Touch {
-                    core,
-                    access,
-                    writes,
-                }),
-            }
-        }
-        if let Some((core, access)) = more {
-            let is_written = |other: &Touch<'_>| other.writes && other.core.raw() == core.raw();
-            assert!(
-                !touches.iter().any(is_written),
-                "`{}` writes the buffer `{}`, which says what it runs on",
-                pipeline.name,
-                core.name()
-            );
-            touches.push(Touch {
-                core,
-                access,
-                writes: false,
-            });
-        }
-        self.touch(pipeline.name, &touches);
-        if I::DEBUG_BINDING.is_some() && point == vk::PipelineBindPoint::COMPUTE {
-            self.announce_debug(pipeline.name);
-        }
-        self.put::<I>(pipeline, point, args, params);
-    }
-
-    /// Binds what was checked, in whichever command buffer is being recorded.
-    pub(crate) fn put<I: Interface>(
-        &self,
-        pipeline: &PipelineCore,
-        point: vk::PipelineBindPoint,
-        args: &I::Args<'_>,
-        params: &I::Params,
-    ) {
-        if pipeline.replaced != [None; 2] {
-            note_used(pipeline.replaced.into_iter().flatten());
-        }
-        let resources = I::resources(args);
-        let buffers: Vec<_> = resources
-            .iter()
-            .map(|r| {
-                vk::DescriptorBufferInfo::default()
-                    .buffer(r.core().map_or(vk::Buffer::null(), BufferCore::raw))
-                    .range(vk::WHOLE_SIZE)
-            })
-            .collect();
-        let views: Vec<_> = resources
-            .iter()
-            .map(|r| match r {
-                Resource::Texels(texels) => texels.raw(),
-                Resource::Buffer(_) | Resource::Sampled(_) => vk::BufferView::null(),
-            })
-            .collect();
-        let images: Vec<_> = resources
-            .iter()
-            .map(|r| match r {
-                Resource::Sampled(sampled) => sampled.descriptor(),
-                _ => vk::DescriptorImageInfo::default(),
-            })
-            .collect();
-        let debug = I::DEBUG_BINDING.map(|number| {
-            let core = self.frame.debug_list().buffer().core();
-            (
-                number,
-                [vk::DescriptorBufferInfo::default()
-                    .buffer(core.raw())
-                    .range(vk::WHOLE_SIZE)],
-            )
-        });
-        let mut writes: Vec<_> = I::BINDINGS
-            .iter()
-            .enumerate()
-            .map(|(i, binding)| {
-                vk::WriteDescriptorSet::default()
-                    .dst_binding(binding.number)
-                    .descriptor_count(1)
-                    .descriptor_type(descriptor_type(binding.kind))
-                    .buffer_info(&buffers[i..=i])
-                    .texel_buffer_view(&views[i..=i])
-                    .image_info(&images[i..=i])
-            })
-            .collect();
-        if let Some((number, info)) = &debug {
-            let kind = descriptor_type(BindingKind::Storage);
-            writes.push(
-                vk::WriteDescriptorSet::default()
-                    .dst_binding(*number)
-                    .descriptor_type(kind)
-                    .buffer_info(info),
-            );
-        }
-        let mut bytes = [0; 128];
-        let bytes = &mut bytes[..<I::Params as Params>::SIZE];
-        params.write(bytes);
-        let stages = match point {
-            vk::PipelineBindPoint::COMPUTE => vk::ShaderStageFlags::COMPUTE,
-            _ => vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
-        };
-        let cmd = self.raw();
-        // SAFETY: the pipeline, its layout, and every buffer are alive and freed only after this frame.
-        unsafe {
-            self.device()
-                .cmd_bind_pipeline(cmd, point, pipeline.pipeline);
-            if !writes.is_empty() {
-                self.ctx().device.push_descriptor.cmd_push_descriptor_set(
-                    cmd,
-                    point,
-                    pipeline.layout,
-                    0,
-                    &writes,
-                );
-            }
-            if !bytes.is_empty() {
-                self.device()
-                    .cmd_push_constants(cmd, pipeline.layout, stages, 0, bytes);
-            }
-        }
-    }
-
-    fn check_arguments<I: Interface>(&self, name: &str, resources: &[Resource<'_>]) {
-        for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
-            let Some(core) = resource.core() else {
-                continue;
-            };
-            assert!(
-                Arc::ptr_eq(core.ctx(), self.ctx()),
-                "`{}` belongs to another context",
-                core.name()
-            );
-            match (resource, binding.kind) {
-                (Resource::Buffer(_), _) => core.assert_bindable(),
-                (Resource::Texels(texels), BindingKind::StorageTexels { components }) => assert!(
-                    texels.components() == components,
-                    "`{name}` binds `{}` as {}, whose texels have {components} components, not {}",
-                    core.name(),
-                    binding.name,
-                    texels.components()
-                ),
-                (Resource::Texels(_) | Resource::Sampled(_), _) => {}
-            }
-            let others = resources.iter().zip(I::BINDINGS).skip(i + 1);
-            for (other, other_binding) in others.filter(|_| self.ctx().hazard_check) {
-                // What is read as texels beside what is written is read by the invocation that writes it, before that, or
-                // nobody writes it here: the kernel's header says so. Parts of a buffer are written one by one.
-                let own = [(binding, other_binding), (other_binding, binding)]
-                    .iter()
-                    .any(|(written, read)| {
-                        written.access == BindingAccess::Write && read.kind == BindingKind::Texels
-                    });
-                let parts = is_written_as_texels(binding) && is_written_as_texels(other_binding);
-                let written = !own
-                    && !parts
-                    && (binding.access != BindingAccess::Read
-                        || other_binding.access != BindingAccess::Read);
-                assert!(
-                    !is_of(other, core) || !written,
-                    "`{}` binds the buffer `{}` twice, as {} and as {}, and writes it",
-                    name,
-                    core.name(),
-                    binding.name,
-                    other_binding.name
-                );
-            }
-        }
-    }
-
-    /// Records one piece of work with its label and its times.
-    pub(crate) fn work(&mut self, name: &str, kind: SpanKind, record: impl FnOnce(&mut Self)) {
-        match kind {
-            SpanKind::Kernel => self.commands.kernels += 1,
-            SpanKind::Draw => self.commands.draws += 1,
-            SpanKind::Copy => self.commands.copies += 1,
-            SpanKind::Frame | SpanKind::Scope => {}
-        }
-        if kind != SpanKind::Draw {
-            self.leave_crumb(name);
-            self.list_work(name);
-        }
-        self.begin_span(name, kind);
-        if kind != SpanKind::Draw {
-            self.write_stamps();
-        }
-        record(self);
-        self.end_span();
-        self.ends_alone();
-        if kind == SpanKind::Kernel {
-            self.end_slice();
-        }
-    }
-
-    /// Once a picture has been drawn, llvmpipe keeps timestamps back until it next flushes, which would be after the
-    /// work that they stand before: every kernel would seem to take no time. An empty barrier makes it flush.
-    fn write_stamps(&self) {
-        if self.ctx().info().kind != DeviceKind::Cpu || !self.ctx().info().has_timestamps() {
-            return;
-        }
-        let (before, after) = (
-            vk::PipelineStageFlags::TOP_OF_PIPE,
-            vk::PipelineStageFlags::BOTTOM_OF_PIPE,
-        );
-        let none = vk::DependencyFlags::empty();
-        // SAFETY: the command buffer is being recorded, outside of a pass.
-        unsafe {
-            self.device()
-                .cmd_pipeline_barrier(self.raw(), before, after, none, &[], &[], &[])
-        };
     }
 
     pub(crate) fn leave_crumb(&mut self, name: &str) {
@@ -472,16 +226,6 @@ impl Recorder {
         }
     }
 
-    /// Closes the frame's own span.
-    pub(crate) fn finish(&mut self) {
-        self.make_visible_to_host();
-        if !self.debug_kernels.is_empty() {
-            self.full_barrier(vk::PipelineStageFlags::HOST);
-        }
-        self.end_span();
-        assert!(self.open.is_empty(), "a scope is still open");
-    }
-
     /// The names of the scopes that are open.
     pub(crate) fn open_names(&self) -> impl Iterator<Item = &str> {
         self.open.iter().map(|&span| self.spans[span].name.as_str())
@@ -496,18 +240,10 @@ impl Recorder {
     }
 }
 
-fn is_of(resource: &Resource<'_>, core: &BufferCore) -> bool {
-    resource.core().is_some_and(|own| own.raw() == core.raw())
-}
-
-fn is_written_as_texels(binding: &Binding) -> bool {
-    matches!(binding.kind, BindingKind::StorageTexels { .. })
-}
-
 impl Drop for Recorder {
     fn drop(&mut self) {
         if !self.submitted {
-            recordings(&self.frame.ctx).dropped();
+            self.frame.ctx.recordings().dropped();
         }
         let graveyard = &self.frame.ctx.graveyard;
         if self.slices.is_running {

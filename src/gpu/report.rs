@@ -1,6 +1,6 @@
 //! Statistics over many steps: what each kernel takes, and how scopes nest.
 
-use super::timer::Span;
+use super::timer::{Span, Timings};
 
 /// Mean and spread of something over the steps of a report, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -76,7 +76,7 @@ impl Report {
 
 /// Sums up spans without copying names: a report is made for every picture of a window.
 #[derive(Default)]
-pub(super) struct Collector<'a> {
+struct Collector<'a> {
     /// Length of each step.
     steps: Vec<f64>,
     rows: Vec<RowSums<'a>>,
@@ -100,7 +100,7 @@ struct NodeSums<'a> {
 
 impl<'a> Collector<'a> {
     /// Adds a frame, whose parents come before their children.
-    pub(super) fn frame(&mut self, spans: &'a [Span], step: &str) {
+    fn frame(&mut self, spans: &'a [Span], step: &str) {
         // For each span: the number of its step, and its node; the step itself has none.
         let mut places: Vec<Option<(usize, Option<usize>)>> = Vec::with_capacity(spans.len());
         for span in spans {
@@ -177,7 +177,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    pub(super) fn finish(self) -> Report {
+    fn finish(self) -> Report {
         let steps = self.steps.len();
         if steps == 0 {
             return Report::default();
@@ -214,6 +214,19 @@ impl<'a> Collector<'a> {
             rows,
             tree,
         }
+    }
+}
+
+impl Timings {
+    /// Statistics where a step is one occurrence of the scope or frame called `step`: `"frame"` for whole frames,
+    /// or the name of the scope that is put round each step where a frame holds several.
+    #[must_use]
+    pub fn report(&self, step: &str) -> Report {
+        let mut collector = Collector::default();
+        for spans in self.frames() {
+            collector.frame(spans, step);
+        }
+        collector.finish()
     }
 }
 

@@ -5,8 +5,6 @@
 
 use std::collections::VecDeque;
 
-use super::report::{Collector, Report};
-
 /// What a span measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpanKind {
@@ -136,17 +134,6 @@ impl Timings {
         while self.frames.len() > most {
             self.frames.pop_front();
         }
-    }
-
-    /// Statistics where a step is one occurrence of the scope or frame called `step`: `"frame"` for whole frames,
-    /// or the name of the scope that is put round each step where a frame holds several.
-    #[must_use]
-    pub fn report(&self, step: &str) -> Report {
-        let mut collector = Collector::default();
-        for spans in &self.frames {
-            collector.frame(spans, step);
-        }
-        collector.finish()
     }
 }
 

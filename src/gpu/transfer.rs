@@ -1,5 +1,6 @@
 //! Blocking transfers: upload, download and fill, through staging memory and chunk by chunk.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use ash::vk;
@@ -8,53 +9,22 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
 use super::buffer::{AnyBuffer, Buffer};
-use super::buffer_core::allocate;
+use super::buffer_core::{Domain, allocate};
 use super::context::Context;
-use super::error::{Check, GpuError, GpuResult, advice};
-use super::graveyard::Corpse;
+use super::error::{Check, GpuError, GpuResult};
+use super::staging::Staging;
 
 /// Bytes that one chunk moves.
 const CHUNK: u64 = 8 << 20;
 
-/// What blocking transfers use; made on first use.
-#[derive(Default)]
-pub(crate) struct Transfer {
-    pool: vk::CommandPool,
-    /// Allocated once: synchronization validation (1.3.239) keeps what it knows of every command buffer that was freed, about 3 kB.
-    cmd: vk::CommandBuffer,
-    fence: vk::Fence,
-    upload: Option<(vk::Buffer, Allocation)>,
-    download: Option<(vk::Buffer, Allocation)>,
-}
-
-impl Transfer {
-    pub(crate) fn destroy(self, ctx: &Context) {
-        let device = &ctx.device.raw;
-        // SAFETY: the device is idle and nobody else has these; null handles are allowed.
-        unsafe {
-            device.destroy_command_pool(self.pool, None);
-            device.destroy_fence(self.fence, None);
-            for (buffer, allocation) in self.upload.into_iter().chain(self.download) {
-                device.destroy_buffer(buffer, None);
-                ctx.free(allocation);
-            }
-        }
-    }
-
+impl Staging {
     /// A transfer that still runs keeps what it uses; the next one makes everything anew.
     fn abandon(&mut self, ctx: &Context) {
-        let left = std::mem::take(self);
         let ticket = ctx.graveyard.begin();
         ctx.graveyard.submitted(ticket);
-        ctx.graveyard.adopt(ticket, left.fence);
-        let queries = vk::QueryPool::null();
-        ctx.graveyard.add(Corpse::Frame {
-            pool: left.pool,
-            queries,
-            fence: left.fence,
-        });
-        for (buffer, allocation) in left.upload.into_iter().chain(left.download) {
-            ctx.graveyard.add(Corpse::Buffer(buffer, allocation));
+        ctx.graveyard.adopt(ticket, self.fence);
+        for corpse in std::mem::take(self).corpses() {
+            ctx.graveyard.add(corpse);
         }
     }
 
@@ -120,29 +90,13 @@ impl Transfer {
                 device
                     .queue_submit(*ctx.queue(), &submits, self.fence)
                     .check("vkQueueSubmit", WHO)?;
-                wait_for(ctx, self.fence, WHO)
+                ctx.wait_for(self.fence, WHO)
             });
             if matches!(finished, Err(GpuError::Timeout { .. })) {
                 self.abandon(ctx);
             }
             finished
         }
-    }
-}
-
-/// Waits for a fence, for as long as the context allows.
-pub(crate) fn wait_for(ctx: &Context, fence: vk::Fence, who: &str) -> GpuResult<()> {
-    let timeout = ctx.timeout();
-    let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
-    // SAFETY: the fence is this device's.
-    let waited = unsafe { ctx.device.raw.wait_for_fences(&[fence], true, nanoseconds) };
-    match ctx.heard(ctx.is_there().and(waited)) {
-        Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
-            seconds: timeout.as_secs(),
-            last: format!("it was busy with {who}"),
-            advice: advice(""),
-        }),
-        other => other.check("vkWaitForFences", who),
     }
 }
 
@@ -168,6 +122,54 @@ fn full_barrier(
             &[],
         )
     };
+}
+
+impl<T: Pod> Buffer<T> {
+    /// A device buffer of zeros.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`]; the device was lost.
+    pub fn zeroed(ctx: &Arc<Context>, name: &str, len: usize) -> GpuResult<Self> {
+        Self::zeroed_in(ctx, name, len, Domain::Device)
+    }
+
+    /// The same, for a purpose.
+    ///
+    /// # Errors
+    /// As [`Buffer::zeroed`].
+    pub fn zeroed_in(
+        ctx: &Arc<Context>,
+        name: &str,
+        len: usize,
+        domain: Domain,
+    ) -> GpuResult<Self> {
+        let buffer = Self::new(ctx, name, len, domain)?;
+        ctx.fill(&buffer, 0)?;
+        Ok(buffer)
+    }
+
+    /// A device buffer that holds `data`.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`]; the device was lost.
+    pub fn from_slice(ctx: &Arc<Context>, name: &str, data: &[T]) -> GpuResult<Self> {
+        Self::from_slice_in(ctx, name, data, Domain::Device)
+    }
+
+    /// The same, for a purpose.
+    ///
+    /// # Errors
+    /// As [`Buffer::from_slice`].
+    pub fn from_slice_in(
+        ctx: &Arc<Context>,
+        name: &str,
+        data: &[T],
+        domain: Domain,
+    ) -> GpuResult<Self> {
+        let buffer = Self::new(ctx, name, data.len(), domain)?;
+        ctx.upload(&buffer, data)?;
+        Ok(buffer)
+    }
 }
 
 impl Context {
@@ -203,12 +205,12 @@ impl Context {
         let core = buffer.core();
         core.assert_not_being_recorded();
         core.assert_not_read_by_host("upload");
-        let mut transfer = self.transfer.lock().unwrap_or_else(|e| e.into_inner());
+        let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
         let mut target = (start * size_of::<T>()) as u64;
         for chunk in bytemuck::cast_slice::<T, u8>(data).chunks(CHUNK as usize) {
-            let (staging, allocation) = staging(
+            let (source, allocation) = mapped_buffer(
                 self,
-                &mut transfer.upload,
+                &mut staging.upload,
                 "transfer.upload",
                 MemoryLocation::CpuToGpu,
             )?;
@@ -219,12 +221,12 @@ impl Context {
             let copy = vk::BufferCopy::default()
                 .dst_offset(target)
                 .size(chunk.len() as u64);
-            transfer.run(self, |cmd| {
+            staging.run(self, |cmd| {
                 // SAFETY: both buffers are alive and `copy` lies in both.
                 unsafe {
                     self.device
                         .raw
-                        .cmd_copy_buffer(cmd, staging, core.raw(), &[copy])
+                        .cmd_copy_buffer(cmd, source, core.raw(), &[copy])
                 };
             })?;
             target += chunk.len() as u64;
@@ -265,28 +267,28 @@ impl Context {
         );
         let core = buffer.core();
         core.assert_not_being_recorded();
-        let mut transfer = self.transfer.lock().unwrap_or_else(|e| e.into_inner());
+        let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
         let mut data = vec![T::zeroed(); range.len()];
         let mut source = (range.start * size_of::<T>()) as u64;
         for chunk in bytemuck::cast_slice_mut::<T, u8>(&mut data).chunks_mut(CHUNK as usize) {
-            let (staging, _) = staging(
+            let (target, _) = mapped_buffer(
                 self,
-                &mut transfer.download,
+                &mut staging.download,
                 "transfer.download",
                 MemoryLocation::GpuToCpu,
             )?;
             let copy = vk::BufferCopy::default()
                 .src_offset(source)
                 .size(chunk.len() as u64);
-            transfer.run(self, |cmd| {
+            staging.run(self, |cmd| {
                 // SAFETY: both buffers are alive and `copy` lies in both.
                 unsafe {
                     self.device
                         .raw
-                        .cmd_copy_buffer(cmd, core.raw(), staging, &[copy])
+                        .cmd_copy_buffer(cmd, core.raw(), target, &[copy])
                 };
             })?;
-            let mapped = transfer
+            let mapped = staging
                 .download
                 .as_ref()
                 .and_then(|(_, allocation)| allocation.mapped_slice());
@@ -311,8 +313,8 @@ impl Context {
         if core.size_in_bytes() == 0 {
             return Ok(());
         }
-        let mut transfer = self.transfer.lock().unwrap_or_else(|e| e.into_inner());
-        transfer.run(self, |cmd| {
+        let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
+        staging.run(self, |cmd| {
             // SAFETY: the buffer is alive; its size is a multiple of 4.
             unsafe {
                 self.device
@@ -325,7 +327,8 @@ impl Context {
     }
 }
 
-fn staging<'a>(
+/// The buffer in `slot`, made if there is none yet.
+fn mapped_buffer<'a>(
     ctx: &Context,
     slot: &'a mut Option<(vk::Buffer, Allocation)>,
     name: &str,

@@ -1,13 +1,10 @@
 //! The barriers of a recording: found from what dispatches, draws and copies use, recorded just before what has to wait, and
 //! listed on request.
 
-use std::fmt;
-use std::sync::{MutexGuard, PoisonError};
-
-use super::access::{Access, Recordings, Use, Wait};
+use super::access::{Access, Use, Wait};
 use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
-use super::context::Context;
+use super::listing::{Listed, Reason};
 use super::recorder::Recorder;
 
 /// A use of a buffer.
@@ -18,49 +15,6 @@ pub(crate) struct Touch<'a> {
     pub(crate) writes: bool,
 }
 
-/// An entry of [`Recorder::listed`].
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Listed {
-    /// A kernel, a copy or a pass, by its name.
-    Work(String),
-    /// A barrier, and everything that it is for; nothing where it only separates two works, so that each has its own time, or
-    /// waits for everything, after a recording that was dropped.
-    Barrier(Vec<Reason>),
-}
-
-/// One buffer for which a barrier is needed, and the two works that use it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reason {
-    /// The buffer's name.
-    pub buffer: String,
-    /// The name of the work before the barrier, and the word of its access.
-    pub earlier: (&'static str, &'static str),
-    /// Did that write, or only read?
-    pub earlier_wrote: bool,
-    /// The name of the work after it, and the word of its access.
-    pub later: (&'static str, &'static str),
-    /// Does that write, or only read?
-    pub later_writes: bool,
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let did = |writes: bool, past: &'static str| if writes { "wrote" } else { past };
-        let Self { earlier, later, .. } = self;
-        write!(
-            f,
-            "{}: {} {} it ({}), {} {} it ({})",
-            self.buffer,
-            earlier.0,
-            did(self.earlier_wrote, "read"),
-            earlier.1,
-            later.0,
-            if self.later_writes { "writes" } else { "reads" },
-            later.1
-        )
-    }
-}
-
 impl Recorder {
     /// Records the barrier that a work needs, if it needs one, and notes what it uses.
     ///
@@ -69,7 +23,7 @@ impl Recorder {
     pub(crate) fn touch(&mut self, work: &'static str, touches: &[Touch<'_>]) {
         self.wait_before(work, touches, self.separates && self.has_work);
         self.has_work = true;
-        let at = recordings(self.ctx()).count();
+        let at = self.ctx().recordings().count();
         for touch in touches {
             (touch.core).note(self.ticket, work, touch.access, at, touch.writes);
             self.host_reads |= touch.writes && !touch.core.domain().is_on_device();
@@ -108,7 +62,7 @@ impl Recorder {
             "within a pass there are no barriers, and one is needed: {}; call make_visible before the pass",
             reasons.first().map(ToString::to_string).unwrap_or_default()
         );
-        let now = recordings(self.ctx()).now();
+        let now = self.ctx().recordings().now();
         self.recording.order.wait(&wait, now);
         self.commands.barriers += 1;
         if self.ctx().leave_out != Some(self.commands.barriers - 1) {
@@ -124,7 +78,7 @@ impl Recorder {
         if self.is_in_pass {
             return;
         }
-        let now = recordings(self.ctx()).now();
+        let now = self.ctx().recordings().now();
         if self.recording.order.settle(now) {
             self.full_barrier(ash::vk::PipelineStageFlags::ALL_COMMANDS);
             self.commands.barriers += 1;
@@ -171,7 +125,7 @@ impl Recorder {
             wait.written.add(access);
         }
         wait.after.add(Access::Readback);
-        let now = recordings(self.ctx()).now();
+        let now = self.ctx().recordings().now();
         self.recording.order.wait(&wait, now);
         wait.record(self.device(), self.raw());
     }
@@ -197,9 +151,4 @@ impl Recorder {
             list.push(Listed::Work(name.to_owned()));
         }
     }
-}
-
-/// Every recording of a context.
-pub(crate) fn recordings(ctx: &Context) -> MutexGuard<'_, Recordings> {
-    (ctx.recordings.lock()).unwrap_or_else(PoisonError::into_inner)
 }

@@ -4,6 +4,7 @@
 
 pub mod step;
 
+pub(crate) mod advice;
 mod direction;
 mod exact;
 mod moved;

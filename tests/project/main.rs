@@ -6,3 +6,4 @@ mod program;
 mod guide;
 mod shader_build;
 mod tidy;
+mod uses;

@@ -1,8 +1,10 @@
-//! The shape of the project, checked: layers, file headers, file sizes, the programs of tests, a twin for every kernel, and who
-//! uses twins.
+//! The shape of the project, checked: layers, files that use each other one way, file headers, the programs of tests, a twin for
+//! every kernel, and which files use twins.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use super::uses::cycles;
 
 fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
@@ -124,28 +126,21 @@ fn files_name_no_place_of_one_machine() {
     }
 }
 
+/// Folders whose files use each other one way only.
+const ONE_WAY: &[&str] = &["src/gpu"];
+
+/// A file can be read, tested and changed with those below it in mind, and without those above.
 #[test]
-fn files_fit_in_the_head() {
-    let all = [
-        ("src", &["rs"][..]),
-        ("tests", &["rs"]),
-        ("benches", &["rs"]),
-        ("shaders", &["comp", "vert", "frag", "glsl"]),
-    ];
-    for (path, text) in all
-        .into_iter()
-        .flat_map(|(folder, endings)| files(folder, endings))
-    {
-        let lines = text.lines().count();
-        // Tables of inputs and what is right for each are long, and read row by row.
-        let tables = ["tests.rs", "bad_files.rs", "text_files.rs"];
-        let is_table = tables.iter().any(|name| path.ends_with(name));
-        assert!(
-            lines <= if is_table { 1500 } else { 700 },
-            "{} has {lines} lines: it has become two nouns",
-            path.display()
-        );
+fn files_use_each_other_one_way() {
+    let mut wrong = Vec::new();
+    for folder in ONE_WAY {
+        wrong.extend(cycles(folder, &files(folder, &["rs"])));
     }
+    assert!(
+        wrong.is_empty(),
+        "these files use each other in a circle: move what both need into a file below both\n{}",
+        wrong.join("\n")
+    );
 }
 
 /// The programs that tests are built into, and what belongs there. Each is linked by itself, so there are few.

@@ -470,7 +470,7 @@ fn check_size(size: [u32; 2], most: u32) -> Result<()> {
 
 fn too_large([width, height]: [u32; 2], error: Error) -> Error {
     match error {
-        Error::Gpu(error) => Error::Invalid(format!(
+        error @ Error::Gpu(_) => Error::Invalid(format!(
             "there is no room for a picture of {width} x {height}: {error}: choose a smaller size"
         )),
         error => error,

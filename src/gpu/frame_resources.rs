@@ -1,0 +1,148 @@
+//! What one frame records into, and what it leaves on the way.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use ash::vk;
+
+use super::context::Context;
+use super::crumbs::Crumbs;
+use super::debug_list::DebugList;
+use super::error::{Check, GpuResult};
+use super::graveyard::Corpse;
+
+/// What one frame records into.
+pub(crate) struct FrameResources {
+    pub(crate) ctx: Arc<Context>,
+    pub(crate) pool: vk::CommandPool,
+    pub(crate) cmd: vk::CommandBuffer,
+    pub(crate) fence: vk::Fence,
+    pub(crate) queries: vk::QueryPool,
+    pub(crate) query_capacity: u32,
+    pub(crate) crumbs: Option<Mutex<Crumbs>>,
+    debug: OnceLock<DebugList>,
+    /// Command buffers of slices, made as they are needed.
+    slices: Mutex<Vec<vk::CommandBuffer>>,
+}
+
+impl FrameResources {
+    pub(crate) fn new(ctx: &Arc<Context>, queries: u32) -> GpuResult<Self> {
+        const WHO: &str = "a frame";
+        let mut this = Self {
+            ctx: Arc::clone(ctx),
+            pool: vk::CommandPool::null(),
+            cmd: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            query_capacity: 0,
+            crumbs: if ctx.breadcrumbs {
+                Some(Mutex::new(Crumbs::new(ctx)?))
+            } else {
+                None
+            },
+            debug: OnceLock::new(),
+            slices: Mutex::new(Vec::new()),
+        };
+        let device = &ctx.device.raw;
+        // SAFETY: the device is alive; `this` owns each handle as soon as it exists.
+        unsafe {
+            let info = vk::CommandPoolCreateInfo::default().queue_family_index(ctx.queue_family());
+            this.pool = device
+                .create_command_pool(&info, None)
+                .check("vkCreateCommandPool", WHO)?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(this.pool)
+                .command_buffer_count(1);
+            this.cmd = device
+                .allocate_command_buffers(&info)
+                .check("vkAllocateCommandBuffers", WHO)?[0];
+            this.fence = device
+                .create_fence(&vk::FenceCreateInfo::default(), None)
+                .check("vkCreateFence", WHO)?;
+            if ctx.info().has_timestamps() {
+                let info = vk::QueryPoolCreateInfo::default()
+                    .query_type(vk::QueryType::TIMESTAMP)
+                    .query_count(queries);
+                this.queries = device
+                    .create_query_pool(&info, None)
+                    .check("vkCreateQueryPool", WHO)?;
+                this.query_capacity = queries;
+            }
+        }
+        ctx.device.set_name(this.cmd, "frame");
+        Ok(this)
+    }
+
+    /// Made by the first shader that includes `debug.glsl`.
+    pub(crate) fn debug_list(&self) -> &DebugList {
+        self.debug.get_or_init(|| {
+            let list = DebugList::new(&self.ctx, self.ctx.debug_capacity);
+            list.unwrap_or_else(|error| panic!("no room for the values that kernels tell: {error}"))
+        })
+    }
+
+    pub(crate) fn works_begun(&self) -> usize {
+        self.crumbs.as_ref().map_or(0, |c| {
+            c.lock().unwrap_or_else(PoisonError::into_inner).begun()
+        })
+    }
+
+    /// Begins to record, with the first of the queries reset: what others a frame uses were never written since they were.
+    pub(crate) fn start(&self, unset: u32) -> GpuResult<()> {
+        if let Some(crumbs) = &self.crumbs {
+            crumbs
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .clear();
+        }
+        let device = &self.ctx.device.raw;
+        let begin = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the last frame in this place has finished, and no recorder has it.
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .check("vkResetCommandPool", "a frame")?;
+            device
+                .begin_command_buffer(self.cmd, &begin)
+                .check("vkBeginCommandBuffer", "a frame")?;
+            let unset = unset.min(self.query_capacity);
+            if unset > 0 {
+                device.cmd_reset_query_pool(self.cmd, self.queries, 0, unset);
+            }
+        }
+        Ok(())
+    }
+
+    /// The command buffer of a slice, in which recording begins.
+    pub(crate) fn slice(&self, index: usize) -> GpuResult<vk::CommandBuffer> {
+        const WHO: &str = "a slice of a frame";
+        let mut cmds = self.slices.lock().unwrap_or_else(PoisonError::into_inner);
+        let device = &self.ctx.device.raw;
+        if index == cmds.len() {
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(self.pool)
+                .command_buffer_count(1);
+            // SAFETY: the pool is this frame's, which one recorder has.
+            let made = unsafe { device.allocate_command_buffers(&info) };
+            let made = made.check("vkAllocateCommandBuffers", WHO)?[0];
+            self.ctx.device.set_name(made, "slice");
+            cmds.push(made);
+        }
+        let begin = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the pool was reset when the frame began, and each index is asked for once.
+        unsafe { device.begin_command_buffer(cmds[index], &begin) }
+            .check("vkBeginCommandBuffer", WHO)?;
+        Ok(cmds[index])
+    }
+}
+
+impl Drop for FrameResources {
+    fn drop(&mut self) {
+        self.ctx.graveyard.add(Corpse::Frame {
+            pool: self.pool,
+            queries: self.queries,
+            fence: self.fence,
+        });
+    }
+}

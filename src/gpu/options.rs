@@ -1,0 +1,60 @@
+//! How a context is made.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use raw_window_handle::RawDisplayHandle;
+
+/// How a [`Context`](super::Context) is made.
+#[derive(Clone, Debug)]
+pub struct ContextOptions {
+    /// Index or part of the name of the device; `None` takes the best.
+    pub device: Option<String>,
+    /// Switches on the validation layer with synchronization validation; see [`Context::messages`](super::Context::messages).
+    pub validation: bool,
+    /// The display that a window will be opened on.
+    pub window: Option<RawDisplayHandle>,
+    /// Panic where a kernel binds one buffer twice and writes it: a check on the host of everything that is recorded. `None`
+    /// checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
+    pub hazard_check: Option<bool>,
+    /// Leaves out the barrier of this number in every recording, counted from 0: only to see whether the validation layer would
+    /// notice.
+    pub leave_out: Option<u32>,
+    /// How long the device may take for what it is waited for.
+    pub timeout: Duration,
+    /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
+    pub breadcrumbs: bool,
+    /// Where compiled pipelines are kept for the next start; see
+    /// [`default_cache_folder`](super::default_cache_folder). `None` keeps nothing.
+    pub cache_folder: Option<PathBuf>,
+    /// Values that `debug_value` may tell in a frame.
+    pub debug_capacity: u32,
+    /// Takes the device for a smaller one, so that tests of what is large need not be.
+    pub limits: Option<Limits>,
+}
+
+/// Limits of a device that make large buffers take other ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one storage-buffer binding.
+    pub storage_buffer_range: u64,
+    /// Elements of one texel buffer.
+    pub texel_buffer_elements: u32,
+}
+
+impl Default for ContextOptions {
+    fn default() -> Self {
+        Self {
+            device: None,
+            validation: false,
+            window: None,
+            hazard_check: None,
+            leave_out: None,
+            timeout: Duration::from_secs(60),
+            breadcrumbs: true,
+            cache_folder: None,
+            debug_capacity: 65_536,
+            limits: None,
+        }
+    }
+}

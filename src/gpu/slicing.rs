@@ -1,0 +1,122 @@
+//! A recording in slices: what takes the device long is handed to it kernel by kernel, and other frames come in between.
+//! Kernels that take long themselves are divided.
+
+use std::time::Duration;
+
+use super::error::{Check, GpuResult};
+use super::kernel::divides;
+use super::recorder::Recorder;
+use super::slices::parts_of;
+use super::timer::{SpanKind, Timings};
+
+const WHO: &str = "a slice of a frame";
+
+/// So many frames tell how long kernels take.
+const LATELY: usize = 8;
+
+impl Recorder {
+    /// From now on every kernel ends a slice. [`Frames::run_slice`](super::Frames::run_slice) hands slices to the device one
+    /// by one, and [`Frames::submit`](super::Frames::submit) takes whatever is left. What is submitted in between must not
+    /// touch what this recording uses, and has to come from another ring.
+    ///
+    /// A dispatch of a kernel that has lately taken longer than `longest` is as many slices as that asks for, on devices
+    /// that are processors. [`Recorder::dispatch_indirect`] stays whole.
+    pub fn slice(&mut self, longest: Duration, lately: &Timings) {
+        self.slices.is_on = true;
+        if !divides(self.ctx()) {
+            return;
+        }
+        let longest_ms = longest.as_secs_f64().max(1e-4) * 1e3;
+        for spans in lately.frames().rev().take(LATELY) {
+            for span in spans.iter().filter(|s| s.kind == SpanKind::Kernel) {
+                let parts = (span.ms() / longest_ms).ceil() as u32;
+                if parts > 1 {
+                    let most = self.slices.parts.entry(span.name.clone()).or_default();
+                    *most = parts.max(*most);
+                }
+            }
+        }
+    }
+
+    /// Is a dispatch of a kernel divided?
+    pub(crate) fn takes_long(&self, kernel: &str) -> bool {
+        self.slices.is_on && self.slices.parts.contains_key(kernel)
+    }
+
+    /// The parts of a dispatch with these groups: the first group of each, and how many.
+    pub(crate) fn parts_of(
+        &self,
+        kernel: &str,
+        groups: [u32; 2],
+    ) -> impl Iterator<Item = [[u32; 2]; 2]> + use<> {
+        let parts = match self.slices.parts.get(kernel) {
+            Some(&parts) if self.slices.is_on => parts,
+            _ => 1,
+        };
+        parts_of(groups, parts)
+    }
+
+    /// Dispatches a part of the groups of what is bound.
+    pub(crate) fn dispatch_part(&self, [first, count]: [[u32; 2]; 2]) {
+        // SAFETY: pipeline, descriptors and constants were bound for this layout, and where there is more than one part,
+        // the pipeline was made for it.
+        unsafe {
+            match first {
+                [0, 0] => (self.device()).cmd_dispatch(self.raw(), count[0], count[1], 1),
+                [x, y] => {
+                    let [width, height] = count;
+                    (self.device()).cmd_dispatch_base(self.raw(), x, y, 0, width, height, 1);
+                }
+            }
+        }
+    }
+
+    /// Can the device be given the rest? Where a slice was not finished in time, this waits for it once more.
+    pub(crate) fn settle_slices(&mut self) -> GpuResult<()> {
+        if self.slices.is_running {
+            self.ctx().wait_for(self.frame.fence, WHO)?;
+            self.slices.is_running = false;
+        }
+        self.slices.failed.take().map_or(Ok(()), Err)
+    }
+
+    /// Ends a slice, if the recording has them.
+    pub(crate) fn end_slice(&mut self) {
+        if !self.slices.is_on {
+            return;
+        }
+        let next = match self.frame.slice(self.slices.count) {
+            Ok(next) => next,
+            Err(error) => {
+                // It goes on in the present one.
+                self.slices.is_on = false;
+                self.slices.failed = Some(error);
+                return;
+            }
+        };
+        let gap = self.take_queries();
+        if let Some(query) = gap {
+            self.stamp(query);
+        }
+        // Labels are closed in the command buffer that opened them.
+        let names: Vec<String> = self.open_names().map(str::to_owned).collect();
+        for _ in &names {
+            self.ctx().device.end_label(self.raw());
+        }
+        // SAFETY: it is being recorded, and no pass is open where a kernel has been dispatched.
+        let ended = unsafe { self.device().end_command_buffer(self.raw()) };
+        if let Err(error) = ended.check("vkEndCommandBuffer", WHO) {
+            self.slices.failed = Some(error);
+        }
+        self.slices.waiting.push_back(self.cmd);
+        self.slices.count += 1;
+        self.cmd = next;
+        for name in &names {
+            self.ctx().device.begin_label(next, name);
+        }
+        if let Some(query) = gap {
+            self.stamp(query + 1);
+            self.slices.gaps.push(query);
+        }
+    }
+}
