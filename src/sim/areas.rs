@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 
 use super::field::fill_gutters;
-use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
 use super::texture_map;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
@@ -23,6 +22,13 @@ use crate::scene::BUILTIN;
 use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
 use crate::whole_file::WholeFile;
+
+/// The bias of texels that nobody may enter.
+pub const NO_GO: f32 = -1e9;
+/// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/include/no_go.glsl` has the same.
+pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
+/// Of trail and of bias: there is no more, and of bias no less but for no-go areas.
+pub const GREATEST: f32 = 1e6;
 
 /// Its name in messages.
 const WHAT: &str = "area map";

@@ -8,8 +8,8 @@ use super::kernels::{
 };
 use super::memory;
 use super::spread::spreading;
-use super::state::{PingPong, Views};
-use super::texel_paths::{TexelPaths, Unused};
+use super::texel_paths::TexelPaths;
+use super::texture::{PingPong, Unused, Views};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};

@@ -12,7 +12,8 @@ use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::sorting;
 use super::state::walker_lists;
-use super::texel_paths::{TexelPaths, Unused};
+use super::texel_paths::TexelPaths;
+use super::texture::Unused;
 use super::transfers::capacity;
 use super::types::{
     DistanceJob, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum, Pose,

@@ -9,6 +9,7 @@ use std::ops::Range;
 use glam::{DAffine3, DVec2, DVec3, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
+pub use super::areas::{GREATEST, NO_GO, NO_GO_BELOW};
 use super::kernels::{PaintParams, SummonParams};
 use super::setup::Setup;
 use super::types::{Particle, Pose};
@@ -17,12 +18,6 @@ use crate::mesh::surface::NONE;
 use crate::rng::{Purpose, random, seed_word, unit};
 use crate::scene::settings::Settings;
 
-/// The bias of texels that nobody may enter.
-pub const NO_GO: f32 = -1e9;
-/// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/include/no_go.glsl` has the same.
-pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
-/// Of trail and of bias: there is no more, and of bias no less but for no-go areas.
-pub const GREATEST: f32 = 1e6;
 /// Places of an object that particles of one dab come to.
 const PLACES: u32 = 4096;
 /// Depths at which one dab paints besides its own, at the most.

@@ -1,10 +1,15 @@
 //! The pipelines of the kernels that a step runs. They own no buffers.
 
 use std::any::Any;
+use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::work::StepKernel;
-use crate::gpu::{Context, Draw, GpuError, Pipeline, RasterOptions, RasterPipeline};
+use crate::gpu::{Context, Draw, GpuError, Kernel, Pipeline, RasterOptions, RasterPipeline};
+
+/// Plain values that can be compared and shown.
+pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
+
+impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 
 /// One a kernel, by the name that times and messages have.
 pub struct Pipelines {
@@ -31,7 +36,7 @@ impl Pipelines {
     ///
     /// # Errors
     /// When the device cannot run the kernel.
-    pub fn make<K: StepKernel>(
+    pub fn make<K: Kernel<Constants: Value> + 'static>(
         &mut self,
         name: &'static str,
         constants: &K::Constants,
@@ -64,7 +69,11 @@ impl Pipelines {
     /// # Panics
     /// When it was not made, or with other constants.
     #[must_use]
-    pub fn of<K: StepKernel>(&self, name: &str, constants: &K::Constants) -> &Pipeline<K> {
+    pub fn of<K: Kernel<Constants: Value> + 'static>(
+        &self,
+        name: &str,
+        constants: &K::Constants,
+    ) -> &Pipeline<K> {
         match self.find::<(K::Constants, Pipeline<K>)>(name) {
             Some((made, pipeline)) if made == constants => pipeline,
             Some((made, _)) => panic!("`{name}` was made with {made:?}, not {constants:?}"),

@@ -3,12 +3,14 @@
 mod alone;
 mod copying;
 mod feeding;
+mod painter;
 mod painting;
 
 use std::sync::Arc;
 
 use glam::{Affine3A, DAffine3};
 
+use super::arranged::arranged;
 use super::brute;
 use super::course::Course;
 use super::memory;
@@ -20,7 +22,7 @@ use super::setup::Setup;
 use super::snapshot::{Distances, FoodState, Snapshot};
 use super::state::{Bias, State};
 use super::texel_paths::TexelPaths;
-use super::transfers::{Transfers, arranged};
+use super::transfers::Transfers;
 use super::types::Pose;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder};
@@ -32,8 +34,8 @@ use crate::scene::settings::Settings;
 pub use alone::KernelAlone;
 pub use copying::SnapshotCopy;
 pub use feeding::{FoodOrder, PreparedFood};
+use painter::Painter;
 pub use painting::Areas;
-use painting::Painter;
 
 /// A scene that grows, step by step.
 pub struct Simulation {

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use bytemuck::Pod;
 use bytemuck::allocation::pod_collect_to_vec;
-use glam::{UVec4, Vec4};
 
+use super::arranged::arranged;
 use super::behaviour::physarums;
 use super::distance::TILE_CANDIDATES;
 use super::food::buffers::FoodBuffers;
@@ -14,106 +13,15 @@ use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::sorting::Sorting;
-use super::texel_paths::{self, Counted, Spread, TexelPaths, Unused};
-use super::transfers::{Transfers, arranged};
+use super::texture::{Counted, PingPong, Spread, Unused, Views};
+use super::transfers::Transfers;
 use super::types::{
     DistanceJob, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
     SurfaceSample,
 };
-use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels};
+use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
-
-/// A buffer with a value a texel, seen through texel buffers.
-pub struct Views<T> {
-    /// Four texels at once.
-    pub quads: Texels<T>,
-    /// One by one; four at once where [`TexelPaths`] says so.
-    pub texels: Texels<T>,
-    /// One by one, to write: the first part.
-    pub low: Texels<T>,
-    /// The second one; the first again where there is but one.
-    pub high: Texels<T>,
-}
-
-impl<T: TexelScalar> Views<T> {
-    /// Those of a buffer with a value a texel.
-    ///
-    /// # Errors
-    /// When it has more texels than the device has ways to.
-    pub fn new(ctx: &Context, buffer: &Buffer<T>) -> Result<Self, GpuError> {
-        let texels = buffer.len() as u64;
-        let paths = TexelPaths::of(ctx.info(), texels);
-        let band = texel_paths::band(ctx.info());
-        let (low, high) = if paths.in_quads {
-            (0..band, band..texels)
-        } else {
-            (0..texels, 0..texels)
-        };
-        Ok(Self {
-            quads: Texels::new(buffer, 4)?,
-            texels: Texels::new(buffer, if paths.in_quads { 4 } else { 1 })?,
-            low: Texels::of_part(buffer, 1, low)?,
-            high: Texels::of_part(buffer, 1, high)?,
-        })
-    }
-}
-
-/// A number of which a block has four side by side.
-pub trait InFours: TexelScalar {
-    /// They.
-    type Four: Pod;
-}
-
-impl InFours for f32 {
-    type Four = Vec4;
-}
-
-impl InFours for u32 {
-    type Four = UVec4;
-}
-
-/// Two buffers that change roles each step.
-pub struct PingPong<T: InFours> {
-    /// What is read now.
-    pub front: Buffer<T>,
-    /// The front, as diffusion reads it.
-    pub front_views: Views<T>,
-    /// What is written for the next step, or was read in the last one.
-    pub back: Buffer<T>,
-    /// The back, likewise.
-    pub back_views: Views<T>,
-    /// The back as a block, four texels side by side.
-    pub back_blocks: Buffer<T::Four>,
-    front_blocks: Buffer<T::Four>,
-    /// Was front back at first?
-    is_swapped: bool,
-}
-
-impl<T: InFours> PingPong<T> {
-    pub(super) fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
-        let front: Buffer<T> =
-            Buffer::zeroed_in(ctx, &format!("{name}.front"), len, Domain::Texels)?;
-        let back: Buffer<T> = Buffer::zeroed_in(ctx, &format!("{name}.back"), len, Domain::Texels)?;
-        Ok(Self {
-            front_views: Views::new(ctx, &front)?,
-            back_views: Views::new(ctx, &back)?,
-            front_blocks: front.cast(),
-            back_blocks: back.cast(),
-            front,
-            back,
-            is_swapped: false,
-        })
-    }
-
-    /// Front becomes back.
-    pub fn swap(&mut self) {
-        std::mem::swap(&mut self.front, &mut self.back);
-        std::mem::swap(&mut self.front_views, &mut self.back_views);
-        std::mem::swap(&mut self.front_blocks, &mut self.back_blocks);
-        self.is_swapped = !self.is_swapped;
-    }
-}
 
 /// What was painted for sensors to read.
 pub struct Bias {

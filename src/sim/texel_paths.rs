@@ -5,12 +5,7 @@
 //! once and written through two views, each of a part of it. Deposits are counted in a storage block, and diffusion writes
 //! to one, as long as it holds the texture: that is fastest.
 
-use std::sync::Arc;
-
-use glam::{UVec4, Vec4};
-
-use super::state::PingPong;
-use crate::gpu::{Buffer, Context, DeviceInfo, GpuError, PART, Texels};
+use crate::gpu::{DeviceInfo, PART};
 
 /// Parts of a texture that are written through views of their own.
 pub const BANDS: u64 = 2;
@@ -52,109 +47,6 @@ impl TexelPaths {
     #[must_use]
     pub fn most_texels(device: &DeviceInfo) -> u64 {
         (BANDS * band(device)).max(device.max_texel_buffer_elements.into())
-    }
-}
-
-/// What is bound in the place of a texture that is written another way.
-pub struct Unused {
-    floats: Buffer<Vec4>,
-    float_quads: Texels<f32>,
-    words: Buffer<u32>,
-    word_blocks: Buffer<UVec4>,
-    word_quads: Texels<u32>,
-    word_texels: Texels<u32>,
-}
-
-/// Where diffusion writes to.
-pub struct Spread<'a> {
-    /// The trail.
-    pub next_trail: &'a Buffer<Vec4>,
-    /// The same by another way.
-    pub next_trail_quads: &'a Texels<f32>,
-    /// Deposits that are cleared.
-    pub previous_deposits: &'a Buffer<UVec4>,
-    /// The same by another way.
-    pub previous_deposits_quads: &'a Texels<u32>,
-}
-
-/// Where deposits are counted.
-pub struct Counted<'a> {
-    /// All of them.
-    pub block: &'a Buffer<u32>,
-    /// Those of the first part by another way.
-    pub low: &'a Texels<u32>,
-    /// Those of the second.
-    pub high: &'a Texels<u32>,
-}
-
-impl Unused {
-    /// One quad of each kind.
-    ///
-    /// # Errors
-    /// No memory.
-    pub fn new(ctx: &Arc<Context>) -> Result<Self, GpuError> {
-        let floats: Buffer<f32> = Buffer::zeroed(ctx, "unused.floats", 4)?;
-        let words: Buffer<u32> = Buffer::zeroed(ctx, "unused.words", 4)?;
-        Ok(Self {
-            float_quads: Texels::new(&floats, 4)?,
-            floats: floats.cast(),
-            word_quads: Texels::new(&words, 4)?,
-            word_texels: Texels::new(&words, 1)?,
-            word_blocks: words.cast(),
-            words,
-        })
-    }
-
-    /// Bytes of both.
-    #[must_use]
-    pub fn size_in_bytes(&self) -> u64 {
-        self.floats.size_in_bytes() + self.words.size_in_bytes()
-    }
-
-    /// The same before they are made.
-    pub(super) const SIZE: u64 = 2 * 4 * size_of::<f32>() as u64;
-
-    /// What `diffuse` writes, by the way that suits the texture.
-    #[must_use]
-    pub fn spread<'a>(
-        &'a self,
-        outgrows_block: bool,
-        trail: &'a PingPong<f32>,
-        deposits: &'a PingPong<u32>,
-    ) -> Spread<'a> {
-        if outgrows_block {
-            Spread {
-                next_trail: &self.floats,
-                next_trail_quads: &trail.back_views.quads,
-                previous_deposits: &self.word_blocks,
-                previous_deposits_quads: &deposits.back_views.quads,
-            }
-        } else {
-            Spread {
-                next_trail: &trail.back_blocks,
-                next_trail_quads: &self.float_quads,
-                previous_deposits: &deposits.back_blocks,
-                previous_deposits_quads: &self.word_quads,
-            }
-        }
-    }
-
-    /// Where `advance` counts, by the way that suits the texture.
-    #[must_use]
-    pub fn counted<'a>(&'a self, outgrows_block: bool, deposits: &'a PingPong<u32>) -> Counted<'a> {
-        if outgrows_block {
-            Counted {
-                block: &self.words,
-                low: &deposits.front_views.low,
-                high: &deposits.front_views.high,
-            }
-        } else {
-            Counted {
-                block: &deposits.front,
-                low: &self.word_texels,
-                high: &self.word_texels,
-            }
-        }
     }
 }
 

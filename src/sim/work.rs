@@ -7,7 +7,7 @@ use std::fmt::{self, Debug};
 use bytemuck::{Pod, Zeroable};
 
 use super::arrays::Arrays;
-use super::pipelines::Pipelines;
+use super::pipelines::{Pipelines, Value};
 use super::roles::Pair;
 use super::state::State;
 use crate::gpu::{Buffer, DispatchGroups, GpuError, Kernel, Recorder, Threads};
@@ -28,11 +28,6 @@ pub trait StepKernel: Kernel<Constants: Value, Params: Value> + Sized + Debug + 
     /// Does the same on the host.
     fn twin(call: &Call<Self>, a: &mut Arrays);
 }
-
-/// Plain values that can be compared and shown.
-pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
-
-impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 
 /// A kernel with all that it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]

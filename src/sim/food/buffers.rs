@@ -6,7 +6,7 @@ use glam::UVec2;
 
 use super::{Pantry, scent_of};
 use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
-use crate::sim::state::Views;
+use crate::sim::texture::Views;
 use crate::sim::types::{Mark, Meal};
 
 /// What kernels read and write about food and markers.

@@ -1,49 +1,23 @@
 //! Brushes on the running simulation: what a dab changes is recorded between steps; and areas that are put back as they were.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use glam::UVec2;
 
 use super::super::kernels::{
-    ExchangeSeams, ExchangeSeamsArgs, ExchangeSeamsConstants, ExchangeSeamsParams, Paint,
-    PaintArgs, PaintConstants, PaintParams, Summon, SummonArgs,
+    ExchangeSeamsArgs, ExchangeSeamsParams, PaintArgs, PaintParams, SummonArgs,
 };
 use super::super::paint::{
     Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, Places, Repainted,
 };
 use super::super::plan::Means;
-use super::super::state::{Bias, Views};
-use super::super::texel_paths::TexelPaths;
+use super::super::state::Bias;
+use super::super::texture::Views;
 use super::super::types::Particle;
+use super::painter::Painter;
 use super::{Simulation, pipelines_of};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Domain, GpuError, Pipeline, Recorder, Threads};
-
-/// The kernels of brushes; made when somebody paints.
-pub(super) struct Painter {
-    paint: Pipeline<Paint>,
-    summon: Pipeline<Summon>,
-    exchange_seams: Pipeline<ExchangeSeams>,
-}
-
-impl Painter {
-    fn new(ctx: &Arc<Context>, paths: TexelPaths) -> Result<Self, GpuError> {
-        let constants = PaintConstants {
-            texels_in_quads: paths.in_quads,
-            band: paths.band,
-        };
-        let seams = ExchangeSeamsConstants {
-            texels_in_quads: paths.in_quads,
-            band: paths.band,
-        };
-        Ok(Self {
-            paint: Pipeline::new(ctx, &constants)?,
-            summon: Pipeline::new(ctx, &())?,
-            exchange_seams: Pipeline::new(ctx, &seams)?,
-        })
-    }
-}
+use crate::gpu::{Buffer, Domain, Recorder, Threads};
 
 /// What attracted, repelled or forbade at some time; at first nothing did.
 #[derive(Default)]

@@ -35,6 +35,7 @@ pub use walk_queries::walk_queries;
 
 use std::sync::Arc;
 
+use super::arranged::arranged;
 use super::arrays::{Arrays, TransferArrays};
 use super::course::Course;
 use super::food::{Pantry, places};
@@ -42,7 +43,6 @@ use super::plan::Means;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::surroundings::COVERED;
-use super::transfers::arranged;
 use crate::error::Result;
 use crate::mesh::atlas::Control;
 use crate::mesh::surface::NONE;

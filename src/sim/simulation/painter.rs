@@ -1,0 +1,32 @@
+//! The kernels of brushes.
+
+use std::sync::Arc;
+
+use crate::gpu::{Context, GpuError, Pipeline};
+use crate::sim::kernels::{ExchangeSeams, ExchangeSeamsConstants, Paint, PaintConstants, Summon};
+use crate::sim::texel_paths::TexelPaths;
+
+/// Made when something is painted.
+pub(super) struct Painter {
+    pub(super) paint: Pipeline<Paint>,
+    pub(super) summon: Pipeline<Summon>,
+    pub(super) exchange_seams: Pipeline<ExchangeSeams>,
+}
+
+impl Painter {
+    pub(super) fn new(ctx: &Arc<Context>, paths: TexelPaths) -> Result<Self, GpuError> {
+        let constants = PaintConstants {
+            texels_in_quads: paths.in_quads,
+            band: paths.band,
+        };
+        let seams = ExchangeSeamsConstants {
+            texels_in_quads: paths.in_quads,
+            band: paths.band,
+        };
+        Ok(Self {
+            paint: Pipeline::new(ctx, &constants)?,
+            summon: Pipeline::new(ctx, &())?,
+            exchange_seams: Pipeline::new(ctx, &seams)?,
+        })
+    }
+}
