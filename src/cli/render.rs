@@ -12,7 +12,7 @@ use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
 use myxo::render::view::{self, View};
 use myxo::scene::Scene;
-use myxo::scene::settings::Show;
+use myxo::scene::settings::{Part, Show};
 use myxo::sim::memory;
 use myxo::{Error, Result};
 
@@ -168,7 +168,7 @@ impl Render {
                 "the view {word} cannot be shown: {why}: choose another --view"
             )));
         }
-        if self.steps == 0 && matches!(show, Show::Distance | Show::Nearest) {
+        if self.steps == 0 && show.has(Part::Distances) {
             return Err(Error::Invalid(format!(
                 "the view {word} cannot be shown: distances are taken by a step: use --steps 1 or more"
             )));
