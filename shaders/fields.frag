@@ -20,6 +20,12 @@ layout(set = 0, binding = 11) uniform samplerBuffer distances;
 layout(set = 0, binding = 12) uniform usamplerBuffer nearest;
 layout(set = 0, binding = 13) readonly buffer ObjectColors { vec4 object_colors[]; };
 
+// What is shown; as `Field` in src/render/renderer/fields.rs.
+const uint FIELD_WIREFRAME = 0u;
+const uint FIELD_DENSITY = 1u;
+const uint FIELD_DISTANCE = 2u;
+const uint FIELD_NEAREST = 3u;
+
 // What one view of single texels does not hold is read four texels at once.
 layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 

@@ -3,12 +3,6 @@
 #ifndef MYXO_FIELDS
 #define MYXO_FIELDS
 
-// What is shown; as `Field` in src/render/renderer/fields.rs.
-const uint FIELD_WIREFRAME = 0u;
-const uint FIELD_DENSITY = 1u;
-const uint FIELD_DISTANCE = 2u;
-const uint FIELD_NEAREST = 3u;
-
 layout(push_constant) uniform Params {
     mat4 clip_from_world;
     vec3 eye;            // world space

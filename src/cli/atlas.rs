@@ -21,7 +21,7 @@ use super::files::Sink;
 use super::options::SceneOptions;
 use super::progress::{SettingUp, atlas_cache};
 use super::report::Report;
-use super::{Outcome, console, interrupt, room};
+use super::{Command, Outcome, console, interrupt, room};
 
 /// Pixels along a side that a picture has at most.
 const LARGEST_PICTURE: u32 = 16_384;
@@ -82,9 +82,9 @@ struct Row {
     phases: Vec<(&'static str, f64)>,
 }
 
-impl Atlas {
+impl Command for Atlas {
     /// Lays the scenes out and tells about them.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         interrupt::install()?;
         let out = self
             .out
@@ -127,7 +127,9 @@ impl Atlas {
         }
         Ok(Outcome::Done)
     }
+}
 
+impl Atlas {
     /// Where the picture goes.
     fn sink(&self, path: &Path) -> Result<Sink> {
         if self.scenes.len() > 1 {

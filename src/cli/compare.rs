@@ -7,7 +7,7 @@ use clap::Args;
 use myxo::Result;
 
 use super::report::Report;
-use super::{Outcome, console, ratios};
+use super::{Command, Outcome, console, ratios};
 
 /// Compare the reports of two runs: states, settings and times
 ///
@@ -25,9 +25,9 @@ pub struct Compare {
     b: PathBuf,
 }
 
-impl Compare {
+impl Command for Compare {
     /// Prints the comparison.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let (a, b) = (Report::read(&self.a)?, Report::read(&self.b)?);
         console::print(comparison(&a, &b))?;
         Ok(if a.state_hash == b.state_hash {
@@ -35,6 +35,11 @@ impl Compare {
         } else {
             Outcome::Differs
         })
+    }
+
+    /// Another one than for states that differ, so that scripts can distinguish them.
+    fn exit_code_of_failure(&self) -> u8 {
+        2
     }
 }
 

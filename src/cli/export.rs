@@ -12,7 +12,7 @@ use myxo::sim::Snapshot;
 use super::files::{Sink, check_distinct};
 use super::options::CommonOptions;
 use super::session::Session;
-use super::{Outcome, console, interrupt};
+use super::{Command, Outcome, console, interrupt};
 
 /// Vertices that are more texels apart than this are too few for the trail.
 const FINE: f32 = 6.0;
@@ -68,9 +68,9 @@ enum Colors {
     Vertex,
 }
 
-impl ExportCommand {
+impl Command for ExportCommand {
     /// Checks everything that can be checked before the work, and does it.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let files = self.out.iter().chain(&self.report);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
         let scene = self.common.load(self.scene.as_deref())?;
@@ -118,7 +118,9 @@ impl ExportCommand {
             (true, true) => Outcome::Done,
         })
     }
+}
 
+impl ExportCommand {
     /// Runs the steps and writes what is due on the way; says whether all of them were run.
     fn step(&self, session: &mut Session, series: &mut Series) -> Result<bool> {
         for done in 1..=self.steps {

@@ -11,7 +11,7 @@ use myxo::sim::memory::{human, largest_atlas, most_particles};
 use myxo::{Error, Result};
 use serde_json::{Value, json};
 
-use super::{Outcome, console};
+use super::{Command, Outcome, console};
 
 /// Show devices, drivers and limits, and what is missing and how to get it
 ///
@@ -40,9 +40,9 @@ struct Tool {
     otherwise: String,
 }
 
-impl Info {
+impl Command for Info {
     /// Prints what there is; fails where it does not suffice.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let (chosen, validation) = open(self.device.as_deref());
         if let Err(error @ GpuError::UnknownDevice { .. }) = chosen {
             return Err(Error::Gpu(error));

@@ -9,10 +9,10 @@ use myxo::scene::Scene;
 use myxo::scene::builtin::DEFAULT_SCENE;
 use myxo::sim::checkpoint::Checkpoint;
 
-use super::Outcome;
 use super::interrupt;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
+use super::{Command, Outcome};
 use crate::lab::{self, LabOptions, LeftScenes, Opened, Preferences, SceneFile};
 
 /// Open a window: look, play, turn parameters
@@ -53,9 +53,9 @@ pub struct Lab {
     device: DeviceOptions,
 }
 
-impl Lab {
+impl Command for Lab {
     /// Loads the scene and opens the window with it.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let opened = match (&self.scene, &self.resume) {
             (None, Some(file)) => Opened::resumed(file.clone(), &self.changes.overrides())?,
             (_, file) => Opened {
@@ -91,7 +91,9 @@ impl Lab {
             Outcome::Done
         })
     }
+}
 
+impl Lab {
     fn load(&self) -> Result<Scene> {
         let scene = self.scene.clone().unwrap_or_else(|| DEFAULT_SCENE.into());
         let mut loaded = Scene::load(&scene, &self.changes.overrides())?;

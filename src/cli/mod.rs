@@ -41,7 +41,7 @@ use clap::{Parser, Subcommand};
 use myxo::mesh::atlas::AtlasError;
 use myxo::plain_text::is_control;
 use myxo::scene::builtin::SCENES;
-use myxo::{Error, signals};
+use myxo::{Error, Result, signals};
 
 /// Physarum on the surfaces of 3D objects.
 ///
@@ -50,7 +50,7 @@ use myxo::{Error, signals};
 #[command(name = "myxo", version, max_term_width = 100, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<Commands>,
 }
 
 const AFTER_HELP: &str = "\
@@ -72,18 +72,51 @@ Exit codes:
   2    the command line could not be understood (compare: a report could not be read)
   130  interrupted by Ctrl-C; files are finished";
 
-#[derive(Debug, Subcommand)]
-enum Command {
-    Lab(lab::Lab),
-    Render(render::Render),
-    Export(export::ExportCommand),
-    Profile(profile::Profile),
-    Bench(bench::Bench),
-    Atlas(atlas::Atlas),
-    Query(query::Query),
-    Compare(compare::Compare),
-    Scenes(scenes::Scenes),
-    Info(info::Info),
+/// A command: the options that clap has read, and what it does with them.
+trait Command {
+    /// Does what was asked for.
+    fn run(&self) -> Result<Outcome>;
+
+    /// What the program exits with where [`Command::run`] fails.
+    fn exit_code_of_failure(&self) -> u8 {
+        1
+    }
+}
+
+/// Declares an enum of commands, one line each: its variant gives the command its name, its options are a [`Command`].
+macro_rules! commands {
+    ($name:ident { $($command:ident($options:ty),)+ }) => {
+        // Without a comment for documentation: clap would print it in the help.
+        #[derive(Clone, Debug, Subcommand)]
+        enum $name {
+            $($command($options),)+
+        }
+
+        impl $name {
+            /// The one that was asked for.
+            fn chosen(&self) -> &dyn Command {
+                match self {
+                    $(Self::$command(options) => options,)+
+                }
+            }
+        }
+    };
+}
+use commands;
+
+commands! {
+    Commands {
+        Lab(lab::Lab),
+        Render(render::Render),
+        Export(export::ExportCommand),
+        Profile(profile::Profile),
+        Bench(bench::Bench),
+        Atlas(atlas::Atlas),
+        Query(query::Query),
+        Compare(compare::Compare),
+        Scenes(scenes::Scenes),
+        Info(info::Info),
+    }
 }
 
 /// How a command that did not fail has ended.
@@ -117,20 +150,9 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return print_clap_message(&with_hint(error)),
     };
-    let result = match &cli.command {
-        None => lab::Lab::default().run(),
-        Some(Command::Lab(lab)) => lab.run(),
-        Some(Command::Render(render)) => render.run(),
-        Some(Command::Export(export)) => export.run(),
-        Some(Command::Profile(profile)) => profile.run(),
-        Some(Command::Bench(bench)) => bench.run(),
-        Some(Command::Atlas(atlas)) => atlas.run(),
-        Some(Command::Query(query)) => query.run(),
-        Some(Command::Compare(compare)) => compare.run(),
-        Some(Command::Scenes(scenes)) => scenes.run(),
-        Some(Command::Info(info)) => info.run(),
-    };
-    match result {
+    let lab = lab::Lab::default();
+    let command = (cli.command.as_ref()).map_or(&lab as &dyn Command, Commands::chosen);
+    match command.run() {
         Ok(outcome) => outcome.exit_code(),
         // Whoever reads the output has read enough, as `head` does.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
@@ -140,11 +162,7 @@ pub fn main() -> ExitCode {
         }
         Err(error) => {
             console::message(&format!("myxo: {error}"));
-            ExitCode::from(if matches!(cli.command, Some(Command::Compare(_))) {
-                2
-            } else {
-                1
-            })
+            ExitCode::from(command.exit_code_of_failure())
         }
     }
 }

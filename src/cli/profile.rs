@@ -17,7 +17,7 @@ use super::options::CommonOptions;
 use super::report::{Repetition, Report, Times};
 use super::session::{Earlier, Ending, Session};
 use super::times::Run;
-use super::{Outcome, console, interrupt, ratios};
+use super::{Command, Outcome, console, interrupt, ratios};
 
 /// Measure the GPU time of every kernel
 ///
@@ -98,9 +98,9 @@ pub struct Profile {
     common: CommonOptions,
 }
 
-impl Profile {
+impl Command for Profile {
     /// Checks everything that can be checked before the work, and does it.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         if let Some(files) = &self.compare {
             let [a, b] = [&files[0], &files[1]].map(|file| Report::read(file));
             console::print(comparison(&a?, &b?)?)?;
@@ -135,7 +135,9 @@ impl Profile {
         let sinks = [report_sink, trace_sink];
         self.tell(session, ending, !completed, measured, sinks)
     }
+}
 
+impl Profile {
     /// Lists a step.
     fn list(&self, scene: Scene) -> Result<Outcome> {
         let mut session = Session::open(scene, &self.common, u64::from(self.warmup) + 1)?;

@@ -12,7 +12,7 @@ use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::renderer::Renderer;
 use myxo::render::view::{self, View};
 use myxo::scene::Scene;
-use myxo::scene::settings::Show;
+use myxo::scene::settings::{Part, Show};
 use myxo::sim::memory;
 use myxo::{Error, Result};
 
@@ -21,7 +21,7 @@ use super::options::{CommonOptions, Size};
 use super::outputs::Outputs;
 use super::session::Session;
 use super::times::Run;
-use super::{Outcome, console, interrupt};
+use super::{Command, Outcome, console, interrupt};
 
 /// More turns than anybody can follow.
 const MOST_TURNS: f32 = 1000.0;
@@ -83,9 +83,9 @@ pub struct Render {
     common: CommonOptions,
 }
 
-impl Render {
+impl Command for Render {
     /// Checks everything that can be checked before the work, and does it.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         check_distinct(
             self.out
                 .iter()
@@ -156,7 +156,9 @@ impl Render {
             Outcome::Done
         })
     }
+}
 
+impl Render {
     /// Has the scene what is to be shown?
     fn check_view(&self, scene: &Scene) -> Result<()> {
         let show = scene.settings.picture.show;
@@ -166,7 +168,7 @@ impl Render {
                 "the view {word} cannot be shown: {why}: choose another --view"
             )));
         }
-        if self.steps == 0 && matches!(show, Show::Distance | Show::Nearest) {
+        if self.steps == 0 && show.has(Part::Distances) {
             return Err(Error::Invalid(format!(
                 "the view {word} cannot be shown: distances are taken by a step: use --steps 1 or more"
             )));

@@ -14,7 +14,7 @@ use myxo::scene::parameters::{
 use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 
 use super::options::SceneOptions;
-use super::{Outcome, console};
+use super::{Command, Outcome, console};
 use crate::lab::{OwnPresets, summary};
 
 /// List built-in scenes, presets and meshes, or print a scene as a file
@@ -36,9 +36,9 @@ pub struct Scenes {
     options: SceneOptions,
 }
 
-impl Scenes {
+impl Command for Scenes {
     /// Prints the lists or the scene.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let text = match &self.scene {
             Some(scene) => Scene::read(scene, &self.options.overrides())?.1.to_toml(),
             None if self.keys => keys(),

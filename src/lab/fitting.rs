@@ -3,14 +3,13 @@
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::render::view::AtlasWindow;
-use myxo::scene::settings::Show;
 
 use super::interface::Interface;
 
 impl Interface {
     /// Looks at the whole scene, or at the whole atlas.
     pub(super) fn fit(&mut self) {
-        if self.view.show == Show::Atlas {
+        if self.view.show.is_flat() {
             self.view.atlas = AtlasWindow::default();
         } else {
             self.view.camera.target = self.outline.0;

@@ -100,7 +100,16 @@ impl KeyAction {
 }
 
 /// What is held, keys, how they are written, what they do, and in words.
-pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
+type Row = (
+    Modifiers,
+    &'static [Key],
+    &'static str,
+    KeyAction,
+    &'static str,
+);
+
+/// Keys that the list has above those of views, which are in the table of views ([`Show::key`]).
+const RUN_KEYS: &[Row] = &[
     (
         Modifiers::NONE,
         &[Key::Space],
@@ -122,76 +131,10 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
         KeyAction::Reset,
         "restart from step 0",
     ),
-    (
-        Modifiers::NONE,
-        &[Key::Num1],
-        "1",
-        KeyAction::Show(Show::Surface),
-        "trail on the lit surface",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num2],
-        "2",
-        KeyAction::Show(Show::Particles),
-        "particles",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num3],
-        "3",
-        KeyAction::Show(Show::Atlas),
-        "atlas, unwrapped",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num4],
-        "4",
-        KeyAction::Show(Show::Relief),
-        "relief",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num5],
-        "5",
-        KeyAction::Show(Show::Glow),
-        "glow",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num6],
-        "6",
-        KeyAction::Show(Show::Headings),
-        "headings",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num7],
-        "7",
-        KeyAction::Show(Show::Density),
-        "density of particles",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num8],
-        "8",
-        KeyAction::Show(Show::Wireframe),
-        "wireframe",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num9],
-        "9",
-        KeyAction::Show(Show::Distance),
-        "signed distance",
-    ),
-    (
-        Modifiers::NONE,
-        &[Key::Num0],
-        "0",
-        KeyAction::Show(Show::Nearest),
-        "nearest object",
-    ),
+];
+
+/// The same of what the list has below the keys of views.
+const OTHER_KEYS: &[Row] = &[
     (
         Modifiers::NONE,
         &[Key::U],
@@ -411,6 +354,15 @@ pub const KEYS: &[(Modifiers, &[Key], &str, KeyAction, &str)] = &[
     ),
 ];
 
+/// Every key as it is written, and what it does.
+pub fn keys() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let mut views: Vec<_> = Show::ALL.iter().filter_map(|show| show.key()).collect();
+    // As they lie on the keyboard; letters come last.
+    views.sort_by_key(|(key, _)| "1234567890".find(key).unwrap_or(usize::MAX));
+    let written = |rows: &'static [Row]| rows.iter().map(|(_, _, keys, _, what)| (*keys, *what));
+    written(RUN_KEYS).chain(views).chain(written(OTHER_KEYS))
+}
+
 /// What the mouse does, for the help.
 pub const MOUSE: &[(&str, &str)] = &[
     ("Drag", "orbit"),
@@ -480,10 +432,18 @@ fn action_of(held: Modifiers, key: Key) -> Option<KeyAction> {
         true => held.matches_exact(modifiers),
         false => held.matches_logically(modifiers),
     };
-    let found = KEYS
-        .iter()
-        .find(|(modifiers, keys, ..)| keys.contains(&key) && is_held(*modifiers));
-    found.map(|(_, _, _, action, _)| *action)
+    let mut rows = RUN_KEYS.iter().chain(OTHER_KEYS);
+    let row = rows.find(|(modifiers, keys, ..)| keys.contains(&key) && is_held(*modifiers));
+    row.map(|(_, _, _, action, _)| *action).or_else(|| {
+        let view = view_of(key).filter(|_| is_held(Modifiers::NONE));
+        view.map(KeyAction::Show)
+    })
+}
+
+/// The view with this key.
+fn view_of(key: Key) -> Option<Show> {
+    let mut views = Show::ALL.iter().copied();
+    views.find(|show| { show.key() }.is_some_and(|(name, _)| Key::from_name(name) == Some(key)))
 }
 
 /// A number that is being typed counts as it stands: its field takes it when it loses the keyboard.
@@ -582,8 +542,9 @@ impl Interface {
         let show = self.view.show;
         if !show.has_charts() {
             let text = format!(
-                "{} has no charts of X: Trail, Relief, Glow, Particles, Headings and Atlas show them",
-                show.title()
+                "{} has no charts of X: {} show them",
+                show.title(),
+                Show::titles(Show::has_charts)
             );
             return self.notice(ctx, text, false);
         }
@@ -592,5 +553,22 @@ impl Interface {
             charts if charts < 1.0 => 1.0,
             _ => 0.0,
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_views_do_nothing_else() {
+        for &show in Show::ALL {
+            let Some((name, _)) = show.key() else {
+                continue;
+            };
+            let key = Key::from_name(name).expect(name);
+            let action = action_of(Modifiers::NONE, key);
+            assert_eq!(action, Some(KeyAction::Show(show)), "{name}");
+        }
     }
 }

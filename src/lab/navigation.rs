@@ -3,7 +3,6 @@
 use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::view::View;
-use myxo::scene::settings::Show;
 
 use super::flying::Flying;
 
@@ -88,29 +87,33 @@ impl Navigation {
         if drag != Vec2::ZERO {
             moved.touched = true;
             self.flight = None;
-            match view.show {
-                Show::Atlas => view.atlas.pan(drag, size),
-                _ if lights => view.light.drag(drag, size),
-                _ if self.is_flying() && !pans => view.camera.look(drag, size),
-                _ if pans || shift => view.camera.pan(drag, size),
-                _ => view.camera.orbit(drag, size),
+            if view.show.is_flat() {
+                view.atlas.pan(drag, size);
+            } else if lights {
+                view.light.drag(drag, size);
+            } else if self.is_flying() && !pans {
+                view.camera.look(drag, size);
+            } else if pans || shift {
+                view.camera.pan(drag, size);
+            } else {
+                view.camera.orbit(drag, size);
             }
         }
         if let Some(at) = pointer
             && zoom != 1.0
         {
             moved.touched = true;
-            match (view.show, &mut self.flying) {
-                (Show::Atlas, _) => view.atlas.zoom(zoom, at, size),
+            match (view.show.is_flat(), &mut self.flying) {
+                (true, _) => view.atlas.zoom(zoom, at, size),
                 (_, Some(flying)) => flying.change_speed(zoom),
                 _ => view.camera.zoom(1.0 / zoom, at, size),
             }
         }
-        if response.double_clicked() && view.show != Show::Atlas {
+        if response.double_clicked() && !view.show.is_flat() {
             moved.refocus = drags.pressed.map(|at| pixels(at - response.rect.min));
         }
         moved.touched |= self.fly(view, seconds);
-        moved.touched |= view.show != Show::Atlas && self.travel(ui.ctx(), view, seconds);
+        moved.touched |= !view.show.is_flat() && self.travel(ui.ctx(), view, seconds);
         if moved.touched {
             ui.ctx().request_repaint();
         }

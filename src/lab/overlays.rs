@@ -3,7 +3,7 @@
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
 use super::interface::{Command, Facts, Interface, Waiting};
-use super::keys::{KEYS, MOUSE};
+use super::keys::{MOUSE, keys};
 use super::out::OutFacts;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::rows::grouped;
@@ -23,12 +23,12 @@ fn controls(ui: &mut Ui) {
             for (keys, what) in MOUSE {
                 line(keys, what);
             }
-            for (_, _, keys, _, what) in KEYS {
+            for (keys, what) in keys() {
                 line(keys, what);
             }
         });
     note_value(ui.ctx(), "help.keys", || {
-        let keys: Vec<&str> = KEYS.iter().map(|(_, _, keys, ..)| *keys).collect();
+        let keys: Vec<&str> = keys().map(|(keys, _)| keys).collect();
         keys.join(", ")
     });
 }

@@ -1,9 +1,11 @@
 //! The panel beside the picture: run and reset, what the picture shows, every parameter, kernel times.
 
+use std::sync::LazyLock;
+
 use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
-use myxo::scene::settings::{ObjectSettings, Settings, Show};
+use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
@@ -18,8 +20,13 @@ use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found};
 use super::widgets::{kernel_table, parse_number};
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
-const PICTURE_WORDS: &str = "picture view trail relief glow particles headings density wireframe charts seams distance nearest \
-    atlas beside fit colours color map exposure show";
+static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
+    let titles: Vec<String> = { Show::ALL.iter() }
+        .map(|show| show.title().to_lowercase())
+        .collect();
+    let titles = titles.join(" ");
+    format!("picture view seams {titles} beside fit colours color map exposure show")
+});
 const DETAIL_WORDS: &str = "points point size seams markers";
 const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";
 const LIGHT_WORDS: &str = "light shadow";
@@ -131,7 +138,7 @@ impl Interface {
             (
                 "Picture",
                 true,
-                PICTURE_WORDS,
+                &PICTURE_WORDS,
                 COLOR_ROWS,
                 |it, ui, facts| {
                     it.picture_section(ui, facts);
@@ -343,7 +350,7 @@ impl Interface {
         self.views_list(ui, facts);
         ui.add_space(2.0);
         self.view_rows(ui, COLOR_ROWS);
-        let has_points = matches!(self.view.show, Show::Particles | Show::Headings);
+        let has_points = self.view.show.has(Part::Points);
         if has_points && facts.particles_drawn < self.running.particles.count {
             let text = format!(
                 "{} are drawn while it runs",
@@ -557,6 +564,6 @@ mod tests {
     fn sections_are_found_by_the_beginnings_of_their_words() {
         assert!(is_among(LIGHT_WORDS, " Light ") && is_among(LIGHT_WORDS, "shad"));
         assert!(is_among(CAMERA_WORDS, "fov") && !is_among(CAMERA_WORDS, "light"));
-        assert!(is_among(PICTURE_WORDS, "") && !is_among(PICTURE_WORDS, "decay"));
+        assert!(is_among(&PICTURE_WORDS, "") && !is_among(&PICTURE_WORDS, "decay"));
     }
 }

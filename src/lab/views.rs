@@ -8,10 +8,9 @@ use myxo::render::colormap::srgb_from_linear;
 use myxo::render::exposure::tone;
 use myxo::render::hues::{hue_light, object_light};
 use myxo::render::view::Light;
-use myxo::scene::settings::Show;
+use myxo::scene::settings::{Legend, Show};
 
 use super::interface::{Facts, Interface};
-use super::keys::{KEYS, KeyAction};
 use super::places::{Marked as _, note_value};
 use super::theme;
 use super::view_rows::{CAMERA_ROWS, LIGHT_ROWS};
@@ -92,34 +91,40 @@ impl Interface {
                 ui.label(RichText::new(text).small().color(theme::weak(ui)));
             });
         };
-        match self.view.show {
-            Show::Headings => {
-                let ways = [(0.0, "right"), (0.25, "up"), (0.5, "left"), (0.75, "down")];
+        let map = self.view.color_map;
+        match self.view.show.legend() {
+            Legend::None => {}
+            Legend::Trail => {
+                let Some(brightest) = facts.brightest else {
+                    return;
+                };
+                let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
+                let colors =
+                    trails.map(|trail| map.color(above(tone(trail, brightest), self.view.darkest)));
+                let told = trails.map(three_digits);
+                note_value(ui.ctx(), "brightest", || told[3].clone());
+                line(ui, &colors, &format!("trail {} and more", told.join(", ")));
+            }
+            Legend::Hues(ways, hint) => {
                 ui.horizontal(|ui| {
                     for (turn, text) in ways {
-                        line(ui, &[hue_light(turn)], text);
+                        line(ui, &[hue_light(*turn)], text);
                     }
                 })
                 .response
-                .on_hover_text("Where particles head, for who stands before the surface");
+                .on_hover_text(hint);
             }
-            Show::Density => {
-                let map = self.view.color_map;
-                let colors = [0, 1, 2, 4, 6].map(|doublings| map.color(doublings as f32 / 6.0));
-                line(
-                    ui,
-                    &colors,
-                    "0, 1, 3, 15, 63 times as crowded as on the mean",
-                );
+            Legend::Scale(shares, text) => {
+                let colors: Vec<Vec3> = shares.iter().map(|share| map.color(*share)).collect();
+                line(ui, &colors, text);
             }
-            Show::Distance => {
-                let reach = self.running.distance.reach;
-                line(ui, &[Vec3::new(0.72, 0.72, 0.70)], "beside another object");
-                let text = format!("away from it; grey beyond {reach} scene radii");
-                line(ui, &[Vec3::new(0.05, 0.2, 0.6)], &text);
-                line(ui, &[Vec3::new(0.6, 0.13, 0.02)], "inside of it");
+            Legend::Lights(lights) => {
+                let reach = self.running.distance.reach.to_string();
+                for (light, text) in lights {
+                    line(ui, &[(*light).into()], &text.replace("{reach}", &reach));
+                }
             }
-            Show::Nearest => {
+            Legend::Objects(last) => {
                 let objects = self.running.objects.iter().enumerate();
                 for (i, object) in objects.take(NAMED) {
                     line(ui, &[object_light(i)], &object.name);
@@ -128,21 +133,8 @@ impl Interface {
                 if more > 0 {
                     line(ui, &[], &format!("and {more} more"));
                 }
-                line(ui, &[], "bright: the nearest; dark: its own, none in reach");
+                line(ui, &[], last);
             }
-            Show::Surface | Show::Relief | Show::Glow | Show::Atlas => {
-                let Some(brightest) = facts.brightest else {
-                    return;
-                };
-                let map = self.view.color_map;
-                let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
-                let colors =
-                    trails.map(|trail| map.color(above(tone(trail, brightest), self.view.darkest)));
-                let told = trails.map(three_digits);
-                note_value(ui.ctx(), "brightest", || told[3].clone());
-                line(ui, &colors, &format!("trail {} and more", told.join(", ")));
-            }
-            _ => {}
         }
     }
 
@@ -245,14 +237,11 @@ fn three_digits(value: f32) -> String {
 
 /// What a view shows, and its key.
 fn in_words(show: Show) -> String {
-    let key = KEYS
-        .iter()
-        .find(|(.., action, _)| *action == KeyAction::Show(show));
     let help = show.help();
     let (first, rest) = help.split_at(1);
     let help = format!("{}{rest}", first.to_uppercase());
-    match key {
-        Some((_, _, key, ..)) => format!("{help} ({key})"),
+    match show.key() {
+        Some((key, _)) => format!("{help} ({key})"),
         None => help,
     }
 }

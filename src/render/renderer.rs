@@ -28,7 +28,7 @@ use crate::gpu::{
     Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Targets, Texels, Threads,
     Topology,
 };
-use crate::scene::settings::{ColorMap, Show};
+use crate::scene::settings::{ColorMap, Part};
 use crate::sim::draws::{
     AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
     BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesDraw,
@@ -40,10 +40,9 @@ use crate::sim::kernels::{
 };
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::{Setup, State};
+use fields::Field;
 use sides::Sides;
-
-/// What is left of the background's light where the trail is the only light.
-const DARK_BESIDE_GLOW: f32 = 0.25;
+use surface::Lighting;
 
 /// The pipelines for canvases with one number of samples.
 struct Pipelines {
@@ -158,6 +157,7 @@ struct Shot<'a> {
     pipelines: &'a Pipelines,
     state: &'a State,
     view: &'a View,
+    lighting: Lighting,
     size: Vec2,
     /// Nothing is seen from behind.
     fronts_only: bool,
@@ -342,35 +342,33 @@ impl Renderer {
             pipelines: pipelines.expect("canvases come in the qualities that renderers have"),
             state,
             view,
+            lighting: Lighting::of(view.show),
             size,
             fronts_only: (self.boxes.as_ref()).is_some_and(|boxes| {
                 sides::is_outside(&view.camera, size, boxes, &state.poses_recorded)
             }),
         };
-        if matches!(view.show, Show::Particles | Show::Headings) {
+        let has_points = view.show.has(Part::Points);
+        if has_points {
             self.order_particles(rec, state, view);
         }
-        rec.pass_rows("draw", &targets, rows, |pass| match view.show {
-            Show::Atlas => self.draw_atlas(pass, &shot),
-            show => {
-                let has_fields = match show {
-                    Show::Wireframe | Show::Density => true,
-                    // Without other objects, and before the first step, there are no distances to be read.
-                    Show::Distance | Show::Nearest => state.reach > 0.0,
-                    _ => false,
-                };
-                if has_fields {
-                    self.draw_fields(pass, &shot);
-                } else {
-                    self.draw_surface(pass, &shot);
-                }
-                // Brushes paint, and food is put, in every view of the surface.
-                self.draw_painted(pass, &shot);
-                Self::draw_foods(pass, &shot);
-                Self::draw_background(pass, &shot);
-                if matches!(show, Show::Particles | Show::Headings) {
-                    self.draw_particles(pass, &shot);
-                }
+        // Without other objects, and before the first step, there are no distances to be read.
+        let has_all = !view.show.has(Part::Distances) || state.reach > 0.0;
+        let field = Field::of(view.show).filter(|_| has_all);
+        rec.pass_rows("draw", &targets, rows, |pass| {
+            if view.show.is_flat() {
+                return self.draw_atlas(pass, &shot);
+            }
+            match field {
+                Some(field) => self.draw_fields(pass, &shot, field),
+                None => self.draw_surface(pass, &shot),
+            }
+            // Brushes paint, and food is put, in every view of the surface.
+            self.draw_painted(pass, &shot);
+            Self::draw_foods(pass, &shot);
+            Self::draw_background(pass, &shot);
+            if has_points {
+                self.draw_particles(pass, &shot);
             }
         });
     }
@@ -435,12 +433,8 @@ impl Renderer {
         if view.is_transparent {
             return;
         }
-        let lamp = match view.show {
-            Show::Glow => DARK_BESIDE_GLOW,
-            _ => 1.0,
-        };
         let params = BackgroundParams {
-            color: lamp * view.background_light(),
+            color: shot.lighting.background * view.background_light(),
             aspect: size.x / size.y,
         };
         pass.draw(&shot.pipelines.background, 3, 1, (), params);

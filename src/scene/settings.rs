@@ -14,9 +14,10 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading,
-    ModelAnimation, ObjectStart, Repeat, Sensing, Show, SignRule, Start, Strategy,
+    ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, Strategy,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
+pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
 
 use super::motion::{self, MotionSettings};
@@ -363,7 +364,7 @@ impl Default for PictureSettings {
         Self {
             brightest: 0.0,
             darkest: 0.0,
-            show: Show::Surface,
+            show: Show::default(),
             color_map: ColorMap::Myxo,
             charts: 0.0,
             particle_size: 1.5,

@@ -1,7 +1,7 @@
 //! Hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
 
 use glam::{DQuat, EulerRot};
-use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
 
 use serde_json::Value;
 
@@ -262,18 +262,8 @@ fn hands_work_in_every_view() {
     lab.key_until("space", "it is held", "playing", false);
     lab.click("tool=trail");
     lab.key("i");
-    for show in [
-        "surface",
-        "relief",
-        "glow",
-        "particles",
-        "headings",
-        "density",
-        "wireframe",
-        "charts",
-        "distance",
-        "nearest",
-    ] {
+    let on_surface = Show::ALL.iter().filter(|show| !show.is_flat());
+    for show in on_surface.map(|show| show.word()) {
         lab.click_until(&format!("show={show}"), "show", show);
         lab.point("picture", 0.5);
         let before = lab.probed("trail");

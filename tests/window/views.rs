@@ -1,5 +1,6 @@
 //! What the picture shows, the light, and the camera.
 
+use myxo::scene::settings::{Legend, Show};
 use serde_json::Value;
 
 use crate::hand::Does;
@@ -69,23 +70,11 @@ fn every_view_can_be_chosen_and_told() {
     let folder = Folder::new();
     let file = folder.with("touching.toml", PAIR);
     let lab = Lab::open(&[path(&file)]);
-    let words = [
-        "surface",
-        "relief",
-        "glow",
-        "particles",
-        "headings",
-        "density",
-        "wireframe",
-        "charts",
-        "distance",
-        "nearest",
-        "atlas",
-    ];
-    for word in words.into_iter().rev() {
+    for show in Show::ALL.iter().rev() {
+        let word = show.word();
         lab.click_until(&format!("show={word}"), "show", word);
         // What colours mean, where they are the trail's.
-        let is_of_trail = ["surface", "relief", "glow", "atlas"].contains(&word);
+        let is_of_trail = show.legend() == Legend::Trail;
         lab.wait("the legend", |seen| {
             let brightest = seen["values"]["brightest"].as_str();
             let value = brightest.and_then(|value| value.parse::<f32>().ok());
@@ -96,17 +85,12 @@ fn every_view_can_be_chosen_and_told() {
             }
         });
     }
-    for (key, word) in [
-        ("4", "relief"),
-        ("5", "glow"),
-        ("6", "headings"),
-        ("7", "density"),
-        ("8", "wireframe"),
-        ("9", "distance"),
-        ("0", "nearest"),
-    ] {
-        lab.key_until(key, word, "show", word);
+    for show in Show::ALL {
+        if let Some((key, _)) = show.key() {
+            lab.key_until(&key.to_lowercase(), show.word(), "show", show.word());
+        }
     }
+    lab.key_until("0", "nearest", "show", "nearest");
     assert_eq!(lab.save("touching").picture.show.word(), "nearest");
     // The texture beside the picture.
     lab.key_until("u", "it is split", "split", true);

@@ -24,7 +24,7 @@ use super::files::{Sink, check_writable};
 use super::host::{self, HostLoad, Watch};
 use super::options::DeviceOptions;
 use super::progress::Progress;
-use super::{Outcome, console, interrupt};
+use super::{Command, Outcome, console, interrupt};
 use measure::{Budget, Measured, Rig};
 use plot::Picture;
 use suite::{Case, Extent, Point, Results, Skipped, Suite, Work};
@@ -81,9 +81,9 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a positive number is expected, such as 1e6".to_owned())
 }
 
-impl Bench {
+impl Command for Bench {
     /// Checks everything that can be checked before the work, and does it.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let is_asked = |suite: &&Suite| {
             self.suites.is_empty() || self.suites.iter().any(|name| name == suite.name)
         };
@@ -146,7 +146,9 @@ impl Bench {
             Outcome::Done
         })
     }
+}
 
+impl Bench {
     /// Refuses what would measure nothing, and settings that no scene of the suite could take. Says so if none of its cases
     /// is small enough.
     fn check(&self, suite: &Suite, extent: &Extent) -> Result<Option<String>> {

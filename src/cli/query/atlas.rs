@@ -15,7 +15,7 @@ use myxo::scene::settings::{AtlasMethod, Settings};
 use super::{open_mesh, options_of};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::progress::{SettingUp, atlas_cache};
-use crate::cli::{Outcome, console, interrupt, room};
+use crate::cli::{Command, Outcome, console, interrupt, room};
 
 /// Tell where each triangle of a mesh lies in the texture
 ///
@@ -56,9 +56,9 @@ pub struct Atlas {
     out: PathBuf,
 }
 
-impl Atlas {
+impl Command for Atlas {
     /// Lays the mesh out and writes.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         interrupt::install()?;
         let sink = Sink::create(&self.out)?;
         let mesh = open_mesh(&self.mesh)?;

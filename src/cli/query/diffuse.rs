@@ -24,7 +24,7 @@ use super::{open_mesh, options_of};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, SettingUp, atlas_cache};
-use crate::cli::{Outcome, console, interrupt};
+use crate::cli::{Command, Outcome, console, interrupt};
 
 /// Spread deposits over a mesh, without decay, and tell the trail of every texel
 ///
@@ -81,9 +81,9 @@ const DIFFUSION: f32 = 0.5;
 /// Weights are taken for rounded ones and made to sum to 1 up to here; beyond, something else is meant by them.
 const WEIGHTS_MAY_BE_OFF: f64 = 1e-5;
 
-impl Diffuse {
+impl Command for Diffuse {
     /// Reads, spreads, writes.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;
         check_unread(once(&self.out), "")?;

@@ -18,9 +18,9 @@ use myxo::sim::queries::walk_queries;
 use super::table::Table;
 use super::walks::{Answers, COLUMNS, Engine, Ground, Question};
 use super::{open_mesh, with_device, write_answer};
-use crate::cli::Outcome;
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
+use crate::cli::{Command, Outcome};
 
 /// Walk straight on a mesh from given points in given directions
 ///
@@ -53,9 +53,9 @@ pub struct Geodesic {
 
 const HEADER: &str = "id,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
 
-impl Geodesic {
+impl Command for Geodesic {
     /// Reads, walks, writes.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         Sink::check(&self.out)?;
         let mesh = open_mesh(&self.mesh)?;
         let table = Table::read(&self.input, COLUMNS)?;

@@ -24,7 +24,7 @@ use myxo::{Error, Result};
 
 use super::files::Sink;
 use super::options::DeviceOptions;
-use super::{Outcome, interrupt};
+use super::{Command, Outcome, commands, interrupt};
 
 /// Answer questions about meshes, CSV in and CSV out
 #[derive(Clone, Debug, Args)]
@@ -33,25 +33,20 @@ pub struct Query {
     kind: Kind,
 }
 
-#[derive(Clone, Debug, Subcommand)]
-enum Kind {
-    Atlas(atlas::Atlas),
-    Diffuse(diffuse::Diffuse),
-    Geodesic(geodesic::Geodesic),
-    Sdf(sdf::Sdf),
-    Transfer(transfer::Transfer),
+commands! {
+    Kind {
+        Atlas(atlas::Atlas),
+        Diffuse(diffuse::Diffuse),
+        Geodesic(geodesic::Geodesic),
+        Sdf(sdf::Sdf),
+        Transfer(transfer::Transfer),
+    }
 }
 
-impl Query {
+impl Command for Query {
     /// Answers the questions.
-    pub fn run(&self) -> Result<Outcome> {
-        match &self.kind {
-            Kind::Atlas(atlas) => atlas.run(),
-            Kind::Diffuse(diffuse) => diffuse.run(),
-            Kind::Geodesic(geodesic) => geodesic.run(),
-            Kind::Sdf(sdf) => sdf.run(),
-            Kind::Transfer(transfer) => transfer.run(),
-        }
+    fn run(&self) -> Result<Outcome> {
+        self.kind.chosen().run()
     }
 }
 

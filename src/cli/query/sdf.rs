@@ -18,8 +18,8 @@ use myxo::{Error, Result};
 
 use super::pair::{PairOptions, PlacedMesh};
 use super::{about_its_middle, length, shortened, with_device, write_answer};
-use crate::cli::Outcome;
 use crate::cli::files::{Sink, check_unread};
+use crate::cli::{Command, Outcome};
 
 /// Tell the signed distance from given places to a mesh
 ///
@@ -45,9 +45,9 @@ pub struct Sdf {
 
 const COLUMNS: &[&str] = &["id", "px", "py", "pz"];
 
-impl Sdf {
+impl Command for Sdf {
     /// Reads, asks, writes.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         Sink::check(&self.pair.out)?;
         let b = PlacedMesh::read_b(&self.pair.scene)?;
         let table = self.pair.questions(COLUMNS)?;

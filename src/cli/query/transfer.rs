@@ -15,8 +15,8 @@ use myxo::sim::types::Pose;
 use super::pair::{PairOptions, PlacedMesh};
 use super::walks::{COLUMNS, Ground, Question};
 use super::{about_its_middle, shortened, with_device, write_answer};
-use crate::cli::Outcome;
 use crate::cli::files::{Sink, check_unread};
+use crate::cli::{Command, Outcome};
 
 /// Walk straight on a mesh, and go on on another one where it is met
 ///
@@ -48,9 +48,9 @@ const HEADER: &str = "id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
 /// Squares of more do not fit a float32.
 const FARTHEST: f64 = 1e18;
 
-impl Transfer {
+impl Command for Transfer {
     /// Reads, walks, writes.
-    pub fn run(&self) -> Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         Sink::check(&self.pair.out)?;
         let placed = PlacedMesh::read_both(&self.pair.scene)?;
         let table = self.pair.questions(COLUMNS)?;

@@ -10,7 +10,7 @@ mod views;
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, pos2, vec2};
 use myxo::render::Camera;
 use myxo::scene::Scene;
-use myxo::scene::settings::{ColorMap, Strategy};
+use myxo::scene::settings::{ColorMap, Part, Strategy};
 
 use super::*;
 use crate::lab::checks::Check;

@@ -5,28 +5,35 @@ use crate::gpu::PassRecorder;
 use crate::scene::settings::Show;
 use crate::sim::draws::{FieldsArgs, FieldsParams};
 
-/// As `FIELD_...` in `shaders/include/fields.glsl`.
+/// What the shader is to show: as `FIELD_...` in `shaders/fields.frag`.
 #[derive(Clone, Copy)]
-enum Field {
+pub(super) enum Field {
     Wireframe = 0,
     Density = 1,
     Distance = 2,
     Nearest = 3,
 }
 
+impl Field {
+    /// The field of a view; `None` where it shows the lit surface or the atlas.
+    pub(super) fn of(show: Show) -> Option<Self> {
+        Some(match show {
+            Show::Wireframe => Self::Wireframe,
+            Show::Density => Self::Density,
+            Show::Distance => Self::Distance,
+            Show::Nearest => Self::Nearest,
+            _ => return None,
+        })
+    }
+}
+
 impl Renderer {
     /// Draws the surface in the colours of a field.
-    pub(super) fn draw_fields(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+    pub(super) fn draw_fields(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>, field: Field) {
         let Shot {
             state, view, size, ..
         } = *shot;
         let camera = &view.camera;
-        let field = match view.show {
-            Show::Density => Field::Density,
-            Show::Distance => Field::Distance,
-            Show::Nearest => Field::Nearest,
-            _ => Field::Wireframe,
-        };
         pass.draw(
             shot.pipelines.fields.of(shot.fronts_only),
             self.shape.corner_count,
@@ -59,5 +66,23 @@ impl Renderer {
                 usual: self.shape.particle_count as f32 / self.shape.owned_count.max(1) as f32,
             },
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A field has in the shader the number that it has here, and the name of its view.
+    #[test]
+    fn the_shader_has_the_numbers_of_fields() {
+        let shader = include_str!("../../../shaders/fields.frag");
+        for show in Show::ALL {
+            if let Some(field) = Field::of(*show) {
+                let (name, number) = (show.word().to_uppercase(), field as u32);
+                let constant = format!("const uint FIELD_{name} = {number}u;");
+                assert!(shader.contains(&constant), "{constant}");
+            }
+        }
     }
 }

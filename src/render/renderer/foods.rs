@@ -2,16 +2,12 @@
 
 use std::sync::Arc;
 
-use super::surface::LAMP_BESIDE_GLOW;
 use super::{Renderer, Shot};
 use crate::gpu::{Context, Format, GpuError, PassRecorder, RasterOptions, RasterPipeline};
-use crate::scene::settings::Show;
 use crate::sim::draws::{FoodsArgs, FoodsDraw, FoodsParams};
 
 /// Vertices of a dome: `SIDES * RINGS * 6` of `shaders/foods.vert`.
 const VERTICES: u32 = 20 * 8 * 6;
-/// Light that food sends out itself where the trail is the only light.
-const GLOW: f32 = 0.22;
 
 /// Draws them on canvases of one format and one number of samples.
 pub(super) fn pipeline(
@@ -34,10 +30,6 @@ impl Renderer {
         let Some(food) = state.food.as_ref().filter(|_| view.shows_food) else {
             return;
         };
-        let (lamp, glow) = match view.show {
-            Show::Glow => (LAMP_BESIDE_GLOW, GLOW),
-            _ => (1.0, 0.0),
-        };
         let camera = &view.camera;
         pass.draw(
             &shot.pipelines.foods,
@@ -51,9 +43,9 @@ impl Renderer {
             FoodsParams {
                 clip_from_world: camera.clip_from_world(shot.size),
                 eye: camera.eye(),
-                lamp,
+                lamp: shot.lighting.lamp,
                 key_direction: view.light.direction(camera),
-                glow,
+                glow: shot.lighting.food_glow,
             },
         );
     }

@@ -2,18 +2,52 @@
 
 use super::{Renderer, Shot};
 use crate::gpu::PassRecorder;
-use crate::scene::settings::Show;
+use crate::scene::settings::{Part, Show};
 use crate::sim::draws::{QuickSurfaceArgs, QuickSurfaceParams, SurfaceArgs, SurfaceParams};
 
-/// Light that the trail sends out itself, as a share of its colour.
-const GLOW: f32 = 0.34;
-/// The same where the trail is the only light, and what is left of the other light then.
-const GLOW_ALONE: f32 = 1.25;
-pub(super) const LAMP_BESIDE_GLOW: f32 = 0.10;
-/// How high the brightest trail stands as a relief, scene radii.
-const RELIEF: f32 = 0.03;
-/// What the trail sends out itself there: shadows on it must be seen.
-const GLOW_OF_RELIEF: f32 = 0.05;
+/// The light that a view is seen in.
+#[derive(Clone, Copy)]
+pub(super) struct Lighting {
+    /// How much of the usual light falls on surfaces and food.
+    pub lamp: f32,
+    /// How much of it the background sends out.
+    pub background: f32,
+    /// Light that the trail sends out itself, as a share of its colour.
+    glow: f32,
+    /// The same of food.
+    pub food_glow: f32,
+    /// How high the brightest trail stands as a relief, scene radii.
+    relief: f32,
+}
+
+impl Lighting {
+    const USUAL: Self = Self {
+        lamp: 1.0,
+        background: 1.0,
+        glow: 0.34,
+        food_glow: 0.0,
+        relief: 0.0,
+    };
+
+    pub(super) fn of(show: Show) -> Self {
+        match show {
+            Show::Glow => Self {
+                lamp: 0.10,
+                background: 0.25,
+                glow: 1.25,
+                food_glow: 0.22,
+                ..Self::USUAL
+            },
+            Show::Relief => Self {
+                // Shadows on it must be seen.
+                glow: 0.05,
+                relief: 0.03,
+                ..Self::USUAL
+            },
+            _ => Self::USUAL,
+        }
+    }
+}
 
 impl Renderer {
     /// Every object, lit, with the trail on it.
@@ -24,19 +58,12 @@ impl Renderer {
         let camera = &view.camera;
         let (trail_share, chart_share) = match view.show {
             // Points stand out from what is bare.
-            Show::Particles | Show::Headings => (0.0, view.charts_under_trail()),
+            show if show.has(Part::Points) => (0.0, view.charts_under_trail()),
             Show::Charts => (0.0, 1.0),
             _ => (view.trail_over_charts(), view.charts_under_trail()),
         };
-        let (lamp, glow) = match view.show {
-            Show::Glow => (LAMP_BESIDE_GLOW, GLOW_ALONE),
-            Show::Relief => (1.0, GLOW_OF_RELIEF),
-            _ => (1.0, GLOW),
-        };
-        let relief = match view.show {
-            Show::Relief => RELIEF * self.shape.radius,
-            _ => 0.0,
-        };
+        let Lighting { lamp, glow, .. } = shot.lighting;
+        let relief = shot.lighting.relief * self.shape.radius;
         let (clip_from_world, eye) = (camera.clip_from_world(size), camera.eye());
         let key_direction = view.light.direction(camera);
         let pipelines = shot.pipelines;

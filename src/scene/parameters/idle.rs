@@ -1,9 +1,33 @@
 //! Why a parameter has no effect as a scene is, where it has none: a panel greys it out and says so.
 
+use std::sync::LazyLock;
+
 use crate::scene::settings::{
-    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Settings, Show, Start,
-    Strategy,
+    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part, Settings, Show,
+    Start, Strategy,
 };
+
+/// Why rows of the picture have no effect in some views, with the titles of these.
+static NO_POINTS: LazyLock<String> = LazyLock::new(|| {
+    let views = Show::titles(|show| show.has(Part::Points));
+    format!("Only the views {views} draw points.")
+});
+static NO_CHARTS: LazyLock<String> = LazyLock::new(|| {
+    let views = Show::titles(|show| !show.has_charts());
+    format!("The views {views} do not have it.")
+});
+static OWN_COLORS: LazyLock<String> = LazyLock::new(|| {
+    let views = Show::titles(|show| show.has(Part::OwnColors));
+    format!("The views {views} have colours of their own.")
+});
+static NO_TRAIL: LazyLock<String> = LazyLock::new(|| {
+    let views = Show::titles(|show| !show.has(Part::Trail) && !show.has(Part::OwnColors));
+    format!("The views {views} do not show the trail.")
+});
+static NO_SCALE: LazyLock<String> = LazyLock::new(|| {
+    let views = Show::titles(|show| !show.has(Part::Scale) && !show.has(Part::OwnColors));
+    format!("The views {views} have no scale of colours.")
+});
 
 /// What would have to change for the scene's parameter with this key to have an effect; `None` where it has one, and for
 /// keys of objects.
@@ -32,33 +56,15 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             start,
             settings.particles.start_heading,
         ),
-        "picture.particle_size" => because(
-            !matches!(settings.picture.show, Show::Particles | Show::Headings),
-            "Only the views Particles and Headings draw points.",
-        ),
-        "picture.charts" => because(
-            !settings.picture.show.has_charts(),
-            "The views Density, Wireframe, Charts, Distance and Nearest do not have it.",
-        ),
+        "picture.particle_size" => because(!settings.picture.show.has(Part::Points), &NO_POINTS),
+        "picture.charts" => because(!settings.picture.show.has_charts(), &NO_CHARTS),
         "picture.color_map" | "picture.brightest" | "picture.darkest"
-            if matches!(settings.picture.show, Show::Distance | Show::Nearest) =>
+            if settings.picture.show.has(Part::OwnColors) =>
         {
-            Some("The views Distance and Nearest have colours of their own.")
+            Some(&OWN_COLORS)
         }
-        "picture.brightest" => because(
-            matches!(
-                settings.picture.show,
-                Show::Particles | Show::Headings | Show::Density | Show::Charts
-            ),
-            "The views Particles, Headings, Density and Charts do not show the trail.",
-        ),
-        "picture.darkest" => because(
-            matches!(
-                settings.picture.show,
-                Show::Particles | Show::Headings | Show::Charts
-            ),
-            "The views Particles, Headings and Charts have no scale of colours.",
-        ),
+        "picture.brightest" => because(!settings.picture.show.has(Part::Trail), &NO_TRAIL),
+        "picture.darkest" => because(!settings.picture.show.has(Part::Scale), &NO_SCALE),
         "picture.background" => because(
             settings.picture.show.is_flat(),
             "The atlas has a ground of its own.",
@@ -294,6 +300,31 @@ mod tests {
                 "picture.darkest"
             ]
         );
+    }
+
+    #[test]
+    fn what_a_view_has_not_is_said_by_the_titles_of_such_views() {
+        let why = |key: &str, show: Show| {
+            let mut settings = Settings::default();
+            settings.picture.show = show;
+            why_idle(key, &settings)
+        };
+        let points = why("picture.particle_size", Show::Glow).unwrap();
+        assert!(points.starts_with("Only the views Particles"), "{points}");
+        for (key, show, end) in [
+            ("charts", Show::Wireframe, "do not have it."),
+            ("color_map", Show::Nearest, "have colours of their own."),
+            ("brightest", Show::Density, "do not show the trail."),
+            ("darkest", Show::Charts, "have no scale of colours."),
+        ] {
+            let text = why(&format!("picture.{key}"), show).unwrap();
+            assert!(text.contains(show.title()), "{text}");
+            assert!(!text.contains(Show::Relief.title()), "{text}");
+            assert!(
+                text.starts_with("The views ") && text.ends_with(end),
+                "{text}"
+            );
+        }
     }
 
     #[test]

@@ -1,12 +1,10 @@
 //! What in scene files is one of a few words.
 
-use serde::Serialize;
-
 /// Declares an enum whose variants are words of the scene file, in one place.
 macro_rules! choice {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
         pub enum $name {
             $($(#[$variant_doc])* #[serde(rename = $word)] $variant,)+
         }
@@ -25,6 +23,8 @@ macro_rules! choice {
         }
     };
 }
+
+pub(super) use choice;
 
 choice! {
     /// Where particles begin.
@@ -223,35 +223,6 @@ choice! {
         Winding = "winding",
         /// Outside if any of equally near faces looks towards the place.
         Facing = "facing",
-    }
-}
-
-choice! {
-    /// What pictures show.
-    Show {
-        /// The lit surface in the trail's colours.
-        #[default]
-        Surface = "surface",
-        /// The trail raised by light.
-        Relief = "relief",
-        /// The trail as the only light.
-        Glow = "glow",
-        /// Every particle as a point.
-        Particles = "particles",
-        /// The same in the hue of its heading.
-        Headings = "headings",
-        /// Particles by area.
-        Density = "density",
-        /// The edges of triangles.
-        Wireframe = "wireframe",
-        /// The atlas's charts.
-        Charts = "charts",
-        /// Signed distance to other objects.
-        Distance = "distance",
-        /// Which other object is nearest.
-        Nearest = "nearest",
-        /// The atlas, unwrapped.
-        Atlas = "atlas",
     }
 }
 

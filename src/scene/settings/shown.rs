@@ -1,75 +1,262 @@
-//! What pictures can show, in words; and why one of them has nothing to show in a scene.
+//! What pictures can show: one row for each view, with all that the program says of it. How it is drawn is in `src/render/renderer/`.
 
-use super::{Settings, Show};
+use super::Settings;
+use super::choices::choice;
+use Part::{Charts, Distances, Flat, OwnColors, Points, Scale, Trail};
+
+/// Something that some views have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The trail.
+    Trail,
+    /// The colour map, as a scale from none to much.
+    Scale,
+    /// Colours that neither the trail nor the colour map has an effect on.
+    OwnColors,
+    /// As much of the atlas's charts as `picture.charts` says.
+    Charts,
+    /// Particles as points.
+    Points,
+    /// Distances between objects: there must be two of them, and a step must have been run.
+    Distances,
+    /// The atlas, unwrapped, in place of objects that a camera sees.
+    Flat,
+}
+
+/// What the panel says about the colours of a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Legend {
+    /// Nothing.
+    None,
+    /// Some values of the trail, in their colours.
+    Trail,
+    /// Hues of headings, as shares of a turn, each with what it means; and a hint.
+    Hues(&'static [(f32, &'static str)], &'static str),
+    /// Shares of the colour map, and what they mean.
+    Scale(&'static [f32], &'static str),
+    /// Linear light, each with what it means; `{reach}` stands for the reach of distances.
+    Lights(&'static [([f32; 3], &'static str)]),
+    /// The colours of objects with their names, and a last line.
+    Objects(&'static str),
+}
+
+/// A row of the table of views.
+#[derive(Clone, Copy, Debug)]
+struct View {
+    /// As buttons call it.
+    title: &'static str,
+    /// What it shows, in a line.
+    help: &'static str,
+    /// Its key in the window, and what the list of keys says about it.
+    key: Option<(&'static str, &'static str)>,
+    has: &'static [Part],
+    legend: Legend,
+}
+
+/// Declares [`Show`] and the table of its rows, of each view its word in scene files and its row.
+macro_rules! views {
+    ($($(#[$doc:meta])* $show:ident = $word:literal: $view:expr,)+) => {
+        choice! {
+            /// What pictures show.
+            Show {
+                $($(#[$doc])* $show = $word,)+
+            }
+        }
+
+        /// In the order of [`Show::ALL`].
+        const VIEWS: &[View] = &[$($view),+];
+    };
+}
+
+views! {
+    /// The lit surface in the trail's colours.
+    #[default]
+    Surface = "surface": View {
+        title: "Trail",
+        help: "the lit surface in the trail's colours",
+        key: Some(("1", "trail on the lit surface")),
+        has: &[Trail, Scale, Charts],
+        legend: Legend::Trail,
+    },
+    /// The trail raised by light.
+    Relief = "relief": View {
+        title: "Relief",
+        help: "the trail raised by light, as if it stood up from the surface",
+        key: Some(("4", "relief")),
+        has: &[Trail, Scale, Charts],
+        legend: Legend::Trail,
+    },
+    /// The trail as the only light.
+    Glow = "glow": View {
+        title: "Glow",
+        help: "the trail as the only light, in the dark",
+        key: Some(("5", "glow")),
+        has: &[Trail, Scale, Charts],
+        legend: Legend::Trail,
+    },
+    /// Every particle as a point.
+    Particles = "particles": View {
+        title: "Particles",
+        help: "every particle as a point",
+        key: Some(("2", "particles")),
+        has: &[Points, Charts],
+        legend: Legend::None,
+    },
+    /// The same in the hue of its heading.
+    Headings = "headings": View {
+        title: "Headings",
+        help: "every particle in the hue of its heading: right red, up green, left blue, down violet",
+        key: Some(("6", "headings")),
+        has: &[Points, Charts],
+        legend: Legend::Hues(
+            &[(0.0, "right"), (0.25, "up"), (0.5, "left"), (0.75, "down")],
+            "Where particles head, for who stands before the surface",
+        ),
+    },
+    /// Particles by area.
+    Density = "density": View {
+        title: "Density",
+        help: "how many particles there are by area, in the trail's colours",
+        key: Some(("7", "density of particles")),
+        has: &[Scale],
+        // By doublings, of which the shader has six.
+        legend: Legend::Scale(
+            &[0.0, 1.0 / 6.0, 2.0 / 6.0, 4.0 / 6.0, 1.0],
+            "0, 1, 3, 15, 63 times as crowded as on the mean",
+        ),
+    },
+    /// The edges of triangles.
+    Wireframe = "wireframe": View {
+        title: "Wireframe",
+        help: "the edges of triangles, over a faint trail",
+        key: Some(("8", "wireframe")),
+        has: &[Trail, Scale],
+        legend: Legend::None,
+    },
+    /// The atlas's charts.
+    Charts = "charts": View {
+        title: "Charts",
+        help: "the atlas's charts, each in a colour, with their seams",
+        key: None,
+        has: &[],
+        legend: Legend::None,
+    },
+    /// Signed distance to other objects.
+    Distance = "distance": View {
+        title: "Distance",
+        help: "signed distance to other objects: blue outside, orange inside, bright where they touch",
+        key: Some(("9", "signed distance")),
+        has: &[Distances, OwnColors],
+        legend: Legend::Lights(&[
+            ([0.72, 0.72, 0.70], "beside another object"),
+            ([0.05, 0.2, 0.6], "away from it; grey beyond {reach} scene radii"),
+            ([0.6, 0.13, 0.02], "inside of it"),
+        ]),
+    },
+    /// Which other object is nearest.
+    Nearest = "nearest": View {
+        title: "Nearest",
+        help: "the colour of the nearest other object; each object's own, dark, beyond reach",
+        key: Some(("0", "nearest object")),
+        has: &[Distances, OwnColors],
+        legend: Legend::Objects("bright: the nearest; dark: its own, none in reach"),
+    },
+    /// The atlas, unwrapped.
+    Atlas = "atlas": View {
+        title: "Atlas",
+        help: "the texture that holds the trail, unwrapped",
+        key: Some(("3", "atlas, unwrapped")),
+        has: &[Flat, Trail, Scale, Charts],
+        legend: Legend::Trail,
+    },
+}
 
 impl Show {
+    fn view(self) -> &'static View {
+        &VIEWS[self as usize]
+    }
+
     /// As buttons call it.
     #[must_use]
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Surface => "Trail",
-            Self::Relief => "Relief",
-            Self::Glow => "Glow",
-            Self::Particles => "Particles",
-            Self::Headings => "Headings",
-            Self::Density => "Density",
-            Self::Wireframe => "Wireframe",
-            Self::Charts => "Charts",
-            Self::Distance => "Distance",
-            Self::Nearest => "Nearest",
-            Self::Atlas => "Atlas",
-        }
+        self.view().title
     }
 
     /// What it shows, in a line.
     #[must_use]
     pub fn help(self) -> &'static str {
-        match self {
-            Self::Surface => "the lit surface in the trail's colours",
-            Self::Relief => "the trail raised by light, as if it stood up from the surface",
-            Self::Glow => "the trail as the only light, in the dark",
-            Self::Particles => "every particle as a point",
-            Self::Headings => {
-                "every particle in the hue of its heading: right red, up green, left blue, down violet"
-            }
-            Self::Density => "how many particles there are by area, in the trail's colours",
-            Self::Wireframe => "the edges of triangles, over a faint trail",
-            Self::Charts => "the atlas's charts, each in a colour, with their seams",
-            Self::Distance => {
-                "signed distance to other objects: blue outside, orange inside, bright where they touch"
-            }
-            Self::Nearest => {
-                "the colour of the nearest other object; each object's own, dark, beyond reach"
-            }
-            Self::Atlas => "the texture that holds the trail, unwrapped",
-        }
+        self.view().help
+    }
+
+    /// Its key in the window, and what the list of keys says about it; `None` where it has no key.
+    #[must_use]
+    pub fn key(self) -> Option<(&'static str, &'static str)> {
+        self.view().key
+    }
+
+    /// Does it have this?
+    #[must_use]
+    pub fn has(self, part: Part) -> bool {
+        self.view().has.contains(&part)
+    }
+
+    /// What the panel says about its colours.
+    #[must_use]
+    pub fn legend(self) -> Legend {
+        self.view().legend
     }
 
     /// What a scene would need for it to have something to show; `None` where it has.
     #[must_use]
     pub fn why_not(self, settings: &Settings) -> Option<&'static str> {
-        let needs_others = matches!(self, Self::Distance | Self::Nearest);
-        (needs_others && settings.objects.len() < 2)
+        (self.has(Distances) && settings.objects.len() < 2)
             .then_some("it needs a second object, and there is only one")
     }
 
     /// Does it show as much of the atlas's charts as `picture.charts` says?
     #[must_use]
     pub fn has_charts(self) -> bool {
-        matches!(
-            self,
-            Self::Surface
-                | Self::Relief
-                | Self::Glow
-                | Self::Particles
-                | Self::Headings
-                | Self::Atlas
-        )
+        self.has(Charts)
     }
 
     /// Is it flat, and not seen by the camera?
     #[must_use]
     pub fn is_flat(self) -> bool {
-        self == Self::Atlas
+        self.has(Flat)
+    }
+
+    /// The titles of all views of which this is true, as a sentence has them.
+    #[must_use]
+    pub fn titles(is_meant: impl Fn(Self) -> bool) -> String {
+        let meant = Self::ALL.iter().filter(|show| is_meant(**show));
+        let titles: Vec<&str> = meant.map(|show| show.title()).collect();
+        match &titles[..] {
+            [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+            _ => titles.concat(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_stand_in_a_sentence() {
+        assert_eq!(Show::titles(|show| show == Show::Glow), "Glow");
+        let of_two = Show::titles(|show| [Show::Atlas, Show::Glow].contains(&show));
+        assert_eq!(of_two, "Glow and Atlas");
+        let three = [Show::Surface, Show::Density, Show::Charts];
+        let of_three = Show::titles(|show| three.contains(&show));
+        assert_eq!(of_three, "Trail, Density and Charts");
+    }
+
+    #[test]
+    fn each_key_shows_one_view() {
+        let mut keys: Vec<_> = Show::ALL.iter().filter_map(|show| show.key()).collect();
+        let count = keys.len();
+        keys.sort_unstable();
+        keys.dedup_by_key(|(key, _)| *key);
+        assert_eq!(keys.len(), count);
     }
 }
