@@ -301,13 +301,13 @@ impl Renderer {
         let mut read: Vec<&dyn AnyBuffer> = vec![
             &state.trail.front,
             &state.deposits.back,
-            &state.distances,
-            &state.nearest,
+            &state.near.distances,
+            &state.near.nearest,
             &state.particles,
             &state.motions,
             &self.brightest,
             &self.colors,
-            &state.poses,
+            &state.objects.poses,
         ];
         // Was painted between steps, if anything was.
         if let Some(bias) = &state.bias {
@@ -345,7 +345,7 @@ impl Renderer {
             lighting: Lighting::of(view.show),
             size,
             fronts_only: (self.boxes.as_ref()).is_some_and(|boxes| {
-                sides::is_outside(&view.camera, size, boxes, &state.poses_recorded)
+                sides::is_outside(&view.camera, size, boxes, &state.objects.recorded)
             }),
         };
         let has_points = view.show.has(Part::Points);
@@ -353,7 +353,7 @@ impl Renderer {
             self.order_particles(rec, state, view);
         }
         // Without other objects, and before the first step, there are no distances to be read.
-        let has_all = !view.show.has(Part::Distances) || state.reach > 0.0;
+        let has_all = !view.show.has(Part::Distances) || state.near.reach > 0.0;
         let field = Field::of(view.show).filter(|_| has_all);
         rec.pass_rows("draw", &targets, rows, |pass| {
             if view.show.is_flat() {
@@ -400,7 +400,7 @@ impl Renderer {
                     Threads(sample_count),
                     TrailHistogramArgs {
                         trail: &state.trail.front_views.texels,
-                        density: &state.density_views.texels,
+                        density: &state.atlas.density_views.texels,
                         histogram: &self.histogram,
                     },
                     TrailHistogramParams {

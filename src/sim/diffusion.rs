@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::buffers::{self, Counts};
 use super::kernels::{
     Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams, DiffuseSeams, DiffuseSeamsArgs,
     DiffuseSeamsConstants, DiffuseSeamsParams,
@@ -71,6 +72,10 @@ impl Diffusion {
             band,
         };
         let large = Domain::Texels;
+        let counts = Counts {
+            texels: texels as u64,
+            ..Counts::default()
+        };
         let exchange = atlas.exchange.packed(&atlas.density);
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
@@ -99,8 +104,16 @@ impl Diffusion {
                 ctx,
                 &Buffer::from_slice_in(ctx, "density", &atlas.density, large)?,
             )?,
-            deposits: PingPong::new(ctx, "deposits", texels)?,
-            trail: PingPong::new(ctx, "trail", texels)?,
+            deposits: PingPong::of(
+                ctx,
+                buffers::DEPOSITS_FRONT.zeroed(ctx, &counts, large)?,
+                buffers::DEPOSITS_BACK.zeroed(ctx, &counts, large)?,
+            )?,
+            trail: PingPong::of(
+                ctx,
+                buffers::TRAIL_FRONT.zeroed(ctx, &counts, large)?,
+                buffers::TRAIL_BACK.zeroed(ctx, &counts, large)?,
+            )?,
             outgrows_block,
             unused: Unused::new(ctx)?,
             ctx: ctx.clone(),

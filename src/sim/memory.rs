@@ -1,26 +1,16 @@
 //! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
 //! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
 
-mod needed;
-
-pub use needed::{needed, needed_for_painted};
-
 use super::brute;
-use super::distance::{DistanceSetup, GROUP, TILE_CANDIDATES, TILE_SAMPLES};
-use super::food::Pantry;
-use super::raster::{self, Raster};
+use super::buffers::{Counts, bytes};
+use super::counts::texel_count;
+use super::distance::{GROUP, TILE_CANDIDATES, TILE_SAMPLES};
+use super::raster;
 use super::setup::Setup;
-use super::sorting;
-use super::state::walker_lists;
 use super::texel_paths::TexelPaths;
-use super::texture::Unused;
-use super::transfers::capacity;
-use super::types::{
-    DistanceJob, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
-    Seam, SurfaceSample, Transfer, Triangle, Vertex,
-};
+use super::types::{ObjectPair, Particle, Seam, SurfaceSample, Vertex};
 use crate::error::{Error, Result};
-use crate::gpu::{DeviceInfo, DispatchGroups};
+use crate::gpu::DeviceInfo;
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries, PackedRow};
 use crate::mesh::strip::StripTriangle;
 use crate::scene::Scene;
@@ -31,89 +21,21 @@ use crate::scene::settings::{DistanceMethod, Settings};
 /// pixel, and about 4 a texel and 20 a triangle; of quick pictures on a device that is a CPU 28 to 108 a triangle more.
 #[must_use]
 pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
-    let count = |len: usize| len as u64;
-    particle_bytes(count(setup.particles.len()), setup.poses.len())
-        + texel_bytes(count(setup.atlas.texel_count()))
-        + count(setup.atlas.blocks.len()) * size_of::<u32>() as u64
-        + count(setup.atlas.seams.len()) * SEAM
-        + count(setup.atlas.exchange.rows.len()) * ROW
-        + count(setup.atlas.exchange.packed_entries()) * ENTRIES
-        + triangle_bytes(count(setup.surface.corners.len()))
-        + count(setup.vertices.len()) * size_of::<Vertex>() as u64
-        + count(setup.poses.len()) * (2 * size_of::<Pose>() + size_of::<Physarum>()) as u64
-        + painted_bytes(count(setup.bias.len()))
-        + WALKER_LISTS
-        + Unused::SIZE
-        + (sorting::bins(&setup.atlas, setup.poses.len()) * size_of::<u32>()) as u64
-        + distance_bytes(setup)
-        + food_bytes(setup)
-        + transfer_bytes(setup, settings)
-        + if settings.uses_raster() {
-            Raster::size_in_bytes(setup)
-        } else {
-            0
-        }
+    bytes(&Counts::of(setup, settings))
 }
 
-/// What the lists of particles under way take; next to nothing for a single object.
-fn transfer_bytes(setup: &Setup, settings: &Settings) -> u64 {
-    if setup.poses.len() < 2 {
-        return 0;
-    }
-    // Two lists of transfers, and two of indices.
-    let entry = 2 * (size_of::<Transfer>() + size_of::<u32>()) as u64;
-    u64::from(capacity(settings, setup, 0)) * entry
+/// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
+/// seams take, what the raster method draws from, the lists of transfers and those of whom food reaches come on top; of
+/// several objects every texel is counted as if it belonged to one.
+#[must_use]
+pub fn needed(scene: &Scene) -> u64 {
+    bytes(&Counts::about(scene))
 }
 
-/// What food and markers take: what they smell of and where they are eaten, a texel each, and the lists of whom they reach.
-fn food_bytes(setup: &Setup) -> u64 {
-    let Pantry {
-        places,
-        scented,
-        whiffs,
-        plates,
-        ..
-    } = &setup.pantry;
-    let none = size_of::<Meal>() as u64;
-    if places.is_empty() {
-        return none;
-    }
-    none + FOOD_FIELDS * plates.len() as u64
-        + size_of_val(&scented[..]) as u64
-        + size_of_val(&whiffs[..]) as u64
-        + (places.len() * (size_of::<Meal>() + size_of::<Mark>()) + size_of::<DispatchGroups>())
-            as u64
-}
-
-/// What distances between objects take.
-fn distance_bytes(setup: &Setup) -> u64 {
-    let DistanceSetup {
-        samples,
-        owners,
-        tiles,
-        trees,
-        ..
-    } = &setup.distance;
-    if setup.distance.is_empty() {
-        return 0;
-    }
-    let fields = FIELDS * setup.atlas.texel_count() as u64;
-    let objects = setup.poses.len() as u64;
-    fields
-        + size_of_val(&samples[..]) as u64
-        + size_of_val(&owners[..]) as u64
-        + size_of_val(&tiles[..]) as u64
-        + (setup.distance.hints_len() * size_of::<u32>()) as u64
-        + setup.distance.tiles_len() as u64
-            * (TILE_CANDIDATES as usize * size_of::<u32>() + size_of::<ListedTile>()) as u64
-        + (setup.distance.samples_in_tiles() * size_of::<u32>()) as u64
-        + ((tiles.len() + setup.distance.margins_len()) * size_of::<u32>()) as u64
-        + size_of_val(&trees.faces[..]) as u64
-        + size_of_val(&trees.nodes[..]) as u64
-        + size_of_val(&trees.dipoles[..]) as u64
-        + size_of_val(&trees.pseudonormals[..]) as u64
-        + objects * (size_of::<DistanceJob>() + size_of::<u32>()) as u64
-        + objects * (objects - 1) * (PAIR + size_of::<f32>() as u64)
+/// What a field that was painted takes, before there is an atlas.
+#[must_use]
+pub fn needed_for_painted(scene: &Scene) -> u64 {
+    painted_bytes(texel_count(scene.settings.atlas.size.into()))
 }
 
 /// What a field that was painted takes on top, on so many texels: what attracts, repels or may not be entered.
@@ -226,7 +148,7 @@ fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
 
 /// How many particles there may be, and which limit says so.
 fn particle_limit(device: &DeviceInfo, objects: usize) -> (u64, &'static str) {
-    let texels = u64::from(device.max_texel_buffer_elements) / walker_lists(objects) as u64;
+    let texels = u64::from(device.max_texel_buffer_elements) / Counts::walker_lists(objects as u64);
     let texels = (texels, TEXEL_ELEMENTS);
     texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
 }
@@ -472,17 +394,9 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
     Error::Invalid(format!("too large for {}: {problem}", device.name))
 }
 
-/// Of three lists: how many are listed, and the groups of their dispatch and of none.
-const WALKER_LISTS: u64 = 3 * (WALKER + 2 * size_of::<DispatchGroups>() as u64);
-/// A place in the list of those whose sensors must walk.
-const WALKER: u64 = size_of::<u32>() as u64;
 /// Limits' names in Vulkan.
 const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
-/// Bytes a texel that distances between objects take: they, nearest triangles, places and triangles across.
-const FIELDS: u64 = 4 * TEXEL;
-/// Bytes a texel that food takes: what it smells of, and where it is eaten.
-const FOOD_FIELDS: u64 = 2 * TEXEL;
 const PARTICLE: u64 = size_of::<Particle>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
@@ -498,26 +412,6 @@ const SAMPLE: u64 = size_of::<SurfaceSample>() as u64;
 const CANDIDATES: u64 = (TILE_CANDIDATES / TILE_SAMPLES) as u64 * size_of::<u32>() as u64;
 /// Samples that an object's job of distances may have room for beyond its own.
 const PADDING: u64 = GROUP as u64 - 1;
-const HALFEDGE: u64 = size_of::<HalfEdge>() as u64;
-
-/// Particles and motions twice, because they are sorted into other buffers.
-fn particle_bytes(count: u64, objects: usize) -> u64 {
-    count * (2 * (PARTICLE + size_of::<Motion>() as u64) + walker_lists(objects) as u64 * WALKER)
-}
-
-/// Trail and deposits twice, the density, surroundings, and a byte of clearance.
-fn texel_bytes(count: u64) -> u64 {
-    count * (5 * TEXEL + size_of::<u16>() as u64 + 1)
-}
-
-fn triangle_bytes(count: u64) -> u64 {
-    let shape = size_of::<Triangle>() as u64;
-    count * (shape + STRIP + CORNERS + 3 * HALFEDGE)
-}
-
-fn texel_count(size: u64) -> u64 {
-    size.next_multiple_of(4) * size
-}
 
 fn holds(device: &DeviceInfo) -> String {
     let (limit, limit_name) = largest_buffer(device);

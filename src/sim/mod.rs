@@ -5,6 +5,7 @@
 pub mod step;
 
 pub(crate) mod advice;
+mod counts;
 mod direction;
 mod exact;
 mod moved;
@@ -23,6 +24,7 @@ pub mod arranged;
 pub mod arrays;
 pub mod behaviour;
 pub mod brute;
+pub mod buffers;
 pub mod carry;
 pub mod checkpoint;
 pub mod choices;

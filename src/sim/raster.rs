@@ -58,7 +58,7 @@
 //! far apart, 3.5 million of them; with a long one into fragments, which come in pieces of few texels. So the method is
 //! for comparing, and for small meshes.
 
-use std::sync::Arc;
+mod images;
 
 use glam::{DVec2, Vec2, Vec3, Vec4};
 
@@ -66,13 +66,12 @@ use super::distance::DistanceUpdate;
 use super::draws::DistanceRasterParams;
 use super::setup::{Setup, others};
 use super::types::SurfaceSample;
-use crate::gpu::{
-    Buffer, Context, DepthTest, Domain, Format, GpuError, Image, RasterOptions, Targets, Texels,
-};
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::Settings;
 use bytemuck::{Pod, Zeroable};
+
+pub use images::{Raster, raster_options};
 
 /// Most corners of a draw, unless one triangle of the other object has more: half a second on lavapipe. Devices show
 /// pictures of other programs between draws, and count corners in 32 bits.
@@ -121,7 +120,7 @@ pub struct RasterRanges {
     /// First outline of each object, and one past the last.
     objects: Vec<(u32, u32)>,
     /// Width and height of what is drawn into, texels.
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
 }
 
 /// One draw: an object and another one.
@@ -327,88 +326,6 @@ fn outline(corners: [DVec2; 3], centres: &[DVec2]) -> [DVec2; 3] {
         low + DVec2::new(long.x, 0.0),
         low + DVec2::new(0.0, long.y),
     ]
-}
-
-/// How the pipeline draws.
-#[must_use]
-pub fn raster_options() -> RasterOptions {
-    RasterOptions {
-        color: Format::R32Uint,
-        depth_test: DepthTest::Smallest,
-        ..RasterOptions::default()
-    }
-}
-
-/// What is drawn and what is drawn into, on the device.
-pub struct Raster {
-    /// Of the triangles that own texels; two words each.
-    pub outlines: Texels<u32>,
-    /// A ball round each triangle.
-    pub bounds: Texels<u32>,
-    /// Each triangle's place among the faces.
-    pub slots: Buffer<u32>,
-    /// The surface point under each texel, and the triangle that owns it.
-    pub places: Texels<u32>,
-    /// For each texel the slot of the nearest face and 1, 0 for none.
-    pub target: Image,
-    /// The smallest depth of each texel.
-    pub depth: Image,
-    /// The target, as kernels read it.
-    pub winners: Buffer<u32>,
-    /// Which outlines are whose.
-    pub ranges: RasterRanges,
-}
-
-impl Raster {
-    /// Takes the memory and uploads what is drawn.
-    ///
-    /// # Errors
-    /// When the device has no memory left, or no images of the atlas's size.
-    pub fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
-        let large = Domain::Texels;
-        let layout = RasterLayout::new(setup);
-        let size = layout.ranges.size;
-        let outlines = Buffer::from_slice_in(ctx, "outlines", &layout.outlines, large)?;
-        let bounds = Buffer::from_slice_in(ctx, "bounds", &layout.bounds, large)?;
-        let places = Buffer::from_slice_in(ctx, "places", &layout.places, large)?;
-        Ok(Self {
-            outlines: Texels::new(&outlines, 4)?,
-            bounds: Texels::new(&bounds, 4)?,
-            slots: Buffer::from_slice(ctx, "slots", &layout.slots)?,
-            places: Texels::new(&places, 4)?,
-            target: Image::new(ctx, "raster.target", size, Format::R32Uint, 1)?,
-            depth: Image::new(ctx, "raster.depth", size, Format::Depth32, 1)?,
-            winners: Buffer::zeroed(ctx, "winners", layout.places.len())?,
-            ranges: layout.ranges,
-        })
-    }
-
-    /// The images of the pass.
-    #[must_use]
-    pub fn targets(&self) -> Targets<'_> {
-        Targets {
-            color: &self.target,
-            resolve: None,
-            depth: Some(&self.depth),
-            depth_test: DepthTest::Smallest,
-            clear: Some([0.0; 4]),
-        }
-    }
-
-    /// Bytes that all of it takes on the device.
-    #[must_use]
-    pub fn size_in_bytes(setup: &Setup) -> u64 {
-        let texels = setup.atlas.texel_count() as u64;
-        let triangles = setup.surface.corners.len() as u64;
-        let mut owners = setup.atlas.owner.clone();
-        owners.sort_unstable();
-        owners.dedup();
-        let owners = owners.len() as u64 - u64::from(owners.last() == Some(&u32::MAX));
-        let of_texel = size_of::<SurfaceSample>() + 3 * size_of::<u32>();
-        texels * of_texel as u64
-            + triangles * (size_of::<Vec4>() + size_of::<u32>()) as u64
-            + owners * size_of::<Outline>() as u64
-    }
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use glam::{Affine3A, DAffine3};
 
 use super::arranged::arranged;
 use super::brute;
+use super::buffers::Counts;
 use super::course::Course;
 use super::memory;
 use super::patience::for_distances;
@@ -87,12 +88,8 @@ impl Simulation {
     /// # Errors
     /// When the device has no memory left.
     pub fn from_setup(ctx: &Arc<Context>, scene: &Scene, setup: Setup) -> Result<Self> {
-        let bias = Bias::of(ctx, &setup.bias)?;
         let patience = for_distances(&setup.distance, scene.settings.distance.method);
-        let state = State {
-            bias,
-            ..State::new(ctx, &scene.settings, &setup)?
-        };
+        let state = State::new(ctx, &scene.settings, &setup)?;
         let course = Course::new(Arc::new(setup), scene.settings.clone());
         let means = means(ctx, &course, &state);
         Ok(Self {
@@ -115,7 +112,7 @@ impl Simulation {
         step.on_device(rec, &self.pipelines, &mut self.state);
         self.state.follow(self.course.poses());
         if self.course.has_distances() {
-            self.state.reach = self.settings().distance.reach * self.setup().radius;
+            self.state.near.reach = self.settings().distance.reach * self.setup().radius;
         }
     }
 
@@ -123,7 +120,7 @@ impl Simulation {
     /// steps.
     pub fn record_poses(&mut self, rec: &mut Recorder) {
         if let Some(poses) = self.course.moved() {
-            rec.update_long(&self.state.poses, &poses);
+            rec.update_long(&self.state.objects.poses, &poses);
             self.state.follow(&poses);
         }
     }
@@ -215,7 +212,7 @@ impl Simulation {
         memory::check_method(self.ctx.info(), self.setup(), settings)?;
         let served = self.served(settings, food.as_mut())?;
         let raster = (settings.uses_raster() && self.state.raster.is_none())
-            .then(|| Raster::new(&self.ctx, self.setup()))
+            .then(|| Raster::new(&self.ctx, &Counts::of(self.setup(), settings), self.setup()))
             .transpose()?;
         if rearranges && settings.objects.len() > 1 {
             let snapshot = self.snapshot()?;
@@ -238,7 +235,7 @@ impl Simulation {
     /// Brings the objects to where the last step's time has them, at once.
     fn upload_poses(&mut self) -> Result<()> {
         if let Some(poses) = self.course.moved() {
-            self.ctx.upload(&self.state.poses, &poses)?;
+            self.ctx.upload(&self.state.objects.poses, &poses)?;
             self.state.follow(&poses);
         }
         Ok(())
@@ -316,8 +313,8 @@ impl Simulation {
             return Ok(None);
         }
         Ok(Some(Distances {
-            signed: self.ctx.download(&self.state.distances)?,
-            nearest: self.ctx.download(&self.state.nearest)?,
+            signed: self.ctx.download(&self.state.near.distances)?,
+            nearest: self.ctx.download(&self.state.near.nearest)?,
         }))
     }
 
@@ -350,7 +347,7 @@ impl Simulation {
         self.ctx
             .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.state.reach = 0.0;
+        self.state.near.reach = 0.0;
         self.course = course;
         self.upload_poses()?;
         self.upload_particles(snapshot, &self.settings().clone())
@@ -383,8 +380,10 @@ impl Simulation {
             self.course.poses(),
             settings.strategy(),
         );
+        let counts = Counts::of(self.setup(), settings);
         // Who is under way is known by the slots of this order: there is no memory for it, or all of it changes.
-        let transfers = Transfers::new(&self.ctx, settings, self.setup(), &state.transfers)?;
+        let transfers =
+            Transfers::new(&self.ctx, &counts, settings, self.setup(), &state.transfers)?;
         self.ctx.upload(&self.state.particles, &state.particles)?;
         self.ctx.upload(&self.state.motions, &state.motions)?;
         self.state.transfers = transfers;

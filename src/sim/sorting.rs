@@ -4,11 +4,6 @@
 //! With windows each object's particles stay in its window, and those in flight where they are; particles that change
 //! objects in place are not sorted, because transfers know their slots.
 
-use std::sync::Arc;
-
-use super::setup::Setup;
-use super::types::{Motion, Particle};
-use crate::gpu::{Buffer, Context, Domain, GpuError, Texels};
 use crate::mesh::atlas::Atlas;
 use crate::scene::settings::{Settings, Strategy};
 
@@ -63,38 +58,6 @@ pub fn is_due(step: u64) -> bool {
 #[must_use]
 pub fn may_sort(settings: &Settings) -> bool {
     settings.strategy() != Strategy::Scattered
-}
-
-/// Room for particles in another order.
-pub struct Sorting {
-    /// What particles become.
-    pub particles: Buffer<Particle>,
-    /// The same, as kernels read and write it.
-    pub particles_view: Texels<u32>,
-    /// What motions become.
-    pub motions: Buffer<Motion>,
-    /// The same, as kernels read and write it.
-    pub motions_view: Texels<u32>,
-    /// One a tile, and with windows one for each object: how many particles are there, then how many lie before.
-    pub bins: Buffer<u32>,
-    /// Are these the buffers that were the first?
-    pub(super) is_swapped: bool,
-}
-
-impl Sorting {
-    pub(super) fn new(ctx: &Arc<Context>, setup: &Setup) -> Result<Self, GpuError> {
-        let count = setup.particles.len();
-        let particles = Buffer::zeroed_in(ctx, "sorted_particles", count, Domain::Texels)?;
-        let motions = Buffer::zeroed_in(ctx, "sorted_motions", count, Domain::Texels)?;
-        Ok(Self {
-            particles_view: Texels::new(&particles, 4)?,
-            particles,
-            motions_view: Texels::new(&motions, 4)?,
-            motions,
-            bins: Buffer::zeroed(ctx, "bins", bins(&setup.atlas, setup.poses.len()))?,
-            is_swapped: false,
-        })
-    }
 }
 
 /// How many bins there are, by the strategy that has most: it may change while the simulation runs.

@@ -50,13 +50,13 @@ pub fn step(plan: &Plan<'_>) -> Step {
 fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
     let changes = &plan.changes;
     if let Some(poses) = &changes.poses {
-        s.write(poses, |s| &s.poses, |a| &mut a.poses);
+        s.write(poses, |s| &s.objects.poses, |a| &mut a.poses);
     }
     if let Some(poses) = &changes.poses_before {
-        s.write(poses, |s| &s.poses_before, |a| &mut a.poses_before);
+        s.write(poses, |s| &s.objects.poses_before, |a| &mut a.poses_before);
     }
     if let Some(physarums) = &changes.physarums {
-        s.write(physarums, |s| &s.physarums, |a| &mut a.physarums);
+        s.write(physarums, |s| &s.objects.physarums, |a| &mut a.physarums);
     }
 }
 
@@ -66,14 +66,14 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     if update.jobs.is_empty() {
         return;
     }
-    s.write(&update.jobs, |s| &s.distance_jobs, |a| &mut a.jobs);
-    s.write(&update.pairs, |s| &s.distance_pairs, |a| &mut a.pairs);
-    s.write(&update.moves, |s| &s.distance_moves, |a| &mut a.moves);
+    s.write(&update.jobs, |s| &s.near.jobs, |a| &mut a.jobs);
+    s.write(&update.pairs, |s| &s.near.pairs, |a| &mut a.pairs);
+    s.write(&update.moves, |s| &s.near.moves, |a| &mut a.moves);
     match plan.settings.distance.method {
         DistanceMethod::Bvh => {
             let texels = Threads(update.tile_count() * TILE_SAMPLES);
-            s.reset(&NONE_LISTED, |s| &s.tile_groups);
-            s.reset(&NONE_LISTED, |s| &s.covered_groups);
+            s.reset(&NONE_LISTED, |s| &s.near.tile_groups);
+            s.reset(&NONE_LISTED, |s| &s.near.covered_groups);
             s.run(Threads(update.tile_count()), plan.distance_tiles());
             s.run_at_most(texels, Counter::Tiles, plan.distance());
         }
@@ -135,8 +135,8 @@ fn advance(s: &mut Step, plan: &Plan<'_>, turn: Turn) {
             y: plan.walker_rows(),
             z: 1,
         };
-        s.reset(&[0; 3], |s| &s.walker_count);
-        s.reset(&[none; 3], |s| &s.walker_groups);
+        s.reset(&[0; 3], |s| &s.walkers.count);
+        s.reset(&[none; 3], |s| &s.walkers.groups);
     }
     let every = plan.advance(Form::All, turn);
     if plan.strategy.has_windows() {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use bytemuck::Pod;
 use glam::{UVec4, Vec4};
 
+use super::buffers::{self, Counts};
 use super::texel_paths::{TexelPaths, band};
 use crate::gpu::{Buffer, Context, Domain, GpuError, TexelScalar, Texels};
 
@@ -76,10 +77,7 @@ pub struct PingPong<T: InFours> {
 }
 
 impl<T: InFours> PingPong<T> {
-    pub(super) fn new(ctx: &Arc<Context>, name: &str, len: usize) -> Result<Self, GpuError> {
-        let front: Buffer<T> =
-            Buffer::zeroed_in(ctx, &format!("{name}.front"), len, Domain::Texels)?;
-        let back: Buffer<T> = Buffer::zeroed_in(ctx, &format!("{name}.back"), len, Domain::Texels)?;
+    pub(super) fn of(ctx: &Context, front: Buffer<T>, back: Buffer<T>) -> Result<Self, GpuError> {
         Ok(Self {
             front_views: Views::new(ctx, &front)?,
             back_views: Views::new(ctx, &back)?,
@@ -138,8 +136,10 @@ impl Unused {
     /// # Errors
     /// No memory.
     pub fn new(ctx: &Arc<Context>) -> Result<Self, GpuError> {
-        let floats: Buffer<f32> = Buffer::zeroed(ctx, "unused.floats", 4)?;
-        let words: Buffer<u32> = Buffer::zeroed(ctx, "unused.words", 4)?;
+        let floats: Buffer<f32> =
+            buffers::UNUSED_FLOATS.zeroed(ctx, &Counts::default(), Domain::Device)?;
+        let words: Buffer<u32> =
+            buffers::UNUSED_WORDS.zeroed(ctx, &Counts::default(), Domain::Device)?;
         Ok(Self {
             float_quads: Texels::new(&floats, 4)?,
             floats: floats.cast(),
@@ -149,15 +149,6 @@ impl Unused {
             words,
         })
     }
-
-    /// Bytes of both.
-    #[must_use]
-    pub fn size_in_bytes(&self) -> u64 {
-        self.floats.size_in_bytes() + self.words.size_in_bytes()
-    }
-
-    /// The same before they are made.
-    pub(super) const SIZE: u64 = 2 * 4 * size_of::<f32>() as u64;
 
     /// What `diffuse` writes, by the way that suits the texture.
     #[must_use]

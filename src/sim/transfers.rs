@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use glam::{UVec2, Vec3};
 
+use super::buffers::{self, Counts};
 use super::kernels::{Advance, TransferIn};
 use super::movement::FARTHEST;
 use super::setup::Setup;
 use super::types::{Flow, Motion, Particle, Transfer, Window};
 use crate::gpu::{
-    Buffer, Context, DispatchGroups, GpuError, Kernel as _, Readback, Recorder, Texels,
+    Buffer, Context, DispatchGroups, Domain, GpuError, Kernel as _, Readback, Recorder, Texels,
 };
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
@@ -323,6 +324,7 @@ impl Transfers {
     /// Takes the memory and uploads what is in flight. The state is [arranged](super::arranged) for the settings' strategy.
     pub fn new(
         ctx: &Arc<Context>,
+        counts: &Counts,
         settings: &Settings,
         setup: &Setup,
         state: &TransferState,
@@ -334,7 +336,10 @@ impl Transfers {
             flux,
         } = state;
         let capacity = capacity(settings, setup, in_flight.len());
-        let lists = capacity as usize;
+        let counts = &Counts {
+            transfers: capacity.into(),
+            ..*counts
+        };
         // Buffers have at least one element.
         let or_one = |windows: &[Window]| match windows {
             [] => vec![Window::default()],
@@ -349,7 +354,8 @@ impl Transfers {
             leaving: in_flight.len() as u32,
             ..*flow
         };
-        let arriving = Buffer::zeroed(ctx, "transfers.arriving", lists)?;
+        let block = Domain::Device;
+        let arriving = buffers::ARRIVING.zeroed(ctx, counts, block)?;
         ctx.upload(&arriving, in_flight)?;
         let flux: &[u32] = if flux.is_empty() { &[0] } else { flux };
         let respawns = settings.strategy() == Strategy::Respawn;
@@ -361,19 +367,19 @@ impl Transfers {
         } else {
             (vec![0], vec![UVec2::ZERO])
         };
-        let windows = Buffer::from_slice(ctx, "windows", &windows)?;
+        let windows = buffers::WINDOWS.of(ctx, counts, block, &windows)?;
         Ok(Self {
             window_texels: Texels::new(&windows, 2)?,
             windows,
-            flow: Buffer::from_slice(ctx, "flow", &[flow])?,
-            groups: Buffer::from_slice(ctx, "transfers.groups", &groups)?,
-            particle_indices: Buffer::zeroed(ctx, "particle_indices", lists)?,
-            transfer_indices: Buffer::zeroed(ctx, "transfer_indices", lists)?,
+            flow: buffers::FLOW.of(ctx, counts, block, &[flow])?,
+            groups: buffers::GROUPS.of(ctx, counts, block, &groups)?,
+            particle_indices: buffers::PARTICLE_INDICES.zeroed(ctx, counts, block)?,
+            transfer_indices: buffers::TRANSFER_INDICES.zeroed(ctx, counts, block)?,
             arriving,
-            departing: Buffer::zeroed(ctx, "transfers.departing", lists)?,
-            flux: Buffer::from_slice(ctx, "flux", flux)?,
-            area_shares: Buffer::from_slice(ctx, "area_shares", &shares)?,
-            object_triangles: Buffer::from_slice(ctx, "object_triangles", &ranges)?,
+            departing: buffers::DEPARTING.zeroed(ctx, counts, block)?,
+            flux: buffers::FLUX.of(ctx, counts, block, flux)?,
+            area_shares: buffers::AREA_SHARES.of(ctx, counts, block, &shares)?,
+            object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, block, &ranges)?,
             capacity,
             is_swapped: false,
         })

@@ -77,11 +77,11 @@ impl Counter {
         match self {
             Self::Transfers => (&s.transfers.groups, 0),
             Self::Window => (&s.transfers.groups, 1),
-            Self::Walking => (&s.walker_groups, 0),
-            Self::Nearby => (&s.walker_groups, 1),
-            Self::WalkingNearby => (&s.walker_groups, 2),
-            Self::Tiles => (&s.tile_groups, 0),
-            Self::Covered => (&s.covered_groups, 0),
+            Self::Walking => (&s.walkers.groups, 0),
+            Self::Nearby => (&s.walkers.groups, 1),
+            Self::WalkingNearby => (&s.walkers.groups, 2),
+            Self::Tiles => (&s.near.tile_groups, 0),
+            Self::Covered => (&s.near.covered_groups, 0),
             Self::Scented => (&s.food().groups, 0),
         }
     }

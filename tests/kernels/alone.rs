@@ -57,11 +57,11 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
         transfers: [&t.arriving, &t.departing].map(words),
         trails: [&s.trail.front, &s.trail.back].map(|buffer| ctx.download(buffer).unwrap()),
         deposits: [&s.deposits.front, &s.deposits.back].map(|buffer| ctx.download(buffer).unwrap()),
-        distances: ctx.download(&s.distances).unwrap(),
-        nearest: ctx.download(&s.nearest).unwrap(),
-        across: ctx.download(&s.across).unwrap(),
-        surroundings: ctx.download(&s.surroundings).unwrap(),
-        covered: sorted(ctx.download(&s.covered).unwrap()),
+        distances: ctx.download(&s.near.distances).unwrap(),
+        nearest: ctx.download(&s.near.nearest).unwrap(),
+        across: ctx.download(&s.across.places).unwrap(),
+        surroundings: ctx.download(&s.across.surroundings).unwrap(),
+        covered: sorted(ctx.download(&s.near.covered).unwrap()),
     }
 }
 
@@ -142,9 +142,9 @@ fn moving_pair(method: DistanceMethod) -> Scene {
 /// What the tiles of distances leave: how far they are from others, and how many must be looked at.
 fn tiles(gpu: &Gpu, simulation: &Simulation) -> (Vec<f32>, Vec<u32>) {
     let (ctx, s) = (&gpu.ctx, simulation.state());
-    let groups = ctx.download(&s.tile_groups).unwrap();
+    let groups = ctx.download(&s.near.tile_groups).unwrap();
     (
-        ctx.download(&s.margins).unwrap(),
+        ctx.download(&s.near.margins).unwrap(),
         bytemuck::cast_slice(&groups).to_vec(),
     )
 }

@@ -44,7 +44,7 @@ fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
 }
 
 fn poses_on(gpu: &Gpu, simulation: &Simulation) -> Vec<Pose> {
-    gpu.ctx.download(&simulation.state().poses).unwrap()
+    gpu.ctx.download(&simulation.state().objects.poses).unwrap()
 }
 
 #[test]
@@ -233,7 +233,7 @@ fn a_resumed_run_keeps_its_distances_until_they_are_due() {
         advance(&gpu, &mut resumed, 1);
         let distances = |simulation: &Simulation| {
             let state = simulation.state();
-            gpu.ctx.download(&state.distances).unwrap()
+            gpu.ctx.download(&state.near.distances).unwrap()
         };
         assert!(distances(&resumed) == distances(&through));
         let ends = [&resumed, &through].map(|simulation| simulation.snapshot().unwrap().hash());
@@ -294,12 +294,18 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
         assert_eq!(states[0].hash(), states[1].hash(), "step {step}");
         assert_eq!(states[0].distance_poses, states[1].distance_poses);
         assert_eq!(states[0].last_poses, states[1].last_poses);
-        let [before, uninterrupted] = [&resumed, &through]
-            .map(|simulation| gpu.ctx.download(&simulation.state().poses_before).unwrap());
+        let [before, uninterrupted] = [&resumed, &through].map(|simulation| {
+            gpu.ctx
+                .download(&simulation.state().objects.poses_before)
+                .unwrap()
+        });
         assert!(before == uninterrupted, "step {step}");
         assert_eq!(twin.snapshot().distance_poses, states[1].distance_poses);
-        let [now, uninterrupted] = [&resumed, &through]
-            .map(|simulation| gpu.ctx.download(&simulation.state().distances).unwrap());
+        let [now, uninterrupted] = [&resumed, &through].map(|simulation| {
+            gpu.ctx
+                .download(&simulation.state().near.distances)
+                .unwrap()
+        });
         assert!(now == uninterrupted, "step {step}");
         distances.push(now);
     }

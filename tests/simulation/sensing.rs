@@ -126,13 +126,16 @@ fn sensors_walk_where_seams_are_near() {
         for _ in 0..2 {
             gpu.run(|rec| simulation.record_step(rec));
         }
-        let walkers = gpu.ctx.download(&simulation.state().walkers).unwrap();
-        let count = gpu.ctx.download(&simulation.state().walker_count).unwrap()[0];
+        let walkers = gpu.ctx.download(&simulation.state().walkers.slots).unwrap();
+        let count = gpu.ctx.download(&simulation.state().walkers.count).unwrap()[0];
         let mut slots = walkers[..count as usize].to_vec();
         slots.sort_unstable();
         slots.dedup();
         assert_eq!(slots.len(), count as usize, "nobody is listed twice");
-        let groups = gpu.ctx.download(&simulation.state().walker_groups).unwrap()[0];
+        let groups = gpu
+            .ctx
+            .download(&simulation.state().walkers.groups)
+            .unwrap()[0];
         let invocations = groups.y * groups.x * Advance::GROUP_SIZE;
         assert!(invocations >= count, "{groups:?} for {count}");
         f64::from(count) / 2000.0

@@ -329,7 +329,7 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
     settings.objects[0].position = [0.0, 2.0, 0.0];
     settings.objects[0].rotation = [0.0, 0.0, 90.0];
     simulation.apply(&settings).unwrap();
-    let poses = gpu.ctx.download(&simulation.state().poses).unwrap();
+    let poses = gpu.ctx.download(&simulation.state().objects.poses).unwrap();
     let expected = Pose::from(settings.objects[0].world_from_object());
     let off = (poses[0].x - expected.x).abs() + (poses[0].y - expected.y).abs();
     assert!(

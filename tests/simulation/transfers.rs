@@ -264,7 +264,7 @@ fn agrees_with_its_twin(
         let (kernel, twin) = (simulation.snapshot().unwrap(), by_twin.snapshot());
         // Where all come in one turn, the kernel's lists hold exactly those that the twin has in each form.
         if !strategy.has_turns() {
-            let listed = gpu.ctx.download(&simulation.state().walker_count).unwrap();
+            let listed = gpu.ctx.download(&simulation.state().walkers.count).unwrap();
             let [_, walk, near, walk_near] = by_twin.forms().map(|count| count as u32);
             assert_eq!(listed, [walk, near, walk_near], "{strategy:?}");
         }
@@ -485,8 +485,8 @@ fn identical_objects_in_one_place_have_their_outcome() {
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         advance(&gpu, &mut simulation, 1);
         let state = simulation.state();
-        let distances = gpu.ctx.download(&state.distances).unwrap();
-        let nearest = gpu.ctx.download(&state.nearest).unwrap();
+        let distances = gpu.ctx.download(&state.near.distances).unwrap();
+        let nearest = gpu.ctx.download(&state.near.nearest).unwrap();
         let setup = simulation.setup();
         for (sample, &own) in setup.distance.samples.iter().zip(&setup.distance.owners) {
             let (distance, nearest) = (

@@ -102,9 +102,9 @@ impl Probe {
         let state = stage.simulation.state();
         let mut sources = vec![&state.trail.front];
         // Where there is one object, nobody reads its distance.
-        let has_distances = state.distances.len() > texel;
+        let has_distances = state.near.distances.len() > texel;
         sources.push(if has_distances {
-            &state.distances
+            &state.near.distances
         } else {
             &state.trail.front
         });

@@ -38,7 +38,7 @@ impl Renderer {
             FoodsArgs {
                 marks: &food.marks,
                 meals: &food.meals,
-                poses: &state.poses,
+                poses: &state.objects.poses,
             },
             FoodsParams {
                 clip_from_world: camera.clip_from_world(shot.size),

@@ -41,10 +41,10 @@ impl Renderer {
             self.shape.corner_count,
             1,
             PaintedArgs {
-                corners: &state.corners,
-                vertices: &state.vertices,
-                strips: &state.strips,
-                poses: &state.poses_view,
+                corners: &state.surface.corners,
+                vertices: &state.surface.vertices,
+                strips: &state.surface.strips,
+                poses: &state.objects.poses.texels,
                 bias: &bias.views.texels,
             },
             PaintedParams {

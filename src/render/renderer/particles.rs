@@ -19,7 +19,7 @@ impl Renderer {
             &self.draw_order,
             Threads(self.shape.particle_count),
             DrawOrderArgs {
-                particles: &state.particles_view,
+                particles: &state.particles.texels,
                 order: &self.order,
             },
             DrawOrderParams {
@@ -46,12 +46,12 @@ impl Renderer {
             drawn,
             1,
             ParticlesArgs {
-                particles: &state.particles_view,
-                corners: &state.corners,
-                vertices: &state.vertices,
-                poses: &state.poses_view,
+                particles: &state.particles.texels,
+                corners: &state.surface.corners,
+                vertices: &state.surface.vertices,
+                poses: &state.objects.poses.texels,
                 colors: &self.colors,
-                motions: &state.motions_view,
+                motions: &state.motions.texels,
                 order: &self.order,
             },
             ParticlesParams {

@@ -76,12 +76,12 @@ impl Renderer {
                 &shared.indices,
                 QuickSurfaceArgs {
                     shared_vertices: &shared.vertices,
-                    poses: &state.poses_view,
+                    poses: &state.objects.poses.texels,
                     trail: &state.trail.front_views.texels,
                     colors: &self.colors,
                     brightest: &self.brightest,
-                    distances: &state.distance_views.distances,
-                    clearance: &state.clearance,
+                    distances: &state.near.distances.texels,
+                    clearance: &state.atlas.clearance,
                 },
                 QuickSurfaceParams {
                     clip_from_world,
@@ -93,7 +93,7 @@ impl Renderer {
                     pitch: self.shape.pitch,
                     lamp,
                     occlusion: view.occlusion,
-                    reach: state.reach,
+                    reach: state.near.reach,
                 },
             );
             return;
@@ -108,17 +108,17 @@ impl Renderer {
             self.shape.corner_count,
             1,
             SurfaceArgs {
-                corners: &state.corners,
-                vertices: &state.vertices,
+                corners: &state.surface.corners,
+                vertices: &state.surface.vertices,
                 normals: &self.normals,
                 openness: &self.openness,
-                strips: &state.strips,
-                poses: &state.poses_view,
+                strips: &state.surface.strips,
+                poses: &state.objects.poses.texels,
                 trail: &state.trail.front_views.texels,
                 colors: &self.colors,
                 brightest: &self.brightest,
                 charts: &self.charts,
-                distances: &state.distance_views.distances,
+                distances: &state.near.distances.texels,
             },
             SurfaceParams {
                 clip_from_world,
@@ -132,7 +132,7 @@ impl Renderer {
                 relief,
                 lamp,
                 occlusion: view.occlusion,
-                reach: state.reach,
+                reach: state.near.reach,
             },
         );
     }

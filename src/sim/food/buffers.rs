@@ -6,6 +6,7 @@ use glam::UVec2;
 
 use super::{Pantry, scent_of};
 use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
+use crate::sim::buffers::{self, Counts};
 use crate::sim::texture::Views;
 use crate::sim::types::{Mark, Meal};
 
@@ -42,24 +43,30 @@ impl FoodBuffers {
     /// No memory.
     pub fn new(ctx: &Arc<Context>, pantry: &Pantry, meals: &[Meal]) -> Result<Self, GpuError> {
         let field = scent_of(pantry, meals);
-        let texels = Domain::Texels;
-        let scent = Buffer::from_slice_in(ctx, "scent", &field, texels)?;
-        let plates = Buffer::from_slice_in(ctx, "plates", &pantry.plates, texels)?;
+        let (block, texels) = (Domain::Device, Domain::Texels);
+        let counts = &Counts {
+            foods: meals.len() as u64,
+            texels: pantry.plates.len() as u64,
+            scents: (pantry.scented.len() as u64, pantry.whiffs.len() as u64),
+            ..Counts::default()
+        };
+        let scent = buffers::SCENT.of(ctx, counts, texels, &field)?;
+        let plates = buffers::PLATES.of(ctx, counts, texels, &pantry.plates)?;
         // Markers without a radius reach nothing.
         let whiffs: &[UVec2] = match &pantry.whiffs[..] {
             [] => &[UVec2::ZERO],
             whiffs => whiffs,
         };
         Ok(Self {
-            meals: Buffer::from_slice(ctx, "meals", meals)?,
-            marks: Buffer::from_slice(ctx, "marks", &pantry.marks)?,
+            meals: buffers::MEALS.of(ctx, counts, block, meals)?,
+            marks: buffers::MARKS.of(ctx, counts, block, &pantry.marks)?,
             scent_views: Views::new(ctx, &scent)?,
             scent,
             plate_views: Views::new(ctx, &plates)?,
             plates,
-            scented: Buffer::from_slice(ctx, "scented", &pantry.scented)?,
-            whiffs: Buffer::from_slice(ctx, "whiffs", whiffs)?,
-            groups: Buffer::zeroed(ctx, "scent_groups", 1)?,
+            scented: buffers::SCENTED.of(ctx, counts, block, &pantry.scented)?,
+            whiffs: buffers::WHIFFS.of(ctx, counts, block, whiffs)?,
+            groups: buffers::SCENT_GROUPS.zeroed(ctx, counts, block)?,
             food_count: meals.len() as u32,
             scented_count: pantry.scented_count(),
         })

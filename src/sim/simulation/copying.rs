@@ -102,8 +102,8 @@ impl Simulation {
             distances: (self.course.has_distances())
                 .then(|| -> Result<_> {
                     Ok((
-                        Part::record(rec, &state.distances)?,
-                        Part::record(rec, &state.nearest)?,
+                        Part::record(rec, &state.near.distances)?,
+                        Part::record(rec, &state.near.nearest)?,
                     ))
                 })
                 .transpose()?,

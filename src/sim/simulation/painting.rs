@@ -161,7 +161,7 @@ impl Simulation {
             &painter.exchange_seams,
             Threads(self.setup().atlas.seams.len() as u32),
             ExchangeSeamsArgs {
-                seams: &self.state.seams,
+                seams: &self.state.atlas.seams,
                 trail: &views.texels,
                 low_trail: &views.low,
                 high_trail: &views.high,
@@ -192,9 +192,9 @@ impl Simulation {
             SummonArgs {
                 places: &place_list,
                 place_ranges: &place_ranges,
-                triangles: &state.triangles,
-                particles: &state.particles_view,
-                motions: &state.motions_view,
+                triangles: &state.surface.triangles,
+                particles: &state.particles.texels,
+                motions: &state.motions.texels,
             },
             params,
         );

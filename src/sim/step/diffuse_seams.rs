@@ -37,8 +37,8 @@ impl StepKernel for DiffuseSeams {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> DiffuseSeamsArgs<'s> {
         DiffuseSeamsArgs {
-            rows: &s.exchange_rows,
-            entries: &s.exchange_entries,
+            rows: &s.atlas.rows,
+            entries: &s.atlas.entries,
             trail: &s.trail.front_views.texels,
             deposits: &s.deposits.front_views.texels,
             low_next_trail: &s.trail.back_views.low,

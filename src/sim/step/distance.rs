@@ -48,22 +48,22 @@ impl StepKernel for Distance {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceArgs<'s> {
         DistanceArgs {
-            pairs: &s.distance_views.pairs,
-            samples: &s.distance_views.samples,
-            faces: &s.faces,
-            pseudonormals: &s.pseudonormals,
-            corners: &s.corners,
-            distances: &s.distances,
-            nearest: &s.nearest,
-            nodes: &s.nodes,
-            dipoles: &s.dipoles,
-            hints: &s.distance_views.hints,
-            candidates: &s.distance_views.candidates,
-            listed: &s.distance_views.listed,
-            listed_groups: &s.tile_groups,
-            groups: &s.covered_groups,
-            covered: &s.covered,
-            surroundings: &s.surroundings,
+            pairs: &s.near.pairs.texels,
+            samples: &s.near.samples.texels,
+            faces: &s.trees.faces,
+            pseudonormals: &s.trees.pseudonormals,
+            corners: &s.surface.corners,
+            distances: &s.near.distances,
+            nearest: &s.near.nearest,
+            nodes: &s.trees.nodes,
+            dipoles: &s.trees.dipoles,
+            hints: &s.near.hints.texels,
+            candidates: &s.near.candidates.texels,
+            listed: &s.near.listed.texels,
+            listed_groups: &s.near.tile_groups,
+            groups: &s.near.covered_groups,
+            covered: &s.near.covered,
+            surroundings: &s.across.surroundings,
         }
     }
 

@@ -34,16 +34,16 @@ impl StepKernel for DistanceMerge {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceMergeArgs<'s> {
         DistanceMergeArgs {
-            jobs: &s.distance_jobs,
-            pairs: &s.distance_pairs,
-            samples: &s.samples,
-            faces: &s.faces,
-            pseudonormals: &s.pseudonormals,
-            corners: &s.corners,
-            distances: &s.distances,
-            nearest: &s.nearest,
-            nodes: &s.nodes,
-            dipoles: &s.dipoles,
+            jobs: &s.near.jobs,
+            pairs: &s.near.pairs,
+            samples: &s.near.samples,
+            faces: &s.trees.faces,
+            pseudonormals: &s.trees.pseudonormals,
+            corners: &s.surface.corners,
+            distances: &s.near.distances,
+            nearest: &s.near.nearest,
+            nodes: &s.trees.nodes,
+            dipoles: &s.trees.dipoles,
             winners: &s.raster().winners,
         }
     }

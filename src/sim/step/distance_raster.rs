@@ -61,9 +61,9 @@ impl Work for DrawDistances {
             outlines: &raster.outlines,
             bounds: &raster.bounds,
             slots: &raster.slots,
-            nodes: &s.nodes,
+            nodes: &s.trees.nodes,
             places: &raster.places,
-            faces: &s.faces,
+            faces: &s.trees.faces,
         };
         rec.pass_as_kernel("distance_raster", &raster.targets(), |pass| {
             let pipeline = made.of_draw::<DistanceRasterDraw>();

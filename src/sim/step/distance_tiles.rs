@@ -47,21 +47,21 @@ impl StepKernel for DistanceTiles {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> DistanceTilesArgs<'s> {
         DistanceTilesArgs {
-            jobs: &s.distance_jobs,
-            pairs: &s.distance_views.pairs,
-            tiles: &s.tiles,
-            faces: &s.faces,
-            pseudonormals: &s.pseudonormals,
-            corners: &s.corners,
-            hints: &s.hints,
-            nodes: &s.nodes,
-            dipoles: &s.dipoles,
-            candidates: &s.candidates,
-            tile_states: &s.tile_states,
-            listed: &s.listed_tiles,
-            groups: &s.tile_groups,
-            moves: &s.distance_moves,
-            margins: &s.margins,
+            jobs: &s.near.jobs,
+            pairs: &s.near.pairs.texels,
+            tiles: &s.near.tiles,
+            faces: &s.trees.faces,
+            pseudonormals: &s.trees.pseudonormals,
+            corners: &s.surface.corners,
+            hints: &s.near.hints,
+            nodes: &s.trees.nodes,
+            dipoles: &s.trees.dipoles,
+            candidates: &s.near.candidates,
+            tile_states: &s.near.tile_states,
+            listed: &s.near.listed,
+            groups: &s.near.tile_groups,
+            moves: &s.near.moves,
+            margins: &s.near.margins,
         }
     }
 

@@ -45,9 +45,9 @@ impl StepKernel for ExchangeSeams {
             Field::Trail => &s.trail.back_views,
             Field::Distances => {
                 // They are never too large for one view.
-                let distances = &s.distance_views.distances;
+                let distances = &s.near.distances.texels;
                 return ExchangeSeamsArgs {
-                    seams: &s.seams,
+                    seams: &s.atlas.seams,
                     trail: distances,
                     low_trail: distances,
                     high_trail: distances,
@@ -55,7 +55,7 @@ impl StepKernel for ExchangeSeams {
             }
         };
         ExchangeSeamsArgs {
-            seams: &s.seams,
+            seams: &s.atlas.seams,
             trail: &field.texels,
             low_trail: &field.low,
             high_trail: &field.high,

@@ -34,9 +34,9 @@ impl StepKernel for Respawn {
         RespawnArgs {
             flow: &s.transfers.flow,
             particle_indices: &s.transfers.particle_indices,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            triangles: &s.triangles,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            triangles: &s.surface.triangles,
             area_shares: &s.transfers.area_shares,
             object_triangles: &s.transfers.object_triangles,
         }

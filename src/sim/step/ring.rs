@@ -121,7 +121,7 @@ impl StepKernel for DefragmentScan {
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> DefragmentScanArgs<'s> {
         DefragmentScanArgs {
             departing: &s.transfers.departing,
-            motions: &s.motions_view,
+            motions: &s.motions.texels,
             windows: &s.transfers.windows,
             flow: &s.transfers.flow,
             particle_indices: &s.transfers.particle_indices,
@@ -152,8 +152,8 @@ impl StepKernel for DefragmentSwap {
             particle_indices: &s.transfers.particle_indices,
             transfer_indices: &s.transfers.transfer_indices,
             departing: &s.transfers.departing,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
         }
     }
 
@@ -179,8 +179,8 @@ impl StepKernel for DefragmentSequential {
             flow: &s.transfers.flow,
             windows: &s.transfers.windows,
             departing: &s.transfers.departing,
-            particles: &s.particles_view,
-            motions: &s.motions_view,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
             particle_indices: &s.transfers.particle_indices,
             transfer_indices: &s.transfers.transfer_indices,
         }

@@ -81,9 +81,9 @@ impl StepKernel for SortCount {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortCountArgs<'s> {
         SortCountArgs {
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            strips: &s.strips,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            strips: &s.surface.strips,
             bins: &s.sorting.bins,
         }
     }
@@ -119,12 +119,12 @@ impl StepKernel for SortScatter {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortScatterArgs<'s> {
         SortScatterArgs {
-            particles: &s.particles_view,
-            motions: &s.motions_view,
-            strips: &s.strips,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            strips: &s.surface.strips,
             bins: &s.sorting.bins,
-            sorted_particles: &s.sorting.particles_view,
-            sorted_motions: &s.sorting.motions_view,
+            sorted_particles: &s.sorting.particles.texels,
+            sorted_motions: &s.sorting.motions.texels,
             windows: &s.transfers.windows,
             flow: &s.transfers.flow,
         }

@@ -27,7 +27,10 @@ fn hardly_anybody_stays_inside_objects_that_move() {
             gpu.run(|rec| simulation.record_step(rec));
         }
         let state = simulation.snapshot().unwrap();
-        let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
+        let distances = gpu
+            .ctx
+            .download(&simulation.state().near.distances)
+            .unwrap();
         let atlas = &simulation.setup().atlas;
         let share = |inside: usize, all: usize| inside as f64 / all as f64;
         let owned = |texel: &usize| atlas.density[*texel] > 0.0;

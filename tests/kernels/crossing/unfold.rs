@@ -51,8 +51,11 @@ fn unfold_agrees_with_its_twin() {
 
 /// What sensors are told at each texel.
 fn places_across(gpu: &Gpu, simulation: &Simulation) -> Vec<u32> {
-    let across = gpu.ctx.download(&simulation.state().across).unwrap();
-    let surroundings = gpu.ctx.download(&simulation.state().surroundings).unwrap();
+    let across = gpu.ctx.download(&simulation.state().across.places).unwrap();
+    let surroundings = gpu
+        .ctx
+        .download(&simulation.state().across.surroundings)
+        .unwrap();
     let surroundings: &[u16] = bytemuck::cast_slice(&surroundings);
     let texels = across.iter().zip(surroundings);
     texels

@@ -30,9 +30,12 @@ fn tiles_remember_how_far_they_are_and_nothing_changes() {
             let state = remembers.snapshot().unwrap();
             gpu.run(|rec| remembers.record_step(rec));
             twin.step();
-            let margins = gpu.ctx.download(&remembers.state().margins).unwrap();
+            let margins = gpu.ctx.download(&remembers.state().near.margins).unwrap();
             // What is on the edge of reach may come out either way where a device rounds otherwise.
-            let states = gpu.ctx.download(&remembers.state().tile_states).unwrap();
+            let states = gpu
+                .ctx
+                .download(&remembers.state().near.tile_states)
+                .unwrap();
             let (states_by_twin, margins_by_twin) = twin.tiles();
             let other = states.iter().zip(states_by_twin).filter(|(a, b)| a != b);
             assert!(other.count() <= states.len() / 500, "{sign:?}, step {step}");
@@ -54,8 +57,8 @@ fn tiles_remember_how_far_they_are_and_nothing_changes() {
             gpu.run(|rec| forgets.record_step(rec));
             let fields = |simulation: &Simulation| {
                 let state = simulation.state();
-                let distances: Vec<f32> = gpu.ctx.download(&state.distances).unwrap();
-                (distances, gpu.ctx.download(&state.nearest).unwrap())
+                let distances: Vec<f32> = gpu.ctx.download(&state.near.distances).unwrap();
+                (distances, gpu.ctx.download(&state.near.nearest).unwrap())
             };
             let (distances, nearest) = fields(&remembers);
             assert!(

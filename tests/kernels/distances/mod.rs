@@ -87,8 +87,10 @@ fn both(gpu: &Gpu, scene: &Scene) -> (Fields, Fields) {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     gpu.run(|rec| simulation.record_step(rec));
     let kernel = (
-        gpu.ctx.download(&simulation.state().distances).unwrap(),
-        gpu.ctx.download(&simulation.state().nearest).unwrap(),
+        gpu.ctx
+            .download(&simulation.state().near.distances)
+            .unwrap(),
+        gpu.ctx.download(&simulation.state().near.nearest).unwrap(),
     );
     let mut twin = twin::Simulation::new(simulation.setup().clone(), scene.settings.clone());
     twin.step();
@@ -208,8 +210,11 @@ fn distances_follow_objects_that_move() {
     for _ in 0..6 {
         simulation.apply(&settings).unwrap();
         gpu.run(|rec| simulation.record_step(rec));
-        let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
-        let nearest = gpu.ctx.download(&simulation.state().nearest).unwrap();
+        let distances = gpu
+            .ctx
+            .download(&simulation.state().near.distances)
+            .unwrap();
+        let nearest = gpu.ctx.download(&simulation.state().near.nearest).unwrap();
         let mut twin = twin::Simulation::new(simulation.setup().clone(), settings.clone());
         twin.step();
         assert!(twin.distances().1 == nearest, "nearest triangles");
@@ -346,7 +351,10 @@ fn particles_mind_distances() {
             gpu.run(|rec| simulation.record_step(rec));
         }
         let setup = simulation.setup();
-        let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
+        let distances = gpu
+            .ctx
+            .download(&simulation.state().near.distances)
+            .unwrap();
         let snapshot = simulation.snapshot().unwrap();
         let particles = snapshot.particles.iter();
         let at = particles.map(|p| distances[setup.atlas.texel_of(p.triangle, p.u, p.v) as usize]);
@@ -446,8 +454,11 @@ fn the_middle_of_a_fine_ball_is_inside() {
         scene.settings.distance.sign = sign;
         let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
         gpu.run(|rec| simulation.record_step(rec));
-        let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
-        let nearest = gpu.ctx.download(&simulation.state().nearest).unwrap();
+        let distances = gpu
+            .ctx
+            .download(&simulation.state().near.distances)
+            .unwrap();
+        let nearest = gpu.ctx.download(&simulation.state().near.nearest).unwrap();
         let mut deep = 0;
         for sample in &setup.distance.samples {
             let texel = sample.texel as usize;

@@ -18,8 +18,10 @@ fn fields_from(gpu: &Gpu, scene: &Scene, setup: &Setup) -> (Vec<f32>, Vec<u32>) 
     let mut simulation = Simulation::from_setup(&gpu.ctx, scene, setup.clone()).unwrap();
     gpu.run(|rec| simulation.record_step(rec));
     (
-        gpu.ctx.download(&simulation.state().distances).unwrap(),
-        gpu.ctx.download(&simulation.state().nearest).unwrap(),
+        gpu.ctx
+            .download(&simulation.state().near.distances)
+            .unwrap(),
+        gpu.ctx.download(&simulation.state().near.nearest).unwrap(),
     )
 }
 
@@ -306,7 +308,10 @@ fn the_method_changes_while_it_runs() {
     }
     // One pass and one merge for both objects; then nothing moves.
     assert_eq!(seen, [(0, 0), (1, 1), (0, 0), (0, 0)]);
-    let distances = gpu.ctx.download(&simulation.state().distances).unwrap();
+    let distances = gpu
+        .ctx
+        .download(&simulation.state().near.distances)
+        .unwrap();
     assert_eq!(
         distances,
         fields(&gpu, &scene).0,

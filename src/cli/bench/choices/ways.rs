@@ -266,7 +266,7 @@ impl<'a> Ways<'a> {
                 WalkExactlyArgs {
                     particles_before: &from.particle_texels,
                     motions_before: &from.motion_texels,
-                    strips: &state.strips,
+                    strips: &state.surface.strips,
                     particles: &to.particle_texels,
                     motions: &to.motion_texels,
                 },
@@ -331,7 +331,7 @@ impl<'a> Ways<'a> {
             Threads(particle_count),
             CountDepositsArgs {
                 particles: &self.start.particle_texels,
-                strips: &state.strips,
+                strips: &state.surface.strips,
                 deposits: &self.deposits,
             },
             CountDepositsParams {
@@ -363,7 +363,7 @@ impl<'a> Ways<'a> {
                 1,
                 DrawDepositsArgs {
                     particles: &self.start.particle_texels,
-                    strips: &self.simulation.state().strips,
+                    strips: &self.simulation.state().surface.strips,
                 },
                 DrawDepositsParams {
                     pixel: 2.0 / Vec2::new(width as f32, height as f32),

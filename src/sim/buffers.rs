@@ -1,0 +1,313 @@
+//! The table of buffers: what each is called, what its elements are, and how many a scene has. From it come the buffers
+//! themselves and what a scene is said to take before any of it is taken.
+
+use std::marker::PhantomData;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use bytemuck::Pod;
+use glam::{UVec2, Vec4};
+
+use super::distance::{TILE_CANDIDATES, TILE_SAMPLES};
+use super::raster::Outline;
+use super::types::{
+    DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum,
+    Pose, SampleTile, Seam, SurfaceSample, Transfer, Triangle, Vertex, Window,
+};
+use crate::gpu::{
+    AnyBuffer, Buffer, BufferCore, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels,
+};
+use crate::mesh::atlas::{PackedEntries, PackedRow};
+use crate::mesh::strip::StripTriangle;
+use crate::mesh::trees::{Dipole, Face, Node};
+
+/// How many there are of what buffers are for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Particles.
+    pub particles: u64,
+    /// Objects.
+    pub objects: u64,
+    /// Texels of the texture.
+    pub texels: u64,
+    /// Blocks of texels of which any is in use.
+    pub blocks: u64,
+    /// Gutter texels that are read.
+    pub seams: u64,
+    /// Texels that exchange across seams.
+    pub rows: u64,
+    /// Packs of what they exchange with.
+    pub entries: u64,
+    /// Triangles of all objects.
+    pub triangles: u64,
+    /// Vertices of all objects.
+    pub vertices: u64,
+    /// Tiles that particles are sorted into, by the strategy that has most.
+    pub bins: u64,
+    /// Windows of the particles; 1 where the strategy has none.
+    pub windows: u64,
+    /// Transfers that the lists hold; 1 where particles do not change objects.
+    pub transfers: u64,
+    /// Entries of the tables for particles that begin anew: triangles and objects, or 1 and 1.
+    pub respawn: (u64, u64),
+    /// Texels that have a bias; 0 while nothing is painted.
+    pub painted: u64,
+    /// Foods and markers.
+    pub foods: u64,
+    /// Texels that any of them reaches, and one more; and how often.
+    pub scents: (u64, u64),
+    /// Owned texels, where distances between objects are taken.
+    pub samples: u64,
+    /// Tiles of them.
+    pub tiles: u64,
+    /// Tiles of jobs: whole groups of an object.
+    pub job_tiles: u64,
+    /// Others of an object of which a tile remembers something.
+    pub hints: u64,
+    /// Nodes of trees.
+    pub nodes: u64,
+    /// Triangles that own texels, where distances are drawn.
+    pub outlines: u64,
+    /// Are they drawn?
+    pub is_drawn: bool,
+}
+
+impl Counts {
+    /// Texels of fields that only several objects have; buffers have at least one element.
+    fn field(&self) -> u64 {
+        if self.objects > 1 { self.texels } else { 1 }
+    }
+
+    /// Ordered pairs of objects.
+    fn pairs(&self) -> u64 {
+        self.objects * self.objects.saturating_sub(1)
+    }
+
+    /// Texels of what food has.
+    fn food(&self) -> u64 {
+        if self.foods > 0 { self.texels } else { 0 }
+    }
+
+    /// Of what is drawn, so many.
+    fn drawn(&self, count: u64) -> u64 {
+        if self.is_drawn { count } else { 0 }
+    }
+
+    /// Faces of trees.
+    fn faces(&self) -> u64 {
+        if self.objects > 1 { self.triangles } else { 0 }
+    }
+
+    /// How many lists of walkers there is room for: one that two share, and with several objects a third.
+    pub(super) fn walker_lists(objects: u64) -> u64 {
+        if objects > 1 { 2 } else { 1 }
+    }
+}
+
+/// One buffer of the table.
+pub struct Row<T> {
+    /// In messages and capture tools.
+    pub name: &'static str,
+    count: fn(&Counts) -> u64,
+    element: PhantomData<fn() -> T>,
+}
+
+impl<T: Pod> Row<T> {
+    /// The buffer, with zeros.
+    ///
+    /// # Errors
+    /// No memory.
+    pub(super) fn zeroed(
+        &self,
+        ctx: &Arc<Context>,
+        counts: &Counts,
+        domain: Domain,
+    ) -> Result<Buffer<T>, GpuError> {
+        let len = (self.count)(counts) as usize;
+        Buffer::zeroed_in(ctx, self.name, len, domain)
+    }
+
+    /// The buffer, with these elements.
+    ///
+    /// # Errors
+    /// No memory.
+    ///
+    /// # Panics
+    /// When they are not as many as the table says.
+    pub(super) fn of(
+        &self,
+        ctx: &Arc<Context>,
+        counts: &Counts,
+        domain: Domain,
+        elements: &[T],
+    ) -> Result<Buffer<T>, GpuError> {
+        let count = (self.count)(counts);
+        assert_eq!(elements.len() as u64, count, "elements of `{}`", self.name);
+        Buffer::from_slice_in(ctx, self.name, elements, domain)
+    }
+}
+
+impl<T> Row<T> {
+    const fn new(name: &'static str, count: fn(&Counts) -> u64) -> Self {
+        let element = PhantomData;
+        Self {
+            name,
+            count,
+            element,
+        }
+    }
+}
+
+/// A row, whatever its elements are.
+pub trait AnyRow: Sync {
+    /// In messages and capture tools.
+    fn name(&self) -> &'static str;
+    /// Bytes that the buffer takes.
+    fn bytes(&self, counts: &Counts) -> u64;
+}
+
+impl<T> AnyRow for Row<T> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn bytes(&self, counts: &Counts) -> u64 {
+        (self.count)(counts) * size_of::<T>() as u64
+    }
+}
+
+/// A buffer, and the same as kernels read or write it as texels.
+pub struct Store<T, S = u32> {
+    buffer: Buffer<T>,
+    /// Its texels.
+    pub texels: Texels<S>,
+}
+
+impl<T: Pod, S: TexelScalar> Store<T, S> {
+    /// With texels of so many components.
+    ///
+    /// # Errors
+    /// When it has more texels than one view of the device holds.
+    pub(super) fn new(buffer: Buffer<T>, components: usize) -> Result<Self, GpuError> {
+        let texels = Texels::new(&buffer, components)?;
+        Ok(Self { buffer, texels })
+    }
+}
+
+impl<T, S> Deref for Store<T, S> {
+    type Target = Buffer<T>;
+
+    fn deref(&self) -> &Buffer<T> {
+        &self.buffer
+    }
+}
+
+impl<T: Pod, S> AnyBuffer for Store<T, S> {
+    fn core(&self) -> &BufferCore {
+        self.buffer.core()
+    }
+}
+
+macro_rules! table {
+    ($($row:ident: $element:ty = $name:literal, $count:expr;)*) => {
+        $(pub(super) const $row: Row<$element> = Row::new($name, $count);)*
+
+        /// Every buffer of a simulation.
+        pub const TABLE: &[&dyn AnyRow] = &[$(&$row),*];
+    };
+}
+
+// What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
+table! {
+    PARTICLES: Particle = "particles", |n| n.particles;
+    MOTIONS: Motion = "motions", |n| n.particles;
+    SORTED_PARTICLES: Particle = "sorted_particles", |n| n.particles;
+    SORTED_MOTIONS: Motion = "sorted_motions", |n| n.particles;
+    BINS: u32 = "bins", |n| n.bins;
+    WALKERS: u32 = "walkers", |n| n.particles * Counts::walker_lists(n.objects);
+    WALKER_COUNT: u32 = "walker_count", |_| 3;
+    WALKER_GROUPS: DispatchGroups = "walker_groups", |_| 3;
+    NO_GROUPS: DispatchGroups = "no_groups", |_| 3;
+
+    TRAIL_FRONT: f32 = "trail.front", |n| n.texels;
+    TRAIL_BACK: f32 = "trail.back", |n| n.texels;
+    DEPOSITS_FRONT: u32 = "deposits.front", |n| n.texels;
+    DEPOSITS_BACK: u32 = "deposits.back", |n| n.texels;
+    DENSITY: f32 = "density", |n| n.texels;
+    BLOCKS: u32 = "blocks", |n| n.blocks;
+    EXCHANGE_ROWS: PackedRow = "exchange_rows", |n| n.rows;
+    EXCHANGE_ENTRIES: PackedEntries = "exchange_entries", |n| n.entries;
+    SEAMS: Seam = "seams", |n| n.seams;
+    CLEARANCE: u32 = "clearance", |n| n.texels.div_ceil(4);
+    SURROUNDINGS: u32 = "surroundings", |n| n.texels.div_ceil(2);
+    UNUSED_FLOATS: f32 = "unused.floats", |_| 4;
+    UNUSED_WORDS: u32 = "unused.words", |_| 4;
+    BIAS: f32 = "bias", |n| n.painted;
+
+    TRIANGLES: Triangle = "triangles", |n| n.triangles;
+    HALFEDGES: HalfEdge = "halfedges", |n| 3 * n.triangles;
+    STRIPS: StripTriangle = "strips", |n| n.triangles;
+    CORNERS: u32 = "corners", |n| 3 * n.triangles;
+    VERTICES: Vertex = "vertices", |n| n.vertices;
+    POSES: Pose = "poses", |n| n.objects;
+    POSES_BEFORE: Pose = "poses_before", |n| n.objects;
+    PHYSARUMS: Physarum = "physarums", |n| n.objects;
+
+    DISTANCES: f32 = "distances", Counts::field;
+    NEAREST: u32 = "nearest", Counts::field;
+    ACROSS: u32 = "across", Counts::field;
+    ACROSS_TRIANGLES: u32 = "across_triangles", Counts::field;
+    SAMPLES: SurfaceSample = "samples", |n| n.samples;
+    OWNERS: u32 = "owners", |n| n.samples;
+    TILES: SampleTile = "tiles", |n| n.tiles;
+    TILE_STATES: u32 = "tile_states", |n| n.tiles;
+    MARGINS: f32 = "margins", |n| n.tiles * n.hints;
+    HINTS: u32 = "hints", |n| n.job_tiles * n.hints;
+    CANDIDATES: u32 = "candidates", |n| n.job_tiles * u64::from(TILE_CANDIDATES);
+    LISTED_TILES: ListedTile = "listed_tiles", |n| n.job_tiles;
+    COVERED: u32 = "covered", |n| n.job_tiles * u64::from(TILE_SAMPLES);
+    TILE_GROUPS: DispatchGroups = "tile_groups", |_| 2;
+    COVERED_GROUPS: DispatchGroups = "covered_groups", |_| 2;
+    FACES: Face = "faces", Counts::faces;
+    NODES: Node = "nodes", |n| n.nodes;
+    DIPOLES: Dipole = "dipoles", |n| n.nodes;
+    PSEUDONORMALS: Vec4 = "pseudonormals", |n| if n.objects > 1 { 3 * n.triangles + n.vertices } else { 0 };
+    ROOTS: u32 = "roots", |n| if n.objects > 1 { n.objects } else { 0 };
+    DISTANCE_JOBS: DistanceJob = "distance_jobs", |n| n.objects;
+    DISTANCE_PAIRS: ObjectPair = "distance_pairs", Counts::pairs;
+    DISTANCE_MOVES: f32 = "distance_moves", Counts::pairs;
+
+    WINDOWS: Window = "windows", |n| n.windows;
+    FLOW: Flow = "flow", |_| 1;
+    GROUPS: DispatchGroups = "transfers.groups", |_| 2;
+    PARTICLE_INDICES: u32 = "particle_indices", |n| n.transfers;
+    TRANSFER_INDICES: u32 = "transfer_indices", |n| n.transfers;
+    ARRIVING: Transfer = "transfers.arriving", |n| n.transfers;
+    DEPARTING: Transfer = "transfers.departing", |n| n.transfers;
+    FLUX: u32 = "flux", |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
+    AREA_SHARES: u32 = "area_shares", |n| n.respawn.0;
+    OBJECT_TRIANGLES: UVec2 = "object_triangles", |n| n.respawn.1;
+
+    MEALS: Meal = "meals", |n| n.foods;
+    MARKS: Mark = "marks", |n| n.foods;
+    SCENT: f32 = "scent", Counts::food;
+    PLATES: u32 = "plates", Counts::food;
+    SCENTED: UVec2 = "scented", |n| if n.foods > 0 { n.scents.0 } else { 0 };
+    WHIFFS: UVec2 = "whiffs", |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
+    SCENT_GROUPS: DispatchGroups = "scent_groups", |n| u64::from(n.foods > 0);
+    NO_MEALS: Meal = "no_meals", |_| 1;
+
+    OUTLINES: Outline = "outlines", |n| n.drawn(n.outlines);
+    BOUNDS: Vec4 = "bounds", |n| n.drawn(n.triangles);
+    SLOTS: u32 = "slots", |n| n.drawn(n.triangles);
+    PLACES: SurfaceSample = "places", |n| n.drawn(n.texels);
+    RASTER_TARGET: u32 = "raster.target", |n| n.drawn(n.texels);
+    RASTER_DEPTH: f32 = "raster.depth", |n| n.drawn(n.texels);
+    WINNERS: u32 = "winners", |n| n.drawn(n.texels);
+}
+
+/// Bytes that all buffers take.
+#[must_use]
+pub fn bytes(counts: &Counts) -> u64 {
+    TABLE.iter().map(|row| row.bytes(counts)).sum()
+}

@@ -1,0 +1,107 @@
+//! How many there are of everything that a scene has buffers for: exactly, once it is set up, and about, from its settings and
+//! meshes alone.
+
+use super::buffers::Counts;
+use super::distance::{GROUP, MOST_HINTS, TILE_SAMPLES};
+use super::setup::Setup;
+use super::sorting;
+use super::transfers::capacity;
+use crate::mesh::surface::NONE;
+use crate::scene::Scene;
+use crate::scene::settings::{Settings, Strategy};
+
+impl Counts {
+    /// Of a scene that is set up.
+    #[must_use]
+    pub fn of(setup: &Setup, settings: &Settings) -> Self {
+        let (atlas, distance, pantry) = (&setup.atlas, &setup.distance, &setup.pantry);
+        let count = |len: usize| len as u64;
+        let objects = count(setup.poses.len());
+        let triangles = count(setup.surface.corners.len());
+        Self {
+            particles: count(setup.particles.len()),
+            objects,
+            texels: count(atlas.texel_count()),
+            blocks: count(atlas.blocks.len()),
+            seams: count(atlas.seams.len()),
+            rows: count(atlas.exchange.rows.len()),
+            entries: count(atlas.exchange.packed_entries()),
+            triangles,
+            vertices: count(setup.vertices.len()),
+            bins: count(sorting::bins(atlas, setup.poses.len())),
+            windows: if settings.strategy().has_windows() {
+                objects
+            } else {
+                1
+            },
+            transfers: capacity(settings, setup, 0).into(),
+            respawn: if settings.strategy() == Strategy::Respawn {
+                (triangles, objects)
+            } else {
+                (1, 1)
+            },
+            painted: count(setup.bias.len()),
+            foods: count(pantry.places.len()),
+            scents: (count(pantry.scented.len()), count(pantry.whiffs.len())),
+            samples: count(distance.samples.len()),
+            tiles: count(distance.tiles.len()),
+            job_tiles: count(distance.tiles_len()),
+            hints: distance.hint_count().into(),
+            nodes: count(distance.trees.nodes.len()),
+            is_drawn: settings.uses_raster(),
+            outlines: if settings.uses_raster() {
+                owning_triangles(&atlas.owner)
+            } else {
+                0
+            },
+        }
+    }
+
+    /// About those of a scene that has no atlas yet: seams, the lists of transfers, and those of what food reaches are not
+    /// known; of several objects every texel is counted as if it belonged to one.
+    #[must_use]
+    pub fn about(scene: &Scene) -> Self {
+        let settings = &scene.settings;
+        let objects = scene.surface.objects.len() as u64;
+        let triangles = scene.surface.corners.len() as u64;
+        let texels = texel_count(settings.atlas.size.into());
+        let samples = if objects > 1 { texels } else { 0 };
+        let nodes = if objects > 1 { triangles } else { 0 };
+        let tiles = samples / u64::from(TILE_SAMPLES);
+        Self {
+            particles: settings.particles.count.into(),
+            objects,
+            texels,
+            triangles,
+            vertices: scene.surface.positions.len() as u64,
+            windows: 1,
+            transfers: 1,
+            respawn: (1, 1),
+            painted: if settings.areas.map.is_empty() {
+                0
+            } else {
+                texels
+            },
+            foods: settings.food_count() as u64,
+            samples,
+            tiles,
+            job_tiles: tiles + objects * u64::from(GROUP / TILE_SAMPLES) * u64::from(objects > 1),
+            hints: objects.saturating_sub(1).min(MOST_HINTS.into()),
+            nodes,
+            ..Self::default()
+        }
+    }
+}
+
+/// Texels of a texture of so many along its side: rows are padded to whole quads.
+pub(super) fn texel_count(size: u64) -> u64 {
+    size.next_multiple_of(4) * size
+}
+
+/// Triangles that own a texel.
+fn owning_triangles(owner: &[u32]) -> u64 {
+    let mut owners = owner.to_vec();
+    owners.sort_unstable();
+    owners.dedup();
+    owners.len() as u64 - u64::from(owners.last() == Some(&NONE))
+}
