@@ -34,6 +34,39 @@ pub struct Parameter<T: 'static = Settings> {
     pub kind: Kind<T>,
 }
 
+/// Rows in one table.
+const fn one_table<const N: usize, const P: usize, T>(
+    parts: [&[Parameter<T>]; P],
+) -> [Parameter<T>; N] {
+    let mut all = [parts[0][0]; N];
+    let (mut next, mut part) = (0, 0);
+    while part < parts.len() {
+        let mut row = 0;
+        while row < parts[part].len() {
+            all[next] = parts[part][row];
+            next += 1;
+            row += 1;
+        }
+        part += 1;
+    }
+    all
+}
+
+// They hold references and functions alone, whatever `T` is.
+macro_rules! copied {
+    ($($type:ident),*) => {
+        $(impl<T> Copy for $type<T> {}
+
+        impl<T> Clone for $type<T> {
+            fn clone(&self) -> Self {
+                *self
+            }
+        })*
+    };
+}
+
+copied!(Parameter, Kind, Own, Number);
+
 /// When a changed parameter takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {

@@ -6,6 +6,7 @@
 
 mod choices;
 mod food;
+pub(super) mod physarum;
 mod shown;
 mod start;
 
@@ -17,6 +18,7 @@ pub use choices::{
     ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, Strategy,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
+pub use physarum::{OwnPhysarum, PhysarumSettings};
 pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
 
@@ -116,60 +118,6 @@ impl Default for ParticleSettings {
             start_mask: String::new(),
             start_heading: Heading::Auto,
             start_direction: [1.0, 0.0, 0.0],
-        }
-    }
-}
-
-/// `[physarum]`
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PhysarumSettings {
-    /// Length walked in a step, in scene radii.
-    pub speed: f32,
-    /// How far a particle turns in a step, in degrees.
-    pub rotation_angle: f32,
-    /// Between the middle sensor and the outer ones, in degrees.
-    pub sensor_angle: f32,
-    /// How far ahead sensors read, in scene radii.
-    pub sensor_offset: f32,
-    /// Standard deviation of the Gaussian noise added to each sensor, in trail units.
-    pub sensor_noise: f32,
-    /// Trail that one particle leaves in a step, where texels have the mean size.
-    pub deposit: f32,
-    /// Particles per texel in use that deposit and decrowding weight are meant for; 0 for any.
-    pub reference_density: f32,
-    /// What happens at the open border of a surface.
-    pub border: Border,
-    /// Edges that one walk may cross in a step; the rest is walked in the next.
-    pub edge_crossing_attempts: u32,
-    /// How a sensor gets to where it reads.
-    pub sensing: Sensing,
-    /// Trail that particles like best; 0 for the more the better.
-    pub favourite_density: f32,
-    /// Trail units added to a sensor per scene radius of height; positive climbs.
-    pub gravity_weight: f32,
-    /// Trail units taken from a sensor per particle counted at its texel in the last step.
-    pub decrowding_weight: f32,
-    /// Trail units added to a sensor per scene radius of signed distance to other objects; positive keeps away.
-    pub distance_weight: f32,
-}
-
-impl Default for PhysarumSettings {
-    fn default() -> Self {
-        Self {
-            speed: 0.004,
-            rotation_angle: 25.0,
-            sensor_angle: 30.0,
-            sensor_offset: 0.03,
-            sensor_noise: 0.0,
-            deposit: 1.0,
-            reference_density: 0.0,
-            border: Border::Reflect,
-            edge_crossing_attempts: 10,
-            sensing: Sensing::Auto,
-            favourite_density: 0.0,
-            gravity_weight: 0.0,
-            decrowding_weight: 0.0,
-            distance_weight: 0.0,
         }
     }
 }
@@ -434,66 +382,5 @@ impl ObjectSettings {
         let rotation = motion::euler(self.rotation).as_quat();
         let position = DVec3::from_array(self.position);
         Affine3A::from_rotation_translation(rotation, position.as_vec3())
-    }
-}
-
-/// `physarum` of an `[[object]]`: values that stand over the scene's while a particle is on this object. What an object
-/// does not name, it shares with the scene.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct OwnPhysarum {
-    /// As [`PhysarumSettings::speed`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed: Option<f32>,
-    /// As [`PhysarumSettings::rotation_angle`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rotation_angle: Option<f32>,
-    /// As [`PhysarumSettings::sensor_angle`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sensor_angle: Option<f32>,
-    /// As [`PhysarumSettings::sensor_offset`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sensor_offset: Option<f32>,
-    /// As [`PhysarumSettings::sensor_noise`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sensor_noise: Option<f32>,
-    /// As [`PhysarumSettings::favourite_density`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub favourite_density: Option<f32>,
-    /// As [`PhysarumSettings::gravity_weight`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gravity_weight: Option<f32>,
-    /// As [`PhysarumSettings::decrowding_weight`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub decrowding_weight: Option<f32>,
-    /// As [`PhysarumSettings::distance_weight`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub distance_weight: Option<f32>,
-}
-
-impl OwnPhysarum {
-    /// Does it share everything with the scene?
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// The scene's values with these over them.
-    #[must_use]
-    pub fn over(&self, scene: &PhysarumSettings) -> PhysarumSettings {
-        let mut own = scene.clone();
-        for (own, value) in [
-            (&mut own.speed, self.speed),
-            (&mut own.rotation_angle, self.rotation_angle),
-            (&mut own.sensor_angle, self.sensor_angle),
-            (&mut own.sensor_offset, self.sensor_offset),
-            (&mut own.sensor_noise, self.sensor_noise),
-            (&mut own.favourite_density, self.favourite_density),
-            (&mut own.gravity_weight, self.gravity_weight),
-            (&mut own.decrowding_weight, self.decrowding_weight),
-            (&mut own.distance_weight, self.distance_weight),
-        ] {
-            *own = value.unwrap_or(*own);
-        }
-        own
     }
 }

@@ -1,8 +1,8 @@
 //! What particles do on each object, as kernels take it: one row of a table an object.
 
+use super::physarum::Physarum;
 use super::setup::Setup;
-use super::types::Physarum;
-use crate::scene::settings::{PhysarumSettings, Settings};
+use crate::scene::settings::Settings;
 
 /// What particles do on each object: the scene's values with the object's own over them.
 #[must_use]
@@ -12,7 +12,7 @@ pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
     objects
         .map(|object| {
             let physarum = object.physarum.over(&settings.physarum);
-            physarum_row(&physarum, setup.radius, factor)
+            Physarum::of(&physarum, setup.radius, factor)
         })
         .collect()
 }
@@ -27,25 +27,6 @@ pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
         return 1.0;
     }
     (f64::from(reference) * f64::from(setup.atlas.owned_count) / count as f64) as f32
-}
-
-fn physarum_row(physarum: &PhysarumSettings, radius: f32, factor: f32) -> Physarum {
-    let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
-    let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
-    Physarum {
-        speed: physarum.speed * radius,
-        sensor_offset: physarum.sensor_offset * radius,
-        sensor_cos,
-        sensor_sin,
-        rotation_cos,
-        rotation_sin,
-        sensor_noise: physarum.sensor_noise,
-        favourite_density: physarum.favourite_density,
-        gravity_weight: physarum.gravity_weight / radius,
-        decrowding_weight: factor * physarum.decrowding_weight,
-        distance_weight: physarum.distance_weight / radius,
-        pad0: 0.0,
-    }
 }
 
 #[cfg(test)]

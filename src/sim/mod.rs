@@ -43,6 +43,7 @@ pub mod memory;
 pub mod movement;
 pub mod network;
 pub mod paint;
+pub mod physarum;
 pub mod pipelines;
 pub mod plan;
 pub mod queries;

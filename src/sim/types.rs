@@ -4,6 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3, Vec4};
 
+pub use super::physarum::Physarum;
 pub use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
 
@@ -271,36 +272,6 @@ pub struct Pose {
     pub y: Vec4,
     /// Row of the world's Z.
     pub z: Vec4,
-}
-
-/// What particles do on one object; as the parameters of `advance` with the same names.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Physarum {
-    /// World length of a step.
-    pub speed: f32,
-    /// World length from the particle to each sensor.
-    pub sensor_offset: f32,
-    /// Of the angle between middle and side sensors.
-    pub sensor_cos: f32,
-    /// Likewise.
-    pub sensor_sin: f32,
-    /// Of the angle of one turn.
-    pub rotation_cos: f32,
-    /// Likewise.
-    pub rotation_sin: f32,
-    /// Standard deviation, trail units.
-    pub sensor_noise: f32,
-    /// Trail units; 0 for none.
-    pub favourite_density: f32,
-    /// Trail units a world length of height.
-    pub gravity_weight: f32,
-    /// Trail units a particle.
-    pub decrowding_weight: f32,
-    /// Trail units a world length of signed distance.
-    pub distance_weight: f32,
-    /// Nothing.
-    pub pad0: f32,
 }
 
 impl From<Affine3A> for Pose {

@@ -189,8 +189,9 @@ fn every_parameter_can_be_turned_by_hand() {
     lab.find("particles.start");
     lab.click("particles.start=mask");
     expected.particles.start = Start::Mask;
-    let (of_food, idle): (Vec<_>, Vec<_>) = (idle.into_iter()).partition(|p| p.key == START_FOOD);
-    let (of_trail, idle): (Vec<_>, Vec<_>) =
+    let (of_food, idle): (Vec<&Parameter>, Vec<&Parameter>) =
+        (idle.into_iter()).partition(|p| p.key == START_FOOD);
+    let (of_trail, idle): (Vec<&Parameter>, Vec<&Parameter>) =
         (idle.into_iter()).partition(|p| OF_TRAIL.contains(&p.key));
     for parameter in idle {
         expected = turn(&lab, parameter, "", &expected, &before);

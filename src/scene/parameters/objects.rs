@@ -1,13 +1,21 @@
 //! The rows of the parameter table for one `[[object]]`.
 
-use super::{Effect, Kind, Number, Own, Parameter, Scale};
+use super::{Effect, Kind, Number, Own, Parameter, Scale, one_table};
+use crate::scene::settings::physarum::own_physarum_parameters;
 use crate::scene::settings::{
     Easing, Heading, ModelAnimation, ObjectSettings, ObjectStart, Repeat,
 };
 
 /// The parameters of one `[[object]]`, beside its name and mesh. Poses change while a simulation runs; a scale does
 /// not, because walks and texels are measured in world lengths.
-pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
+pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] =
+    &one_table::<{ PLACE.len() + PHYSARUM.len() }, 2, ObjectSettings>([PLACE, PHYSARUM]);
+
+/// What particles do on it.
+const PHYSARUM: &[Parameter<ObjectSettings>] = own_physarum_parameters!();
+
+/// Where it is.
+const PLACE: &[Parameter<ObjectSettings>] = &[
     Parameter {
         key: "position",
         name: "Position",
@@ -199,77 +207,5 @@ pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] = &[
         help: "For the repeat loop: after how long they begin again, going from the last keyframe to the first in the time left over. 0, or less than the last keyframe's time: at the last keyframe.",
         effect: Effect::Live,
         kind: real!(motion.period, (0.0, 1e6), (0.0, 60.0), Linear),
-    },
-    Parameter {
-        key: "physarum.speed",
-        name: "Particle speed",
-        unit: "scene radii per step",
-        help: "For particles on this object, over the scene's physarum.speed.",
-        effect: Effect::Live,
-        kind: own!(speed, (0.0, 10.0), (0.0, 0.03), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.rotation_angle",
-        name: "Rotation angle",
-        unit: "degrees per step",
-        help: "For particles on this object, over the scene's physarum.rotation_angle.",
-        effect: Effect::Live,
-        kind: own!(rotation_angle, (-360.0, 360.0), (-60.0, 120.0), Linear),
-    },
-    Parameter {
-        key: "physarum.sensor_angle",
-        name: "Sensor angle",
-        unit: "degrees",
-        help: "For particles on this object, over the scene's physarum.sensor_angle.",
-        effect: Effect::Live,
-        kind: own!(sensor_angle, (0.0, 180.0), (0.0, 120.0), Linear),
-    },
-    Parameter {
-        key: "physarum.sensor_offset",
-        name: "Sensor offset",
-        unit: "scene radii",
-        help: "For particles on this object, over the scene's physarum.sensor_offset.",
-        effect: Effect::Live,
-        kind: own!(sensor_offset, (0.0, 10.0), (0.0, 0.2), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.sensor_noise",
-        name: "Sensor noise",
-        unit: "trail units",
-        help: "For particles on this object, over the scene's physarum.sensor_noise.",
-        effect: Effect::Live,
-        kind: own!(sensor_noise, (0.0, 1e6), (0.0, 20.0), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.favourite_density",
-        name: "Favourite trail density",
-        unit: "trail units",
-        help: "For particles on this object, over the scene's physarum.favourite_density.",
-        effect: Effect::Live,
-        kind: own!(favourite_density, (0.0, 1e6), (0.0, 100.0), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.gravity_weight",
-        name: "Gravity weight",
-        unit: "trail units per scene radius",
-        help: "For particles on this object, over the scene's physarum.gravity_weight.",
-        effect: Effect::Live,
-        kind: own!(gravity_weight, (-1e6, 1e6), (-500.0, 500.0), Linear),
-    },
-    Parameter {
-        key: "physarum.decrowding_weight",
-        name: "Decrowding weight",
-        unit: "trail units per particle",
-        help: "For particles on this object, over the scene's physarum.decrowding_weight.",
-        effect: Effect::Live,
-        kind: own!(decrowding_weight, (-1e6, 1e6), (0.0, 20.0), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.distance_weight",
-        name: "Distance weight",
-        unit: "trail units per scene radius",
-        help: "For particles on this object, over the scene's physarum.distance_weight.",
-        effect: Effect::Live,
-        kind: own!(distance_weight, (-1e6, 1e6), (-500.0, 500.0), Linear),
     },
 ];

@@ -1,19 +1,25 @@
 //! The rows of the parameter table.
 
-use super::{Effect, Kind, Number, Parameter, Scale};
+use super::{Effect, Kind, Number, Parameter, Scale, one_table};
+use crate::scene::settings::physarum::physarum_parameters;
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Sensing, Show,
-    SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Sensing, Settings,
+    Show, SignRule, Start, Strategy,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
 pub const MOST_RADIUS: f64 = 1e12;
 
-/// Of what is added to sensors.
-const WEIGHTS: (f64, f64) = (-1e6, 1e6);
-
 /// Every parameter of a scene, in the order that people read them.
-pub static PARAMETERS: &[Parameter] = &[
+pub static PARAMETERS: &[Parameter] =
+    &one_table::<{ BEFORE.len() + PHYSARUM.len() + AFTER.len() }, 3, Settings>([
+        BEFORE, PHYSARUM, AFTER,
+    ]);
+
+/// What particles do.
+const PHYSARUM: &[Parameter] = physarum_parameters!();
+
+const BEFORE: &[Parameter] = &[
     Parameter {
         key: "seed",
         name: "Seed",
@@ -126,138 +132,9 @@ pub static PARAMETERS: &[Parameter] = &[
         effect: Effect::Restart,
         kind: real!(areas.strength, (0.0, 1e6), (0.0, 1_000.0), Logarithmic),
     },
-    Parameter {
-        key: "physarum.speed",
-        name: "Particle speed",
-        unit: "scene radii per step",
-        help: "Length walked in a step.",
-        effect: Effect::Live,
-        kind: real!(physarum.speed, (0.0, 10.0), (0.0, 0.03), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.rotation_angle",
-        name: "Rotation angle",
-        unit: "degrees per step",
-        help: "How far a particle turns towards the better of its outer sensors.",
-        effect: Effect::Live,
-        kind: real!(
-            physarum.rotation_angle,
-            (-360.0, 360.0),
-            (-60.0, 120.0),
-            Linear
-        ),
-    },
-    Parameter {
-        key: "physarum.sensor_angle",
-        name: "Sensor angle",
-        unit: "degrees",
-        help: "Between the middle sensor and the outer ones.",
-        effect: Effect::Live,
-        kind: real!(physarum.sensor_angle, (0.0, 180.0), (0.0, 120.0), Linear),
-    },
-    Parameter {
-        key: "physarum.sensor_offset",
-        name: "Sensor offset",
-        unit: "scene radii",
-        help: "How far ahead the sensors read. Larger values give a coarser network.",
-        effect: Effect::Live,
-        kind: real!(physarum.sensor_offset, (0.0, 10.0), (0.0, 0.2), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.sensor_noise",
-        name: "Sensor noise",
-        unit: "trail units",
-        help: "Standard deviation of the Gaussian noise added to each sensor. 0 for none.",
-        effect: Effect::Live,
-        kind: real!(physarum.sensor_noise, (0.0, 1e6), (0.0, 20.0), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.deposit",
-        name: "Deposit amount",
-        unit: "trail units",
-        help: "Trail that one particle leaves in a step, where texels have the mean size.",
-        effect: Effect::Live,
-        kind: real!(physarum.deposit, (0.0, 1e6), (0.0, 10.0), Logarithmic),
-    },
-    Parameter {
-        key: "physarum.reference_density",
-        name: "Reference density",
-        unit: "particles per texel",
-        help: "How many particles the look was made for: where there are twice as many, each leaves half as much trail, and the decrowding weight is half, so that the look stays. 0 takes both as they are.",
-        effect: Effect::Live,
-        kind: real!(
-            physarum.reference_density,
-            (0.0, 1e6),
-            (0.0, 10.0),
-            Logarithmic
-        ),
-    },
-    Parameter {
-        key: "physarum.border",
-        name: "Border rule",
-        unit: "",
-        help: "At the open border of a surface particles are reflected, or stop there.",
-        effect: Effect::Live,
-        kind: word!(physarum.border: Border),
-    },
-    Parameter {
-        key: "physarum.edge_crossing_attempts",
-        name: "Edge-crossing attempts",
-        unit: "edges per walk",
-        help: "How many edges one walk may cross in a step. What is left of it is walked first in the next step.",
-        effect: Effect::Live,
-        kind: whole!(physarum.edge_crossing_attempts: u32, (0.0, 1_000.0), (0.0, 64.0), Linear),
-    },
-    Parameter {
-        key: "physarum.sensing",
-        name: "Sensing",
-        unit: "",
-        help: "Sensors read straight ahead in the atlas where their way stays in one chart (auto), or always walk.",
-        effect: Effect::Live,
-        kind: word!(physarum.sensing: Sensing),
-    },
-    Parameter {
-        key: "physarum.favourite_density",
-        name: "Favourite trail density",
-        unit: "trail units",
-        help: "Particles seek this much trail and avoid more. 0: the more the better.",
-        effect: Effect::Live,
-        kind: real!(
-            physarum.favourite_density,
-            (0.0, 1e6),
-            (0.0, 100.0),
-            Logarithmic
-        ),
-    },
-    Parameter {
-        key: "physarum.gravity_weight",
-        name: "Gravity weight",
-        unit: "trail units per scene radius",
-        help: "Added to a sensor for its height (+Y). Positive values climb, negative ones sink, 0 is off.",
-        effect: Effect::Live,
-        kind: real!(physarum.gravity_weight, WEIGHTS, (-500.0, 500.0), Linear),
-    },
-    Parameter {
-        key: "physarum.decrowding_weight",
-        name: "Decrowding weight",
-        unit: "trail units per particle",
-        help: "Taken from a sensor for each particle that its texel counted in the last step. 0 is off.",
-        effect: Effect::Live,
-        kind: real!(
-            physarum.decrowding_weight,
-            WEIGHTS,
-            (0.0, 20.0),
-            Logarithmic
-        ),
-    },
-    Parameter {
-        key: "physarum.distance_weight",
-        name: "Distance weight",
-        unit: "trail units per scene radius",
-        help: "Added to a sensor for the signed distance to other objects. Positive values keep away from them, negative ones seek them, 0 is off.",
-        effect: Effect::Live,
-        kind: real!(physarum.distance_weight, WEIGHTS, (-500.0, 500.0), Linear),
-    },
+];
+
+const AFTER: &[Parameter] = &[
     Parameter {
         key: "time.dt",
         name: "Time step",

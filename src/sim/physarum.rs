@@ -1,0 +1,57 @@
+//! What particles do on one object, as kernels take it.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::scene::settings::PhysarumSettings;
+
+/// A row of the table that has one an object; `shaders/include/types.glsl` declares it for kernels.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Physarum {
+    /// World length of a step.
+    pub speed: f32,
+    /// World length from the particle to each sensor.
+    pub sensor_offset: f32,
+    /// Of the angle between middle and side sensors.
+    pub sensor_cos: f32,
+    /// Likewise.
+    pub sensor_sin: f32,
+    /// Of the angle of one turn.
+    pub rotation_cos: f32,
+    /// Likewise.
+    pub rotation_sin: f32,
+    /// Standard deviation, trail units.
+    pub sensor_noise: f32,
+    /// Trail units; 0 for none.
+    pub favourite_density: f32,
+    /// Trail units a world length of height.
+    pub gravity_weight: f32,
+    /// Trail units a particle.
+    pub decrowding_weight: f32,
+    /// Trail units a world length of signed distance.
+    pub distance_weight: f32,
+    /// Nothing.
+    pub pad0: f32,
+}
+
+impl Physarum {
+    /// In a scene of this radius; `factor` is what decrowding weights are multiplied by.
+    pub(super) fn of(physarum: &PhysarumSettings, radius: f32, factor: f32) -> Self {
+        let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
+        let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+        Self {
+            speed: physarum.speed * radius,
+            sensor_offset: physarum.sensor_offset * radius,
+            sensor_cos,
+            sensor_sin,
+            rotation_cos,
+            rotation_sin,
+            sensor_noise: physarum.sensor_noise,
+            favourite_density: physarum.favourite_density,
+            gravity_weight: physarum.gravity_weight / radius,
+            decrowding_weight: factor * physarum.decrowding_weight,
+            distance_weight: physarum.distance_weight / radius,
+            pad0: 0.0,
+        }
+    }
+}
