@@ -27,6 +27,24 @@ impl Strategy {
         matches!(self, Self::Scattered | Self::Sequential | Self::Parallel)
     }
 
+    /// Do sensors see other objects? Where particles change to them, they do.
+    #[must_use]
+    pub fn sees_across(self) -> bool {
+        !matches!(self, Self::None | Self::Respawn)
+    }
+
+    /// Do particles that go into another object begin anew, anywhere on their own?
+    #[must_use]
+    pub fn begins_anew(self) -> bool {
+        self == Self::Respawn
+    }
+
+    /// May particles be sorted? Not where those of all objects are mixed, because transfers name slots.
+    #[must_use]
+    pub fn may_sort(self) -> bool {
+        self != Self::Scattered
+    }
+
     /// Do objects have windows of the particle buffer?
     #[must_use]
     pub fn has_windows(self) -> bool {

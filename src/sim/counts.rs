@@ -8,7 +8,7 @@ use super::sorting;
 use super::transfers::capacity;
 use crate::mesh::surface::NONE;
 use crate::scene::Scene;
-use crate::scene::settings::{Settings, Strategy};
+use crate::scene::settings::Settings;
 
 impl Counts {
     /// Of a scene that is set up.
@@ -35,7 +35,7 @@ impl Counts {
                 1
             },
             transfers: capacity(settings, setup, 0).into(),
-            respawn: if settings.strategy() == Strategy::Respawn {
+            respawn: if settings.strategy().begins_anew() {
                 (triangles, objects)
             } else {
                 (1, 1)

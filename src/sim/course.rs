@@ -11,7 +11,7 @@ use super::movement::Movement;
 use super::plan::{Changes, Means, Plan};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
-use super::sorting::{is_due, may_sort};
+use super::sorting::is_due;
 use super::step::step;
 use super::types::{Physarum, Pose};
 use super::work::Step;
@@ -77,7 +77,7 @@ impl Course {
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
         plan.changes = changes;
         plan.update_distances(&mut planner, self.step, &self.poses);
-        plan.sorts = is_due(self.step) && may_sort(&self.settings);
+        plan.sorts = is_due(self.step) && self.settings.strategy().may_sort();
         let step = step(&plan);
         self.planner = planner;
         self.step += 1;
@@ -99,7 +99,7 @@ impl Course {
                 break;
             }
         }
-        plan.sorts = may_sort(&self.settings);
+        plan.sorts = self.settings.strategy().may_sort();
         (step(&plan), plan.distances)
     }
 

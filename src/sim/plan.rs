@@ -186,7 +186,7 @@ impl<'a> Plan<'a> {
             farthest: lengths.farthest,
             near: lengths.near,
             sight: lengths.sight,
-            sees_across: self.sees_across(),
+            sees_across: self.strategy.sees_across(),
             walk: (
                 settings.physarum.edge_crossing_attempts,
                 self.border_reflects(),
@@ -194,12 +194,6 @@ impl<'a> Plan<'a> {
         };
         let is_due = step.is_multiple_of(u64::from(self.settings.distance.interval.max(1)));
         self.distances = planner.update(&self.setup.distance, poses, rules, is_due);
-    }
-
-    /// Do sensors see other objects? Where particles change to them, they do.
-    #[must_use]
-    pub fn sees_across(&self) -> bool {
-        !matches!(self.strategy, Strategy::None | Strategy::Respawn)
     }
 
     /// Do walks go on from open borders, in the direction of a mirror?

@@ -5,7 +5,6 @@
 //! objects in place are not sorted, because transfers know their slots.
 
 use crate::mesh::atlas::Atlas;
-use crate::scene::settings::{Settings, Strategy};
 
 /// Steps from one sort to the next: a particle takes about twice as many to leave a tile. On `trio` each step since the last
 /// sort makes `advance` 0.3 to 0.5 ms dearer and a sort takes 42 ms, which is least together at 13 to 17 steps.
@@ -52,12 +51,6 @@ impl Tiles {
 #[must_use]
 pub fn is_due(step: u64) -> bool {
     step.is_multiple_of(SORT_INTERVAL)
-}
-
-/// Does any step sort?
-#[must_use]
-pub fn may_sort(settings: &Settings) -> bool {
-    settings.strategy() != Strategy::Scattered
 }
 
 /// How many bins there are, by the strategy that has most: it may change while the simulation runs.

@@ -86,7 +86,7 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
         }
     }
     s.run(plan.seams(), plan.exchange_seams(Field::Distances));
-    if plan.sees_across() {
+    if plan.strategy.sees_across() {
         match plan.settings.distance.method {
             DistanceMethod::Bvh => s.run(Counter::Covered, plan.unfold()),
             _ => s.run(Threads(update.thread_count), plan.unfold()),

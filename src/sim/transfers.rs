@@ -358,7 +358,7 @@ impl Transfers {
         let arriving = buffers::ARRIVING.zeroed(ctx, counts, block)?;
         ctx.upload(&arriving, in_flight)?;
         let flux: &[u32] = if flux.is_empty() { &[0] } else { flux };
-        let respawns = settings.strategy() == Strategy::Respawn;
+        let respawns = settings.strategy().begins_anew();
         let (shares, ranges) = if respawns {
             (
                 area_shares(&setup.surface),

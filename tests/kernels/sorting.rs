@@ -10,7 +10,7 @@ use myxo::sim::kernels::{
     SortScanParams, SortScatter, SortScatterArgs, SortScatterConstants, SortScatterParams,
 };
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::sorting::{SORT_INTERVAL, Tiles, may_sort};
+use myxo::sim::sorting::{SORT_INTERVAL, Tiles};
 use myxo::sim::twin::sort::{bin_of, sort_count, sort_scan, sort_scatter};
 use myxo::sim::types::{Flow, Motion, Particle, Window};
 use myxo::sim::{Setup, Simulation};
@@ -257,7 +257,7 @@ fn steps_sort_every_so_often() {
             let setup = simulation.setup();
             let tiles = Tiles::of(&setup.atlas, 3);
             let windows = strategy.has_windows();
-            if !may_sort(&scene.settings) {
+            if !scene.settings.strategy().may_sort() {
                 continue;
             }
             let params = SortParams::of(&scene, setup);

@@ -9,7 +9,7 @@ use myxo::gpu::{
 };
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
-use myxo::sim::sorting::{SORT_INTERVAL, may_sort};
+use myxo::sim::sorting::SORT_INTERVAL;
 use myxo::sim::{Simulation, memory};
 use myxo::{Error, Result};
 
@@ -259,7 +259,7 @@ impl Rig {
             memory_bytes: memory::size_in_bytes(setup, simulation.settings()),
             warmup: measured.warmup,
             steps: report.steps,
-            sort_places: if may_sort(simulation.settings()) {
+            sort_places: if simulation.settings().strategy().may_sort() {
                 measured.places.iter().filter(|place| **place).count()
             } else {
                 0

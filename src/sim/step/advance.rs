@@ -65,7 +65,7 @@ impl Plan<'_> {
             (Form::Nearby, Counter::Nearby),
             (Form::WalkingNearby, Counter::WalkingNearby),
         ];
-        match (self.reads_straight(), self.sees_across()) {
+        match (self.reads_straight(), self.strategy.sees_across()) {
             (false, _) => &[],
             (true, false) => &FORMS[..1],
             (true, true) => &FORMS,
@@ -102,7 +102,7 @@ impl Plan<'_> {
                 turns: self.strategy.has_turns(),
                 windows: self.strategy.has_windows(),
                 own_physarum: terms.own_physarum,
-                across: self.sees_across(),
+                across: self.strategy.sees_across(),
                 sensing: match form {
                     Form::All if self.reads_straight() => SENSORS_STRAIGHT,
                     Form::All => SENSORS_WALK,
