@@ -55,11 +55,6 @@ layout(constant_id = 9) const bool OWN_PHYSARUM = false;
 // Sensors see other objects where they get to places that those cover.
 layout(constant_id = 10) const bool ACROSS = false;
 layout(constant_id = 11) const uint SENSING = 0u;
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 12) const bool TEXELS_IN_QUADS = false;
-// Deposits that a storage block does not hold are counted in texel buffers, which CPU drivers are slower with.
-layout(constant_id = 13) const bool OUTGROWS_BLOCK = false;
-layout(constant_id = 14) const uint BAND = 0xffffffffu;  // texels of the first of two
 // Somebody has painted what attracts, repels or may not be entered.
 layout(constant_id = 15) const bool PAINTED = false;
 // There is food, or there are markers. Where there is none, nobody is fed.

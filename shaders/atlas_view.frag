@@ -14,8 +14,6 @@ layout(set = 0, binding = 1) uniform usamplerBuffer texels;
 layout(set = 0, binding = 2) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 3) readonly buffer Exposure { float brightest[]; };
 
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 
 #include "colormap.glsl"
 #include "texels.glsl"

@@ -11,12 +11,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "index.glsl"
+#include "texels.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
-// A storage block does not hold the texture.
-layout(constant_id = 1) const bool OUTGROWS_BLOCK = false;
 
 layout(push_constant) uniform Params {
     uint lane_count;     // four a block

@@ -26,8 +26,6 @@ const uint FIELD_DENSITY = 1u;
 const uint FIELD_DISTANCE = 2u;
 const uint FIELD_NEAREST = 3u;
 
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 
 #include "colormap.glsl"
 #include "texels.glsl"

@@ -10,9 +10,6 @@
 
 layout(local_size_x = 64) in;
 
-// What one view of single texels does not hold is read four texels at once, and written through two views.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
-layout(constant_id = 1) const uint BAND = 0xffffffffu;  // texels of the first of two
 
 layout(push_constant) uniform Params {
     uint texel_count;

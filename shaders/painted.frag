@@ -9,8 +9,6 @@
 
 layout(set = 0, binding = 4) uniform samplerBuffer bias;
 
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 
 #include "texels.glsl"
 

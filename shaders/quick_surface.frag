@@ -19,8 +19,6 @@ const float CLEARANCE_UNIT = 0.5;
 // Four texels a word: how many half texels far straight lines stay on the surface around.
 layout(set = 0, binding = 6) uniform usamplerBuffer clearance;
 
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 // May there be other objects?
 layout(constant_id = 1) const bool OTHERS = true;
 

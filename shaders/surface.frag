@@ -17,8 +17,6 @@ layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 10) uniform samplerBuffer distances;
 
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 // May there be a relief, or charts, and other objects? CPU drivers take both ways of a branch.
 layout(constant_id = 1) const bool EXTRAS = true;
 layout(constant_id = 2) const bool OTHERS = true;

@@ -9,8 +9,6 @@
 
 layout(local_size_x = 256) in;
 
-// What one view of single texels does not hold is read four texels at once.
-layout(constant_id = 0) const bool TEXELS_IN_QUADS = false;
 
 layout(set = 0, binding = 0) uniform samplerBuffer trail;
 layout(set = 0, binding = 1) uniform samplerBuffer density;

@@ -26,7 +26,6 @@ layout(constant_id = 1) const uint SIGN_RULE = 0u;
 layout(constant_id = 2) const bool OWN_PHYSARUM = false;
 // Somebody has painted what attracts, repels or may not be entered.
 layout(constant_id = 3) const bool PAINTED = false;
-layout(constant_id = 4) const bool TEXELS_IN_QUADS = false;
 
 layout(push_constant) uniform Params {
     uint capacity;             // of the lists of transfers

@@ -1,5 +1,4 @@
 // field: reading the trail, and what is laid beside it, between texel centres. Twin: `trail_at` of src/sim/field.rs.
-// The includer declares what texels.glsl asks for first.
 
 #ifndef MYXO_FIELD
 #define MYXO_FIELD

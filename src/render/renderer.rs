@@ -68,7 +68,7 @@ impl Pipelines {
         ctx: &Arc<Context>,
         format: Format,
         samples: u32,
-        texels_in_quads: bool,
+        paths: TexelPaths,
         others: bool,
     ) -> Result<Self, GpuError> {
         let options = RasterOptions {
@@ -87,25 +87,22 @@ impl Pipelines {
         };
         let surface = |extras| {
             let constants = SurfaceConstants {
-                texels_in_quads,
+                paths,
                 extras,
                 others,
             };
             Sides::new(ctx, &constants, options)
         };
-        let quick_surface = QuickSurfaceConstants {
-            texels_in_quads,
-            others,
-        };
+        let quick_surface = QuickSurfaceConstants { paths, others };
         let quick_surface = || Sides::new(ctx, &quick_surface, options);
         Ok(Self {
-            painted: painted::pipeline(ctx, format, samples, texels_in_quads)?,
+            painted: painted::pipeline(ctx, format, samples, paths)?,
             foods: foods::pipeline(ctx, format, samples)?,
             samples,
             surface: surface(true)?,
             plain_surface: surface(false)?,
             quick_surface: (samples == 1).then(quick_surface).transpose()?,
-            fields: Sides::new(ctx, &FieldsConstants { texels_in_quads }, options)?,
+            fields: Sides::new(ctx, &FieldsConstants { paths }, options)?,
             particles: RasterPipeline::new(ctx, &(), points)?,
             headings: RasterPipeline::new(
                 ctx,
@@ -116,7 +113,7 @@ impl Pipelines {
                 },
             )?,
             background: RasterPipeline::new(ctx, &(), behind)?,
-            atlas_view: RasterPipeline::new(ctx, &AtlasViewConstants { texels_in_quads }, behind)?,
+            atlas_view: RasterPipeline::new(ctx, &AtlasViewConstants { paths }, behind)?,
         })
     }
 }
@@ -200,11 +197,11 @@ impl Renderer {
             .to_vec();
         samples.dedup();
         let texel_count = setup.atlas.texel_count() as u64;
-        let texels_in_quads = TexelPaths::of(ctx.info(), texel_count).in_quads;
+        let paths = TexelPaths::of(ctx.info(), texel_count);
         let others = setup.poses.len() > 1;
         let pipelines = samples
             .into_iter()
-            .map(|samples| Pipelines::new(ctx, format, samples, texels_in_quads, others));
+            .map(|samples| Pipelines::new(ctx, format, samples, paths, others));
         let Prepared {
             shared,
             normals,
@@ -221,14 +218,14 @@ impl Renderer {
             shared: shared.transpose()?.flatten(),
             pipelines: pipelines.collect::<Result<_, _>>()?,
             draw_order: Pipeline::new(ctx, &())?,
-            trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { texels_in_quads })?,
+            trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { paths })?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", normals)?,
             openness: Buffer::from_slice(ctx, "openness", openness)?,
             object_colors: Buffer::from_slice(ctx, "object_colors", object_colors)?,
             texels: Texels::new(
                 &Buffer::from_slice_in(ctx, "texels", texels, Domain::Texels)?,
-                if texels_in_quads { 4 } else { 1 },
+                if paths.in_quads { 4 } else { 1 },
             )?,
             charts: Buffer::from_slice(ctx, "charts", charts)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,

@@ -206,7 +206,17 @@ impl Interface<'_> {
                 self.stem
             ),
         );
-        for constant in self.constants {
+        let (paths, own): (Vec<_>, Vec<_>) = self
+            .constants
+            .iter()
+            .partition(|c| path_of(&c.name).is_some());
+        if !paths.is_empty() {
+            put(
+                out,
+                format_args!("    /// How it gets at single texels.\n    pub paths: {PATHS},\n"),
+            );
+        }
+        for constant in &own {
             let name = snake_case(&constant.name);
             let remark = self
                 .remark(&constant.name)
@@ -225,7 +235,13 @@ impl Interface<'_> {
                 "}}\n\nimpl Default for {base}Constants {{\n    fn default() -> Self {{\n        Self {{\n"
             ),
         );
-        for constant in self.constants {
+        if !paths.is_empty() {
+            put(
+                out,
+                format_args!("            paths: {PATHS}::default(),\n"),
+            );
+        }
+        for constant in &own {
             let value = match constant.ty {
                 Ty::Bool => format!("{}", constant.default != 0),
                 Ty::I32 => format!("{}", constant.default as i32),
@@ -248,7 +264,10 @@ impl Interface<'_> {
             format_args!("    fn values(&self) -> Vec<(u32, [u8; 4])> {{\n        vec![\n"),
         );
         for constant in self.constants {
-            let name = snake_case(&constant.name);
+            let name = path_of(&constant.name).map_or_else(
+                || snake_case(&constant.name),
+                |path| format!("paths.{path}"),
+            );
             let bytes = match constant.ty {
                 Ty::Bool => format!("u32::from(self.{name}).to_ne_bytes()"),
                 _ => format!("self.{name}.to_ne_bytes()"),
@@ -296,6 +315,19 @@ pub fn camel_case(stem: &str) -> String {
         .filter(|part| !part.is_empty())
         .map(|part| part[..1].to_uppercase() + &part[1..])
         .collect()
+}
+
+/// What the constants of `include/texels.glsl` come from, for every shader that includes it.
+const PATHS: &str = "crate::sim::texel_paths::TexelPaths";
+
+/// The field of it that such a constant has.
+fn path_of(constant: &str) -> Option<&'static str> {
+    match constant {
+        "TEXELS_IN_QUADS" => Some("in_quads"),
+        "BAND" => Some("band"),
+        "OUTGROWS_BLOCK" => Some("outgrows_block"),
+        _ => None,
+    }
 }
 
 /// Constants are written in capitals in shaders; fields are not.

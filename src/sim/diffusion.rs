@@ -58,19 +58,9 @@ impl Diffusion {
         memory::check_atlas(ctx.info(), atlas)?;
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
-        let TexelPaths {
-            in_quads,
-            band,
-            outgrows_block,
-        } = TexelPaths::of(ctx.info(), texels as u64);
-        let constants = DiffuseConstants {
-            distance,
-            outgrows_block,
-        };
-        let seams_constants = DiffuseSeamsConstants {
-            texels_in_quads: in_quads,
-            band,
-        };
+        let paths = TexelPaths::of(ctx.info(), texels as u64);
+        let constants = DiffuseConstants { distance, paths };
+        let seams_constants = DiffuseSeamsConstants { paths };
         let large = Domain::Texels;
         let counts = Counts {
             texels: texels as u64,
@@ -114,7 +104,7 @@ impl Diffusion {
                 buffers::TRAIL_FRONT.zeroed(ctx, &counts, large)?,
                 buffers::TRAIL_BACK.zeroed(ctx, &counts, large)?,
             )?,
-            outgrows_block,
+            outgrows_block: paths.outgrows_block,
             unused: Unused::new(ctx)?,
             ctx: ctx.clone(),
         })

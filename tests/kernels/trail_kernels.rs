@@ -10,6 +10,7 @@ use myxo::sim::kernels::{
     DiffuseSeamsConstants, DiffuseSeamsParams, ExchangeSeams, ExchangeSeamsArgs,
     ExchangeSeamsConstants, ExchangeSeamsParams,
 };
+use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam};
 use myxo::sim::{TINY_TRAIL, twin};
 use std::sync::Arc;
@@ -21,6 +22,15 @@ fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffe
 }
 
 /// Both views that texels are written through: of a part each, or of everything.
+/// The ways to a texture whose first part has so many texels, or that has one part.
+fn in_parts(in_quads: bool, band: u32) -> TexelPaths {
+    TexelPaths {
+        in_quads,
+        band: if in_quads { band } else { u32::MAX },
+        outgrows_block: false,
+    }
+}
+
 fn parts(buffer: &Buffer<f32>, in_parts: bool, band: u32) -> [Texels<f32>; 2] {
     let (band, texels) = (u64::from(band), buffer.len() as u64);
     let parts = if in_parts {
@@ -137,7 +147,10 @@ fn diffuse_agrees_with_its_twin() {
             // To storage blocks, and to texel buffers.
             for outgrows_block in [false, true] {
                 let constants = DiffuseConstants {
-                    outgrows_block,
+                    paths: TexelPaths {
+                        outgrows_block,
+                        ..TexelPaths::default()
+                    },
                     ..constants
                 };
                 let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &constants).unwrap();
@@ -268,8 +281,7 @@ fn diffuse_seams_agrees_with_its_twin() {
         let deposits = buffer(&gpu.ctx, "deposits", &deposits);
         for in_quads in [false, true] {
             let constants = DiffuseSeamsConstants {
-                texels_in_quads: in_quads,
-                band: if in_quads { band } else { u32::MAX },
+                paths: in_parts(in_quads, band),
             };
             let pipeline = Pipeline::<DiffuseSeams>::new(&gpu.ctx, &constants).unwrap();
             let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
@@ -323,8 +335,7 @@ fn exchange_seams_agrees_with_its_twin() {
         let band = 64 * (count / 64);
         for in_quads in [false, true] {
             let constants = ExchangeSeamsConstants {
-                texels_in_quads: in_quads,
-                band: if in_quads { band } else { u32::MAX },
+                paths: in_parts(in_quads, band),
             };
             let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &constants).unwrap();
             let filled = buffer(&gpu.ctx, "trail", &trail);

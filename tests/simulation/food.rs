@@ -18,6 +18,7 @@ use myxo::sim::food::{FoodPlace, LEVELS, MOST_AMOUNT, Pantry};
 use myxo::sim::kernels::{
     Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
 };
+use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::Meal;
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
@@ -127,8 +128,11 @@ fn scent_agrees_with_its_twin() {
             .take(1 + usize::from(texels > 128))
         {
             let constants = ScentConstants {
-                texels_in_quads: in_parts,
-                band: if in_parts { 64 } else { u32::MAX },
+                paths: TexelPaths {
+                    in_quads: in_parts,
+                    band: if in_parts { 64 } else { u32::MAX },
+                    outgrows_block: false,
+                },
             };
             let field = buffer(&gpu.ctx, "field", &start);
             let all = texels as u64;

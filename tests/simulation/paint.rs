@@ -12,6 +12,7 @@ use myxo::sim::kernels::{
     Paint, PaintArgs, PaintConstants, PaintParams, Summon, SummonArgs, SummonParams,
 };
 use myxo::sim::paint::{Brush, Dab, GREATEST, NO_GO, NO_GO_BELOW, Painted};
+use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::{Motion, Particle, Triangle};
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
@@ -61,15 +62,18 @@ fn paint_agrees_with_its_twin() {
             twin::paint(&params, &dab, &mut expected);
             // In two parts where there is enough for them.
             let in_parts = texels > 128 && count < 2000;
-            let constants = [false, true].map(|texels_in_quads| PaintConstants {
-                texels_in_quads,
-                band: if texels_in_quads { 64 } else { u32::MAX },
+            let constants = [false, true].map(|in_quads| PaintConstants {
+                paths: TexelPaths {
+                    in_quads,
+                    band: if in_quads { 64 } else { u32::MAX },
+                    outgrows_block: false,
+                },
             });
             for constants in constants.into_iter().take(1 + usize::from(in_parts)) {
                 let field = buffer(&gpu.ctx, "field", &start);
-                let components = if constants.texels_in_quads { 4 } else { 1 };
+                let components = if constants.paths.in_quads { 4 } else { 1 };
                 let all = texels as u64;
-                let parts = if constants.texels_in_quads {
+                let parts = if constants.paths.in_quads {
                     [0..64, 64..all]
                 } else {
                     [0..all, 0..all]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{Renderer, Shot};
 use crate::gpu::{Blend, Context, Format, GpuError, PassRecorder, RasterOptions, RasterPipeline};
 use crate::sim::draws::{PaintedArgs, PaintedConstants, PaintedDraw, PaintedParams};
+use crate::sim::texel_paths::TexelPaths;
 
 /// Trail units of a bias that is seen well. Brushes of the lab come to some ten times the mean trail.
 const USUAL: f32 = 60.0;
@@ -14,7 +15,7 @@ pub(super) fn pipeline(
     ctx: &Arc<Context>,
     format: Format,
     samples: u32,
-    texels_in_quads: bool,
+    paths: TexelPaths,
 ) -> Result<RasterPipeline<PaintedDraw>, GpuError> {
     let options = RasterOptions {
         color: format,
@@ -23,7 +24,7 @@ pub(super) fn pipeline(
         blend: Blend::Alpha,
         ..RasterOptions::default()
     };
-    RasterPipeline::new(ctx, &PaintedConstants { texels_in_quads }, options)
+    RasterPipeline::new(ctx, &PaintedConstants { paths }, options)
 }
 
 impl Renderer {

@@ -15,14 +15,8 @@ pub(super) struct Painter {
 
 impl Painter {
     pub(super) fn new(ctx: &Arc<Context>, paths: TexelPaths) -> Result<Self, GpuError> {
-        let constants = PaintConstants {
-            texels_in_quads: paths.in_quads,
-            band: paths.band,
-        };
-        let seams = ExchangeSeamsConstants {
-            texels_in_quads: paths.in_quads,
-            band: paths.band,
-        };
+        let constants = PaintConstants { paths };
+        let seams = ExchangeSeamsConstants { paths };
         Ok(Self {
             paint: Pipeline::new(ctx, &constants)?,
             summon: Pipeline::new(ctx, &())?,

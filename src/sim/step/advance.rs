@@ -110,9 +110,7 @@ impl Plan<'_> {
                     Form::Nearby => SENSORS_STRAIGHT_LISTED,
                     Form::WalkingNearby => SENSORS_WALK_NEAR,
                 },
-                texels_in_quads: means.paths.in_quads,
-                outgrows_block: means.paths.outgrows_block,
-                band: means.paths.band,
+                paths: means.paths,
                 painted: means.painted,
                 food: self.has_food(),
             },
@@ -145,7 +143,7 @@ impl StepKernel for Advance {
     }
 
     fn args<'s>(call: &Call<Self>, s: &'s State) -> AdvanceArgs<'s> {
-        let deposits = s.counted(call.constants.outgrows_block);
+        let deposits = s.counted(call.constants.paths.outgrows_block);
         let food = s.food.as_ref();
         AdvanceArgs {
             particles: &s.particles.texels,

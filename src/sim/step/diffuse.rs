@@ -18,7 +18,7 @@ impl Plan<'_> {
             on: (),
             constants: DiffuseConstants {
                 distance: self.settings.trail.diffusion_distance as i32,
-                outgrows_block: self.means.paths.outgrows_block,
+                paths: self.means.paths,
             },
             params: DiffuseParams {
                 diffusion: rates.diffusion,
@@ -34,7 +34,7 @@ impl StepKernel for Diffuse {
     type On = ();
 
     fn args<'s>(call: &Call<Self>, s: &'s State) -> DiffuseArgs<'s> {
-        let spread = s.spread(call.constants.outgrows_block);
+        let spread = s.spread(call.constants.paths.outgrows_block);
         DiffuseArgs {
             blocks: &s.atlas.blocks,
             trail: &s.trail.front_views.quads,

@@ -7,20 +7,17 @@ use crate::sim::kernels::{DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants}
 use crate::sim::plan::Plan;
 use crate::sim::spread::{Half, rate_of, spreading};
 use crate::sim::state::State;
-use crate::sim::texel_paths::TexelPaths;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
     /// The same for texels beside seams.
     #[must_use]
     pub fn diffuse_seams(&self, half: Half) -> Call<DiffuseSeams> {
-        let TexelPaths { in_quads, band, .. } = self.means.paths;
         let rates = rate_of(self, half);
         Call {
             on: (),
             constants: DiffuseSeamsConstants {
-                texels_in_quads: in_quads,
-                band,
+                paths: self.means.paths,
             },
             params: DiffuseSeamsParams {
                 diffusion: rates.diffusion,

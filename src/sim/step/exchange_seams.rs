@@ -7,7 +7,6 @@ use crate::sim::kernels::{
 };
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
-use crate::sim::texel_paths::TexelPaths;
 use crate::sim::types::Seam;
 use crate::sim::work::{Call, StepKernel};
 
@@ -23,12 +22,10 @@ pub enum Field {
 impl Plan<'_> {
     /// Fills the gutters of a field, so that sensors see no seam.
     pub fn exchange_seams(&self, of: Field) -> Call<ExchangeSeams> {
-        let TexelPaths { in_quads, band, .. } = self.means.paths;
         Call {
             on: of,
             constants: ExchangeSeamsConstants {
-                texels_in_quads: in_quads,
-                band,
+                paths: self.means.paths,
             },
             params: ExchangeSeamsParams {
                 seam_count: self.setup.atlas.seams.len() as u32,

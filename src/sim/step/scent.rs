@@ -8,7 +8,6 @@ use crate::sim::kernels::ScentParams;
 use crate::sim::kernels::{Scent, ScentArgs, ScentConstants};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
-use crate::sim::texel_paths::TexelPaths;
 use crate::sim::types::Meal;
 use crate::sim::work::{Call, StepKernel};
 
@@ -16,12 +15,10 @@ impl Plan<'_> {
     /// Sums up what sensors read of food and markers.
     #[must_use]
     pub fn scent(&self) -> Call<Scent> {
-        let TexelPaths { in_quads, band, .. } = self.means.paths;
         Call {
             on: (),
             constants: ScentConstants {
-                texels_in_quads: in_quads,
-                band,
+                paths: self.means.paths,
             },
             params: ScentParams {
                 scented_count: self.setup.pantry.scented_count(),

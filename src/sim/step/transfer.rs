@@ -42,7 +42,7 @@ impl Plan<'_> {
                 sign_rule: self.settings.distance.sign as u32,
                 own_physarum: self.terms.own_physarum,
                 painted: self.means.painted,
-                texels_in_quads: self.means.paths.in_quads,
+                paths: self.means.paths,
             },
             params: TransferOutParams {
                 capacity: self.means.capacity,

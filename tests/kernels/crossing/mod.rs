@@ -19,6 +19,7 @@ use myxo::sim::crossing::Terrain;
 use myxo::sim::ground::Ground;
 use myxo::sim::kernels::{TransferOut, TransferOutArgs, TransferOutConstants, TransferOutParams};
 use myxo::sim::paint::NO_GO;
+use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::twin::transfer::transfer_out;
 use myxo::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer};
 use myxo::sim::{Setup, twin};
@@ -259,7 +260,7 @@ fn transfer_out_agrees_with_its_twin() {
                 sign_rule,
                 own_physarum,
                 painted,
-                texels_in_quads: false,
+                paths: TexelPaths::default(),
             },
             carried,
             counted: 0,
@@ -379,7 +380,7 @@ fn particles_go_on_as_the_fold_says() {
                 sign_rule: 0,
                 own_physarum: false,
                 painted: false,
-                texels_in_quads: false,
+                paths: TexelPaths::default(),
             },
             carried: 0,
             counted: 0,
@@ -457,7 +458,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
                 sign_rule: 0,
                 own_physarum: false,
                 painted: false,
-                texels_in_quads: false,
+                paths: TexelPaths::default(),
             },
             carried: 0,
             counted: 0,

@@ -4,6 +4,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use myxo::sim::Setup;
 use myxo::sim::ground::Ground;
 use myxo::sim::kernels::TransferOutConstants;
+use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::{Motion, Particle};
 
 use super::{Case, heading, of_speed, pose, scene, word};
@@ -69,7 +70,7 @@ fn who_was_moved_over_goes_on_from_there() {
                 sign_rule: 0,
                 own_physarum: false,
                 painted: false,
-                texels_in_quads: false,
+                paths: TexelPaths::default(),
             },
             carried: 0,
             counted: 0,
