@@ -91,10 +91,10 @@ layout(push_constant) uniform Params {
 // Numbers of bindings have no order: the build takes them from here, by name.
 // Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
 // buffers scalar by scalar.
-layout(rgba32ui, set = 0, binding = 0) uniform writeonly uimageBuffer particles;
-layout(rgba32ui, set = 0, binding = 1) uniform writeonly uimageBuffer motions;
-layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;
-layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;
+layout(rgba32ui, set = 0, binding = 0) uniform writeonly uimageBuffer particles;  // one an invocation
+layout(rgba32ui, set = 0, binding = 1) uniform writeonly uimageBuffer motions;  // one an invocation
+layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;  // one an invocation
+layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;  // one an invocation
 layout(set = 0, binding = 2) uniform usamplerBuffer strips;
 layout(set = 0, binding = 5) uniform samplerBuffer trail;
 layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits;

@@ -18,8 +18,8 @@ layout(push_constant) uniform Params {
     float reach;  // world length
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Distances { float distances[]; };
-layout(std430, set = 0, binding = 1) writeonly buffer Depths { float depths[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Distances { float distances[]; };  // one an invocation
+layout(std430, set = 0, binding = 1) writeonly buffer Depths { float depths[]; };  // one an invocation
 
 void main() {
     uint i = invocation_index();

@@ -22,7 +22,7 @@ layout(push_constant) uniform Params {
 } params;
 
 // Two texels a row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
-layout(set = 0, binding = 0) uniform usamplerBuffer rows;
+layout(set = 0, binding = 0) uniform usamplerBuffer rows;  // two an invocation
 // Two entries a texel: a texel and its conductance or share, twice.
 layout(set = 0, binding = 1) uniform usamplerBuffer entries;
 layout(set = 0, binding = 2) uniform samplerBuffer trail;

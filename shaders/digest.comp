@@ -21,7 +21,7 @@ layout(push_constant) uniform Params {
 // Of a smell there are so many steps. MOST_AMOUNT in src/sim/food.rs keeps the product below 2^32.
 const uint LEVELS = 64u;
 
-layout(std430, set = 0, binding = 0) buffer Meals { Meal meals[]; };
+layout(std430, set = 0, binding = 0) buffer Meals { Meal meals[]; };  // one an invocation
 layout(std430, set = 0, binding = 1) buffer Groups { DispatchGroups groups[]; };
 
 void main() {

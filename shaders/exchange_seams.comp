@@ -17,7 +17,7 @@ layout(push_constant) uniform Params {
 } params;
 
 // Two texels a seam: four that it is filled from; its own, and their weights.
-layout(set = 0, binding = 0) uniform usamplerBuffer seams;
+layout(set = 0, binding = 0) uniform usamplerBuffer seams;  // two an invocation
 layout(set = 0, binding = 1) uniform samplerBuffer trail;
 layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_trail;
 layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_trail;

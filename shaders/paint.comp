@@ -21,7 +21,7 @@ layout(push_constant) uniform Params {
 } params;
 
 // The texel, and the bits of its weight, 0 to 1.
-layout(std430, set = 0, binding = 0) readonly buffer Dab { uvec2 dab[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Dab { uvec2 dab[]; };  // one an invocation
 layout(set = 0, binding = 1) uniform samplerBuffer field;
 layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_field;
 layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_field;

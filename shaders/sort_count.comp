@@ -22,8 +22,8 @@ layout(push_constant) uniform Params {
     uint tile_count;   // bins of an object
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
-layout(set = 0, binding = 1) uniform usamplerBuffer motions;
+layout(set = 0, binding = 0) uniform usamplerBuffer particles;  // one an invocation
+layout(set = 0, binding = 1) uniform usamplerBuffer motions;  // one an invocation
 layout(set = 0, binding = 2) uniform usamplerBuffer strips;
 layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
 

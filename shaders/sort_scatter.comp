@@ -23,12 +23,12 @@ layout(push_constant) uniform Params {
     uint tile_count;   // bins of an object
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
-layout(set = 0, binding = 1) uniform usamplerBuffer motions;
+layout(set = 0, binding = 0) uniform usamplerBuffer particles;  // one an invocation
+layout(set = 0, binding = 1) uniform usamplerBuffer motions;  // one an invocation
 layout(set = 0, binding = 2) uniform usamplerBuffer strips;
 layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
-layout(rgba32ui, set = 0, binding = 4) uniform writeonly uimageBuffer sorted_particles;
-layout(rgba32ui, set = 0, binding = 5) uniform writeonly uimageBuffer sorted_motions;
+layout(rgba32ui, set = 0, binding = 4) uniform writeonly uimageBuffer sorted_particles;  // one an invocation
+layout(rgba32ui, set = 0, binding = 5) uniform writeonly uimageBuffer sorted_motions;  // one an invocation
 layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 7) readonly buffer FlowBlock { Flow flow[]; };
 

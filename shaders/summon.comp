@@ -26,8 +26,8 @@ layout(std430, set = 0, binding = 0) readonly buffer Places { Particle places[];
 // One an object: its first place, and how many it has.
 layout(std430, set = 0, binding = 1) readonly buffer PlaceRanges { uvec2 place_ranges[]; };
 layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
-layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
-layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
+layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;  // one an invocation
+layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;  // one an invocation
 
 void main() {
     uint i = invocation_index();

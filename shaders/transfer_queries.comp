@@ -33,12 +33,12 @@ layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
 layout(set = 0, binding = 7) uniform usamplerBuffer faces;
 layout(set = 0, binding = 8) uniform usamplerBuffer pseudonormals;
 layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
-layout(std430, set = 0, binding = 10) buffer Phases { uint phases[]; };
+layout(std430, set = 0, binding = 10) buffer Phases { uint phases[]; };  // one an invocation
 
 const bool WALK_CARRIES = true;
 #include "crossing.glsl"
 
-layout(std430, set = 0, binding = 11) buffer Walkers { Walker walkers[]; };
+layout(std430, set = 0, binding = 11) buffer Walkers { Walker walkers[]; };  // one an invocation
 
 const uint SOURCE = 0u;
 const uint TARGET = 1u;

@@ -25,7 +25,7 @@ layout(set = 0, binding = 1) uniform usamplerBuffer dipoles;
 layout(set = 0, binding = 2) uniform usamplerBuffer faces;
 layout(set = 0, binding = 3) uniform usamplerBuffer pseudonormals;
 layout(set = 0, binding = 4) uniform usamplerBuffer corners;
-layout(std430, set = 0, binding = 5) buffer Queries { TreeQuery queries[]; };
+layout(std430, set = 0, binding = 5) buffer Queries { TreeQuery queries[]; };  // one an invocation
 
 #include "sign.glsl"
 

@@ -25,7 +25,7 @@ layout(set = 0, binding = 1) uniform usamplerBuffer halfedges;
 const bool WALK_CARRIES = true;
 #include "walk.glsl"
 
-layout(std430, set = 0, binding = 2) buffer Walkers { Walker walkers[]; };
+layout(std430, set = 0, binding = 2) buffer Walkers { Walker walkers[]; };  // one an invocation
 
 void main() {
     uint i = invocation_index();

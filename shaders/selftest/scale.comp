@@ -10,8 +10,8 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SHIFT = 5; // Added to every element.
 layout(constant_id = 1) const bool NEGATE = false; // Changes the sign at the end.
 
-layout(std430, binding = 3) readonly buffer Source { float source[]; };
-layout(std430, binding = 7) writeonly buffer Target { float target[]; };
+layout(std430, binding = 3) readonly buffer Source { float source[]; };  // one an invocation
+layout(std430, binding = 7) writeonly buffer Target { float target[]; };  // one an invocation
 
 layout(push_constant) uniform Params {
     uint count; // Elements.

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
-use super::kernel::{DispatchGroups, Kernel, Pipeline, Threads};
+use super::kernel::{DispatchGroups, Kernel, Pipeline, Resource, Threads};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
 
@@ -12,7 +12,8 @@ impl Recorder {
     /// Runs a kernel with at least `threads` invocations; none records nothing.
     ///
     /// # Panics
-    /// If one buffer is bound twice and written.
+    /// If one buffer is bound twice and written; where such things are checked, if a buffer has fewer elements than the
+    /// invocations need that the shader says need some each.
     pub fn dispatch<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -26,6 +27,7 @@ impl Recorder {
         if !self.admits::<K>(pipeline.core().name, &args) {
             return;
         }
+        self.check_lengths::<K>(pipeline.core().name, threads, &args);
         self.bind::<K>(pipeline.core(), Access::Kernel, None, &args, &params);
         self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
             for (i, part) in rec.parts_of(pipeline.core().name, [x, y]).enumerate() {
@@ -41,6 +43,32 @@ impl Recorder {
                 rec.dispatch_part(part);
             }
         });
+    }
+
+    /// Is every buffer long enough of which each invocation needs something?
+    fn check_lengths<K: Kernel>(&self, name: &str, threads: Threads, args: &K::Args<'_>) {
+        if !self.ctx().hazard_check {
+            return;
+        }
+        let bound = K::resources(args).into_iter().zip(K::BINDINGS);
+        for (resource, binding) in bound.filter(|(_, binding)| binding.each > 0) {
+            let Some(core) = resource.core() else {
+                continue;
+            };
+            let element = match resource {
+                Resource::Texels(texels) => 4 * texels.components() as usize,
+                _ => binding.element,
+            };
+            let has = core.size_in_bytes() / element as u64;
+            let needs = u64::from(threads.0) * u64::from(binding.each);
+            assert!(
+                has >= needs,
+                "`{name}` runs {} invocations, which need {needs} elements of {}, and `{}` has {has}",
+                threads.0,
+                binding.name,
+                core.name()
+            );
+        }
     }
 
     /// As [`Recorder::dispatch`], with the groups that `groups` holds at `index`; they stay on the device.

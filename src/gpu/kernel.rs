@@ -54,6 +54,10 @@ pub struct Binding {
     pub access: BindingAccess,
     /// Storage block, texel buffer or image.
     pub kind: BindingKind,
+    /// How many elements or texels each invocation needs; 0 where the shader does not say.
+    pub each: u32,
+    /// Bytes of an element of a storage block.
+    pub element: usize,
 }
 
 /// What is bound to a [`Binding`].

@@ -60,8 +60,12 @@ impl Interface<'_> {
             put(
                 out,
                 format_args!(
-                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind} }},\n",
-                    binding.number, binding.name, binding.access
+                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, each: {}, element: {} }},\n",
+                    binding.number,
+                    binding.name,
+                    binding.access,
+                    self.each(binding),
+                    element_size(binding)?
                 ),
             );
         }
@@ -101,6 +105,19 @@ impl Interface<'_> {
             format_args!("        vec![{}]\n    }}\n}}\n\n", list.join(", ")),
         );
         Ok(())
+    }
+
+    /// How many elements an invocation needs of a binding: `// one an invocation` behind its declaration says so.
+    fn each(&self, binding: &Binding) -> u32 {
+        let remark = self.remark(&binding.name).unwrap_or_default();
+        let word = remark.split_once(" an invocation").map(|(word, _)| word);
+        match word {
+            Some("one") => 1,
+            Some("two") => 2,
+            Some("three") => 3,
+            Some("four") => 4,
+            _ => 0,
+        }
     }
 
     fn remark(&self, name: &str) -> Option<String> {
@@ -315,6 +332,14 @@ pub fn camel_case(stem: &str) -> String {
         .filter(|part| !part.is_empty())
         .map(|part| part[..1].to_uppercase() + &part[1..])
         .collect()
+}
+
+/// Bytes of an element, as an expression; 0 for what is no storage block.
+fn element_size(binding: &Binding) -> Result<String, String> {
+    Ok(match &binding.resource {
+        Resource::Storage(element) => format!("size_of::<{}>()", rust_type(element)?),
+        _ => "0".to_owned(),
+    })
 }
 
 /// What the constants of `include/texels.glsl` come from, for every shader that includes it.

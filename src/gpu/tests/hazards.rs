@@ -286,6 +286,27 @@ fn a_slice_that_the_host_holds_does_not_change() {
     rec.copy(&s.a, &back);
 }
 
+/// Catches a kernel that would read or write behind the end of a buffer, which drivers do not say.
+#[test]
+fn a_buffer_that_is_too_short_for_its_dispatch_is_an_error_with_both_names() {
+    let Some(mut s) = Setup::with(ContextOptions {
+        hazard_check: Some(true),
+        ..ContextOptions::default()
+    }) else {
+        return;
+    };
+    let short = Buffer::zeroed(&s.ctx, "short", 63).unwrap();
+    let mut rec = s.frames.begin().unwrap();
+    let text = panic_text(|| s.scale(&mut rec, &s.a, &short));
+    assert!(
+        text.contains(
+            "`scale` runs 64 invocations, which need 64 elements of target, and `short` has 63"
+        ),
+        "{text}"
+    );
+    drop(rec);
+}
+
 /// If this fails, the validation layer is not watching, and every other test's silence means nothing.
 #[test]
 fn the_validation_layer_sees_a_barrier_that_is_left_out() {

@@ -1,6 +1,8 @@
 //! `advance` in its four forms: what they take, read and write. Twin of `shaders/advance.comp`.
 
 use super::turn::Turn;
+use rayon::prelude::*;
+
 use crate::gpu::Kernel as _;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE};
@@ -316,176 +318,231 @@ pub fn advance(
     motions: &mut [Motion],
     deposits: &mut [u32],
 ) -> Vec<f32> {
-    let mut gaps = Vec::with_capacity(particles.len());
-    for i in 0..params.particle_count {
-        let mut i = i;
-        if constants.windows {
+    let (first, count) = match constants.windows {
+        true => {
             let window = turn.windows[params.object as usize];
-            if i >= window.count {
-                break;
+            (window.start, window.count)
+        }
+        false => (0, params.particle_count),
+    };
+    let slot = |i| Window::slot(first, i, params.particle_count) as usize;
+    let (all, meals) = ((&*particles, &*motions), &*turn.meals);
+    // Particles do not wait for each other: what they do to what they share comes afterwards, in their order.
+    let outcomes: Vec<_> = (0..count)
+        .into_par_iter()
+        .filter_map(|i| {
+            let slot = slot(i);
+            advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot]))
+                .map(|outcome| (slot, outcome))
+        })
+        .collect();
+    let mut gaps = Vec::with_capacity(outcomes.len());
+    for (slot, outcome) in outcomes {
+        let Outcome {
+            particle,
+            mut motion,
+            ..
+        } = outcome;
+        gaps.push(outcome.gap);
+        if let Some(form) = outcome.form {
+            turn.forms[form] += 1;
+        }
+        deposits[outcome.texel] += outcome.deposit;
+        if let Some(meal) = outcome.meal {
+            turn.meals[meal].eaten += 1;
+        }
+        if outcome.is_selected {
+            if turn.flow.wanted < params.transfer_capacity {
+                turn.particle_indices[turn.flow.wanted as usize] = slot as u32;
+                motion.flags |= Motion::IN_FLIGHT;
             }
-            i = Window::slot(window.start, i, params.particle_count);
+            turn.flow.wanted += 1;
         }
-        let i = i as usize;
-        let particle = particles[i];
-        let motion = motions[i];
-        let mut fed = if constants.food { motion.fed() } else { 0 };
-        let mut flags = Motion::stamp_of(params.time_step);
-        if constants.turns {
-            let before = motion.flags & !Motion::FED;
-            let object = inputs.strips[particle.triangle as usize].shape.object;
-            let of_another = !constants.windows && object != params.object;
-            if of_another || before == flags || motion.in_flight() {
-                continue;
-            }
-        }
-        let own = physarum_on(constants, inputs, particle.triangle);
-        let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
+        particles[slot] = particle;
+        motions[slot] = motion;
+    }
+    gaps
+}
 
-        let mut heading = [motion.heading_p, motion.heading_h];
-        let mut w = StripWalk {
-            triangle: particle.triangle,
-            u: particle.u,
-            v: particle.v,
-            heading,
-            remaining: motion.pending,
-            status: WALK_DONE,
-        };
-        let mut pending = 0.0;
-        if motion.pending > 0.0 {
-            w.walk(inputs.strips, params.attempts, constants.border_reflects);
-            pending = w.pending();
-            heading = w.heading;
-        }
+/// What one particle does in a step.
+struct Outcome {
+    particle: Particle,
+    motion: Motion,
+    /// Which of the forms it comes in, where there are several.
+    form: Option<usize>,
+    gap: f32,
+    /// Where it deposits, and how much.
+    texel: usize,
+    deposit: u32,
+    /// What it has eaten of.
+    meal: Option<usize>,
+    is_selected: bool,
+}
 
-        let position = inputs.position_of(w.triangle, [w.u, w.v]);
-        let from_open = constants.across
-            && inputs.distances[texel_at(position, params.pitch) as usize]
-                >= params.transfer_threshold;
-        let towards = around_heading(heading, &own);
-        let ahead = (constants.sensing == SENSORS_STRAIGHT).then(|| {
-            ahead_of(
+/// The kernel for one particle; none if it is not its turn.
+fn advance_one(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    meals: &[Meal],
+    (particle, motion): (Particle, Motion),
+) -> Option<Outcome> {
+    let mut fed = if constants.food { motion.fed() } else { 0 };
+    let mut flags = Motion::stamp_of(params.time_step);
+    if constants.turns {
+        let before = motion.flags & !Motion::FED;
+        let object = inputs.strips[particle.triangle as usize].shape.object;
+        let of_another = !constants.windows && object != params.object;
+        if of_another || before == flags || motion.in_flight() {
+            return None;
+        }
+    }
+    let own = physarum_on(constants, inputs, particle.triangle);
+    let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
+
+    let mut heading = [motion.heading_p, motion.heading_h];
+    let mut w = StripWalk {
+        triangle: particle.triangle,
+        u: particle.u,
+        v: particle.v,
+        heading,
+        remaining: motion.pending,
+        status: WALK_DONE,
+    };
+    let mut pending = 0.0;
+    if motion.pending > 0.0 {
+        w.walk(inputs.strips, params.attempts, constants.border_reflects);
+        pending = w.pending();
+        heading = w.heading;
+    }
+
+    let position = inputs.position_of(w.triangle, [w.u, w.v]);
+    let from_open = constants.across
+        && inputs.distances[texel_at(position, params.pitch) as usize] >= params.transfer_threshold;
+    let towards = around_heading(heading, &own);
+    let ahead = (constants.sensing == SENSORS_STRAIGHT).then(|| {
+        ahead_of(
+            params,
+            inputs,
+            &own,
+            &particle,
+            around_heading([motion.heading_p, motion.heading_h], &own),
+        )
+    });
+    let straight = ahead
+        .filter(|(_, is_clear)| *is_clear && motion.pending <= 0.0)
+        .map(|(places, _)| places);
+    // Nothing of other objects concerns those that are far from all of them.
+    let concerned = ahead.is_none_or(|(places, _)| {
+        let start = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+        let mark = if straight.is_some() { NEAR } else { IN_SIGHT };
+        is_near(constants, params, inputs, start, places, mark)
+    });
+    let form = ahead.is_some().then(|| {
+        let is_near = constants.across && concerned;
+        usize::from(straight.is_none()) + 2 * usize::from(is_near)
+    });
+    let mut value = match straight {
+        Some(places) => places.map(|place| {
+            sensed_at(
+                constants,
                 params,
                 inputs,
                 &own,
-                &particle,
-                around_heading([motion.heading_p, motion.heading_h], &own),
+                place,
+                (NONE, [0.0; 2]),
+                (from_open && concerned, appetite),
             )
-        });
-        let straight = ahead
-            .filter(|(_, is_clear)| *is_clear && motion.pending <= 0.0)
-            .map(|(places, _)| places);
-        // Nothing of other objects concerns those that are far from all of them.
-        let concerned = ahead.is_none_or(|(places, _)| {
-            let start = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-            let mark = if straight.is_some() { NEAR } else { IN_SIGHT };
-            is_near(constants, params, inputs, start, places, mark)
-        });
-        if ahead.is_some() {
-            let is_near = constants.across && concerned;
-            turn.forms[usize::from(straight.is_none()) + 2 * usize::from(is_near)] += 1;
+        }),
+        None => towards.map(|towards| {
+            let how = (from_open && concerned, appetite);
+            sensed_by_walking(constants, params, inputs, &own, w, towards, how)
+        }),
+    };
+    if constants.sensor_noise {
+        let noise = normals(random(
+            params.seed,
+            particle.id,
+            params.time_step,
+            Purpose::SensorNoise,
+        ));
+        for k in 0..3 {
+            value[k] += own.sensor_noise * noise[k];
         }
-        let mut value = match straight {
-            Some(places) => places.map(|place| {
-                sensed_at(
-                    constants,
-                    params,
-                    inputs,
-                    &own,
-                    place,
-                    (NONE, [0.0; 2]),
-                    (from_open && concerned, appetite),
-                )
-            }),
-            None => towards.map(|towards| {
-                let how = (from_open && concerned, appetite);
-                sensed_by_walking(constants, params, inputs, &own, w, towards, how)
-            }),
+    }
+    let [left, middle, right] = value;
+    if middle < left || middle < right {
+        let (cos, sin) = if left > right {
+            (own.rotation_cos, own.rotation_sin)
+        } else if left < right {
+            (own.rotation_cos, -own.rotation_sin)
+        } else {
+            (1.0, 0.0)
         };
-        if constants.sensor_noise {
-            let noise = normals(random(
-                params.seed,
-                particle.id,
-                params.time_step,
-                Purpose::SensorNoise,
-            ));
-            for k in 0..3 {
-                value[k] += own.sensor_noise * noise[k];
-            }
-        }
-        let [left, middle, right] = value;
-        if middle < left || middle < right {
-            let (cos, sin) = if left > right {
-                (own.rotation_cos, own.rotation_sin)
-            } else if left < right {
-                (own.rotation_cos, -own.rotation_sin)
-            } else {
-                (1.0, 0.0)
-            };
-            heading = rotated(heading, cos, sin);
-        }
-        gaps.push(
-            (left - middle)
-                .abs()
-                .min((right - middle).abs())
-                .min((left - right).abs()),
-        );
+        heading = rotated(heading, cos, sin);
+    }
+    let gap = (left - middle)
+        .abs()
+        .min((right - middle).abs())
+        .min((left - right).abs());
 
-        w.heading = heading;
-        w.remaining = own.speed;
-        w.walk(inputs.strips, params.attempts, constants.border_reflects);
-        pending += w.pending();
-        if constants.painted {
-            let bias_at = |position| inputs.bias[texel_at(position, params.pitch) as usize];
-            let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-            let position = inputs.position_of(w.triangle, [w.u, w.v]);
-            if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
-                w = StripWalk {
-                    triangle: particle.triangle,
-                    u: particle.u,
-                    v: particle.v,
-                    heading: [-motion.heading_p, -motion.heading_h],
-                    remaining: 0.0,
-                    status: WALK_DONE,
-                };
-                pending = 0.0;
-            }
-        }
-
-        particles[i] = Particle {
-            triangle: w.triangle,
-            u: w.u,
-            v: w.v,
-            id: particle.id,
-        };
+    w.heading = heading;
+    w.remaining = own.speed;
+    w.walk(inputs.strips, params.attempts, constants.border_reflects);
+    pending += w.pending();
+    if constants.painted {
+        let bias_at = |position| inputs.bias[texel_at(position, params.pitch) as usize];
+        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
         let position = inputs.position_of(w.triangle, [w.u, w.v]);
-        let texel = texel_at(position, params.pitch) as usize;
-        if constants.food {
-            fed = fed_at(params, inputs, turn.meals, texel, fed);
-            flags |= fed << Motion::FED_SHIFT;
+        if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
+            w = StripWalk {
+                triangle: particle.triangle,
+                u: particle.u,
+                v: particle.v,
+                heading: [-motion.heading_p, -motion.heading_h],
+                remaining: 0.0,
+                status: WALK_DONE,
+            };
+            pending = 0.0;
         }
-        deposits[texel] += if fed == 0 { 1 } else { params.fed_deposit };
-        if constants.selects && concerned {
-            let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-            let now = trail_at(inputs.distances, position, params.pitch);
-            let before = trail_at(inputs.distances, previous, params.pitch);
-            let less = before - ROUNDING * before.abs();
-            if now < params.transfer_threshold && now < less {
-                if turn.flow.wanted < params.transfer_capacity {
-                    turn.particle_indices[turn.flow.wanted as usize] = i as u32;
-                    flags |= Motion::IN_FLIGHT;
-                }
-                turn.flow.wanted += 1;
-            }
-        }
-        motions[i] = Motion {
+    }
+
+    let moved = Particle {
+        triangle: w.triangle,
+        u: w.u,
+        v: w.v,
+        id: particle.id,
+    };
+    let position = inputs.position_of(w.triangle, [w.u, w.v]);
+    let texel = texel_at(position, params.pitch) as usize;
+    let mut meal = None;
+    if constants.food {
+        (fed, meal) = fed_at(params, inputs, meals, texel, fed);
+        flags |= fed << Motion::FED_SHIFT;
+    }
+    let mut is_selected = false;
+    if constants.selects && concerned {
+        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+        let now = trail_at(inputs.distances, position, params.pitch);
+        let before = trail_at(inputs.distances, previous, params.pitch);
+        let less = before - ROUNDING * before.abs();
+        is_selected = now < params.transfer_threshold && now < less;
+    }
+    Some(Outcome {
+        particle: moved,
+        motion: Motion {
             heading_p: w.heading[0],
             heading_h: w.heading[1],
             pending: pending.min(own.speed),
             flags,
-        };
-    }
-    gaps
+        },
+        form,
+        gap,
+        texel,
+        deposit: if fed == 0 { 1 } else { params.fed_deposit },
+        meal,
+        is_selected,
+    })
 }
 
 /// Where the sensors of a heading look: left, middle and right.
@@ -514,24 +571,23 @@ fn is_near(
         || places.iter().any(|&place| end(place) & COVERED != 0)
 }
 
-/// For how many steps a particle is fed that was so for `fed` and has come to a texel.
+/// For how many steps a particle is fed that was so for `fed` and has come to a texel; and which meal it has taken there.
 fn fed_at(
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
-    meals: &mut [Meal],
+    meals: &[Meal],
     texel: usize,
     fed: u32,
-) -> u32 {
+) -> (u32, Option<usize>) {
     let fed = fed - fed.min(1);
     let plate = inputs.plates[texel];
     if fed == 0 && plate != 0 {
-        let meal = &mut meals[plate as usize - 1];
-        if meal.remaining != 0 {
-            meal.eaten += 1;
-            return params.fed_steps;
+        let meal = plate as usize - 1;
+        if meals[meal].remaining != 0 {
+            return (params.fed_steps, Some(meal));
         }
     }
-    fed
+    (fed, None)
 }
 
 /// Where sensors get to straight ahead in the atlas, in texels, if nothing of their chart is hidden on the way.

@@ -1,5 +1,7 @@
 //! `diffuse`: what it takes, reads and writes. Twin of `shaders/diffuse.comp`, a texel at a time.
 
+use rayon::prelude::*;
+
 use crate::mesh::atlas::BLOCK_ROWS;
 use crate::sim::arrays::Arrays;
 use crate::sim::kernels::{Diffuse, DiffuseArgs};
@@ -93,32 +95,39 @@ pub fn diffuse(
         };
         ((left + trail[middle + lane]) + right) - thrice
     };
-    for i in 0..params.lane_count {
+    // Four texels side by side.
+    let quad_of = |quad: u32, reach: u32| {
+        let up = quad.max(reach) - reach;
+        let down = (quad + reach).min(last);
+        [0, 1, 2, 3].map(|lane| {
+            let texel = 4 * quad as usize + lane;
+            let (owned, here) = (density[texel], trail[texel]);
+            let thrice = 3.0 * here;
+            let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
+                + excess(down, lane, thrice);
+            let rate = (params.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
+            let spread = here + rate * more;
+            let value = (spread + (params.deposit * deposits[texel] as f32) * owned) * params.decay;
+            if value >= params.tiny && owned > 0.0 {
+                value
+            } else {
+                0.0
+            }
+        })
+    };
+    // Lanes do not wait for each other.
+    let one = |i: u32| {
         let reach = constants.distance as u32 * params.quads_a_row;
         let first = blocks[i as usize / 4] + i % 4;
-        for quad in (0..BLOCK_ROWS).map(|row| first + row * reach) {
-            if quad >= params.quad_count {
-                continue;
-            }
-            let up = quad.max(reach) - reach;
-            let down = (quad + reach).min(last);
-            for lane in 0..4 {
-                let texel = 4 * quad as usize + lane;
-                let (owned, here) = (density[texel], trail[texel]);
-                let thrice = 3.0 * here;
-                let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
-                    + excess(down, lane, thrice);
-                let rate = (params.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
-                let spread = here + rate * more;
-                let value =
-                    (spread + (params.deposit * deposits[texel] as f32) * owned) * params.decay;
-                next_trail[texel] = if value >= params.tiny && owned > 0.0 {
-                    value
-                } else {
-                    0.0
-                };
-                previous_deposits[texel] = 0;
-            }
-        }
+        let quads = (0..BLOCK_ROWS).map(move |row| first + row * reach);
+        let inside = quads.filter(|quad| *quad < params.quad_count);
+        inside.map(move |quad| (quad, quad_of(quad, reach)))
+    };
+    let lanes = (0..params.lane_count).into_par_iter();
+    let spread: Vec<(u32, [f32; 4])> = lanes.flat_map_iter(one).collect();
+    for (quad, values) in spread {
+        let texels = 4 * quad as usize..4 * quad as usize + 4;
+        next_trail[texels.clone()].copy_from_slice(&values);
+        previous_deposits[texels].fill(0);
     }
 }

@@ -2,6 +2,7 @@
 //! `shaders/include/distance.glsl` and `jobs.glsl`, which the other methods share.
 
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::{NearestPoint, is_nearer, nearest_on_face};
@@ -161,10 +162,10 @@ pub fn distance(
     nearest: &mut [u32],
 ) {
     let sides = inputs.sides(params.first_vertex_normal);
-    for i in 0..looks.listed.len() as u32 * TILE_SAMPLES {
+    let one = |i: u32| {
         let tile = looks.listed[(i / TILE_SAMPLES) as usize];
         if i % TILE_SAMPLES >= tile.sample_count {
-            continue;
+            return None;
         }
         let here = inputs.samples[(tile.first_sample + i % TILE_SAMPLES) as usize];
 
@@ -230,9 +231,21 @@ pub fn distance(
                 };
             }
         }
-        distances[here.texel as usize] = least;
-        nearest[here.texel as usize] = triangle;
+        Some((here.texel as usize, least, triangle))
+    };
+    let count = looks.listed.len() as u32 * TILE_SAMPLES;
+    for (texel, least, triangle) in found_by(count, one) {
+        distances[texel] = least;
+        nearest[texel] = triangle;
     }
+}
+
+/// What invocations find for their texels, in order; they do not wait for each other.
+pub(super) fn found_by(
+    count: u32,
+    one: impl Fn(u32) -> Option<(usize, f32, u32)> + Sync + Send,
+) -> Vec<(usize, f32, u32)> {
+    (0..count).into_par_iter().filter_map(one).collect()
 }
 
 /// The nearest of some faces.

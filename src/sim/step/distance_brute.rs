@@ -1,6 +1,6 @@
 //! `distance_brute`: what it takes, reads and writes. Twin of `shaders/distance_brute.comp`.
 
-use super::distance::{DistanceInputs, candidate_distance, job_of, place_in_other};
+use super::distance::{DistanceInputs, candidate_distance, found_by, job_of, place_in_other};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::{is_nearer, nearest_on_face};
 use crate::sim::arrays::Arrays;
@@ -66,10 +66,10 @@ pub fn distance_brute(
     nearest: &mut [u32],
 ) {
     let sides = inputs.sides(params.first_vertex_normal);
-    for i in 0..params.thread_count {
+    let one = |i: u32| {
         let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
         if i - job.first_thread >= job.sample_count {
-            continue;
+            return None;
         }
         let here = inputs.samples[(job.first_sample + (i - job.first_thread)) as usize];
 
@@ -97,7 +97,10 @@ pub fn distance_brute(
                 triangle = if distance < params.reach { found } else { NONE };
             }
         }
-        distances[here.texel as usize] = least;
-        nearest[here.texel as usize] = triangle;
+        Some((here.texel as usize, least, triangle))
+    };
+    for (texel, least, triangle) in found_by(params.thread_count, one) {
+        distances[texel] = least;
+        nearest[texel] = triangle;
     }
 }
