@@ -303,7 +303,7 @@ pub struct Selection<'a> {
     pub particle_indices: &'a mut [u32],
     /// What there is to eat, and what was eaten of it.
     pub meals: &'a mut [Meal],
-    /// Particles that come in each of [`FORMS_OF_ADVANCE`](crate::sim::FORMS_OF_ADVANCE), where there are several.
+    /// Particles that come in each of [`FORMS_OF_ADVANCE`], where there are several.
     pub forms: &'a mut [usize; 4],
 }
 
