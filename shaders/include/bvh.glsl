@@ -29,12 +29,6 @@ const float ROUNDING = 1.0e-6;
 // What rounding may make of a length itself: squares of it must not fall short of the distance that it was.
 const float LENGTH_ROUNDING = 1.000001;
 
-// A search was left before its end. lavapipe leaves every loop of an invocation once 65,535 rounds have been gone through, by
-// it or by one of those that keep step with it; near the centre of a closed mesh of tens of thousands of triangles, which
-// are all about as near, that happens. What was found is near then, but need not be the nearest.
-// No loop's own condition tells: compilers take for granted that it is false behind the loop.
-bool left_early = false;
-
 float box_square(vec3 place, vec3 low, vec3 high) {
     precise vec3 way = max(max(low - place, place - high), vec3(0.0));
     return dot_of(way, way);
@@ -81,7 +75,6 @@ uint nearest_on(uint root, vec3 place, float reach) {
     uint best_slot = NONE;
     uint link = low.w;
     bool searches = box_square(place, uintBitsToFloat(low.xyz), uintBitsToFloat(high.xyz)) <= limit;
-    uint pending = 0u;
     while (searches) {
         // Down to a leaf, the nearer box first; the other one is put aside.
         while (link < LEAF) {
@@ -101,10 +94,8 @@ uint nearest_on(uint root, vec3 place, float reach) {
             }
             link = min(square_a, square_b) > limit ? NOTHING : a_first ? low_a.w : low_b.w;
         }
-        left_early = left_early || link / LEAF == 0u;
         uint end = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
-        uint slot = link % LEAF;
-        for (; slot < end; slot++) {
+        for (uint slot = link % LEAF; slot < end; slot++) {
             uvec4 first = texelFetch(faces, int(3u * slot));
             precise vec3 way = place - uintBitsToFloat(first.xyz);
             float square = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u)).z;
@@ -114,7 +105,6 @@ uint nearest_on(uint root, vec3 place, float reach) {
                 best_slot = slot;
             }
         }
-        left_early = left_early || slot != end;
         limit = min(limit, limit_of(sqrt(best_square), slack));
         searches = false;
         while (top > 0u && !searches) {
@@ -122,9 +112,7 @@ uint nearest_on(uint root, vec3 place, float reach) {
             link = stack_link[top];
             searches = stack_square[top] <= limit;
         }
-        pending = top + (searches ? 1u : 0u);
     }
-    left_early = left_early || pending != 0u;
     return best_slot;
 }
 
@@ -172,7 +160,6 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
     vec3 slack = vec3(slack_of(root_low, root_high));
     uint link = root_low.w;
     bool searches = entry_of(from, inverse, uintBitsToFloat(root_low.xyz) - slack, uintBitsToFloat(root_high.xyz) + slack) < FAR;
-    uint pending = 0u;
     while (searches) {
         while (link < LEAF) {
             int child = int(2u * link);
@@ -192,10 +179,8 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
             float near_entry = min(entry_a, entry_b);
             link = near_entry == FAR || near_entry > best.t ? NOTHING : a_first ? low_a.w : low_b.w;
         }
-        left_early = left_early || link / LEAF == 0u;
         uint end = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
-        uint slot = link % LEAF;
-        for (; slot < end; slot++) {
+        for (uint slot = link % LEAF; slot < end; slot++) {
             uvec4 first = texelFetch(faces, int(3u * slot));
             vec3 ab = face_word(slot, 1u);
             vec3 ac = face_word(slot, 2u);
@@ -217,16 +202,13 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
                 best_triangle = first.w;
             }
         }
-        left_early = left_early || slot != end;
         searches = false;
         while (top > 0u && !searches) {
             top--;
             link = stack_link[top];
             searches = stack_entry[top] <= best.t;
         }
-        pending = top + (searches ? 1u : 0u);
     }
-    left_early = left_early || pending != 0u;
     return best;
 }
 
