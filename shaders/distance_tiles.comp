@@ -105,30 +105,38 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     bool searches = true;
     while (searches) {
         // On to a leaf, as neighbours do meanwhile: devices that run both sides of every branch look at faces together then.
-        while (link < LEAF) {
-            bool may_be_a = may_be_nearest(ball, way_from_box(ball.middle, int(link)));
-            bool may_be_b = may_be_nearest(ball, way_from_box(ball.middle, int(link + 1u)));
-            uint link_a = texelFetch(nodes, int(2u * link)).w;
-            uint link_b = texelFetch(nodes, int(2u * link + 2u)).w;
-            if (may_be_a && may_be_b) {
-                stack[top] = link_a;
-                top++;
-            }
-            link = may_be_b ? link_b : may_be_a ? link_a : NOTHING;
-            if (link == NOTHING && top > 0u) {
-                top--;
-                link = stack[top];
+        if (link < LEAF) {
+            while (true) {
+                bool may_be_a = may_be_nearest(ball, way_from_box(ball.middle, int(link)));
+                bool may_be_b = may_be_nearest(ball, way_from_box(ball.middle, int(link + 1u)));
+                uint link_a = texelFetch(nodes, int(2u * link)).w;
+                uint link_b = texelFetch(nodes, int(2u * link + 2u)).w;
+                if (may_be_a && may_be_b) {
+                    stack[top] = link_a;
+                    top++;
+                }
+                link = may_be_b ? link_b : may_be_a ? link_a : NOTHING;
+                if (link == NOTHING && top > 0u) {
+                    top--;
+                    link = stack[top];
+                }
+                if (link >= LEAF) break;
             }
         }
         uint last = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
-        for (uint slot = link % LEAF; slot < last; slot++) {
-            vec3 ab = face_word(slot, 1u);
-            vec3 ac = face_word(slot, 2u);
-            vec3 way = ball.middle - face_word(slot, 0u);
-            vec4 point = nearest_in_face(way, ab, ac);
-            if (may_be_nearest(ball, (way - point.x * ab) - point.y * ac)) {
-                if (end < room) candidates[first_candidate + end] = slot;
-                end++;
+        uint slot = link % LEAF;
+        if (slot < last) {
+            while (true) {
+                vec3 ab = face_word(slot, 1u);
+                vec3 ac = face_word(slot, 2u);
+                vec3 way = ball.middle - face_word(slot, 0u);
+                vec4 point = nearest_in_face(way, ab, ac);
+                if (may_be_nearest(ball, (way - point.x * ab) - point.y * ac)) {
+                    if (end < room) candidates[first_candidate + end] = slot;
+                    end++;
+                }
+                slot++;
+                if (slot >= last) break;
             }
         }
         searches = top > 0u && end <= room;

@@ -5,16 +5,17 @@
 // Other devices do not. Searches in a tree need more near the middle of a closed mesh of tens of thousands of triangles,
 // which are all about as near. What is found is near then, but need not be the nearest.
 //
-// Searches do not count their rounds. Kernels that must not take a wrong answer for a right one ask here, once, behind
-// their searches. src/sim/loops.rs is for what the host does about that limit.
+// Searches do not count their rounds. A kernel that must not take a wrong answer for a right one asks here, behind its
+// searches. What the host does about that limit is in src/sim/loops.rs.
 
 #ifndef MYXO_LOOPS
 #define MYXO_LOOPS
 
-// Have all searches so far come to their ends? False also if the last of the rounds went by in asking, or if only an
-// invocation has used them up that keeps step with this one.
+// Have all searches so far come to their ends? Also false if it was another invocation, which keeps step with this one, whose
+// search has not. If it is false, no loop goes on, the caller's neither.
 bool searches_ended() {
-    // Two rounds are one too many where none are left. Compilers must not see that the number is 2, or they would unroll the loop.
+    // Where no rounds are left, this loop ends after the first of its two. If compilers saw that there are two, they would unroll
+    // it.
     uint last = min(gl_NumWorkGroups.x, 1u);
     uint rounds = 0u;
     while (rounds <= last) rounds++;
