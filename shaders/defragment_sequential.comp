@@ -1,8 +1,8 @@
 // defragment_sequential: puts the particles of the transfers that leave into the area given away, one after the other.
 // Reads   windows.
 // Writes  particles, motions, departing, in place; flow; how far it is in the first entries of the two lists.
-// One invocation, which does what defragment_scan and defragment_swap do with many. Each part takes so many rounds at the
-// most, because lavapipe leaves every loop after 65,535; the next one goes on.
+// One invocation, which does what defragment_scan and defragment_swap do with many. Each part goes on where the one before has
+// stopped; the first does all, where loops go on to their ends (src/sim/loops.rs).
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -18,7 +18,6 @@ layout(push_constant) uniform Params {
     uint object_count;
     uint particle_count;
     uint part;            // the first one begins
-    uint rounds;          // of each part
 } params;
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
@@ -41,7 +40,7 @@ void main() {
         next = particle_indices[0];
     }
     // With each round one of the two goes on.
-    for (uint round = 0u; round < params.rounds && i < leaving; round += 1u) {
+    while (i < leaving) {
         uint outside = departing[i].particle;
         if (ring_offset(start, outside, params.particle_count) < leaving) {
             i += 1u;

@@ -78,7 +78,8 @@ Found nearest_of(uint first, uint end, vec3 place) {
 Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
     if (hint != TILE_UNKNOWN) bound = min(bound, sqrt(nearest_on_face(hint, place).z));
     uint slot = nearest_on(pair.first_node, place, bound);
-    if (slot == NONE && left_early && hint != TILE_UNKNOWN) slot = hint;
+    // A search that finds nothing nearer in time leaves the hint; else that is beyond the bound, and not counted.
+    if (slot == NONE && hint != TILE_UNKNOWN) slot = hint;
     if (slot == NONE) return Found(NONE, NONE, vec4(0.0));
     return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
 }

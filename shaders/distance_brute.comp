@@ -63,7 +63,7 @@ void main() {
         ObjectPair pair = pairs[p];
         vec3 place = place_in_other(pair, here.position);
         Best best = Best(3.4e38, NONE, pair.first_face);
-        // Four a round, because lavapipe leaves all loops of an invocation after 65,535 rounds; src/sim/brute.rs refuses what takes more.
+        // Four a round, for more faces before rounds run out (loops.glsl); src/sim/brute.rs refuses what takes more.
         // The last face may come more than once, which changes nothing.
         uint last = pair.first_face + pair.face_count - 1u;
         for (uint k = pair.first_face; k <= last; k += 4u) {

@@ -5,7 +5,7 @@
 // Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
 // How far such a tile may come nearer before anything changes is kept, and nothing is searched until objects have moved
 // by as much.
-// Overflow: pairs of a job beyond hint_count have no hint, nor have those behind one whose search was left early, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
+// Overflow: pairs of a job beyond hint_count have no hint, nor have those behind one whose search has not ended, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -103,46 +103,48 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     uint end = first;
     uint link = texelFetch(nodes, int(2u * root)).w;
     bool searches = true;
-    uint pending = 1u;
     while (searches) {
         // On to a leaf, as neighbours do meanwhile: devices that run both sides of every branch look at faces together then.
-        while (link < LEAF) {
-            bool may_be_a = may_be_nearest(ball, way_from_box(ball.middle, int(link)));
-            bool may_be_b = may_be_nearest(ball, way_from_box(ball.middle, int(link + 1u)));
-            uint link_a = texelFetch(nodes, int(2u * link)).w;
-            uint link_b = texelFetch(nodes, int(2u * link + 2u)).w;
-            if (may_be_a && may_be_b) {
-                stack[top] = link_a;
-                top++;
-            }
-            link = may_be_b ? link_b : may_be_a ? link_a : NOTHING;
-            if (link == NOTHING && top > 0u) {
-                top--;
-                link = stack[top];
+        if (link < LEAF) {
+            while (true) {
+                bool may_be_a = may_be_nearest(ball, way_from_box(ball.middle, int(link)));
+                bool may_be_b = may_be_nearest(ball, way_from_box(ball.middle, int(link + 1u)));
+                uint link_a = texelFetch(nodes, int(2u * link)).w;
+                uint link_b = texelFetch(nodes, int(2u * link + 2u)).w;
+                if (may_be_a && may_be_b) {
+                    stack[top] = link_a;
+                    top++;
+                }
+                link = may_be_b ? link_b : may_be_a ? link_a : NOTHING;
+                if (link == NOTHING && top > 0u) {
+                    top--;
+                    link = stack[top];
+                }
+                if (link >= LEAF) break;
             }
         }
-        left_early = left_early || link / LEAF == 0u;
         uint last = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
         uint slot = link % LEAF;
-        for (; slot < last; slot++) {
-            vec3 ab = face_word(slot, 1u);
-            vec3 ac = face_word(slot, 2u);
-            vec3 way = ball.middle - face_word(slot, 0u);
-            vec4 point = nearest_in_face(way, ab, ac);
-            if (may_be_nearest(ball, (way - point.x * ab) - point.y * ac)) {
-                if (end < room) candidates[first_candidate + end] = slot;
-                end++;
+        if (slot < last) {
+            while (true) {
+                vec3 ab = face_word(slot, 1u);
+                vec3 ac = face_word(slot, 2u);
+                vec3 way = ball.middle - face_word(slot, 0u);
+                vec4 point = nearest_in_face(way, ab, ac);
+                if (may_be_nearest(ball, (way - point.x * ab) - point.y * ac)) {
+                    if (end < room) candidates[first_candidate + end] = slot;
+                    end++;
+                }
+                slot++;
+                if (slot >= last) break;
             }
         }
-        left_early = left_early || slot != last;
         searches = top > 0u && end <= room;
         if (searches) {
             top--;
             link = stack[top];
         }
-        pending = searches ? 1u : 0u;
     }
-    left_early = left_early || pending != 0u;
     return end;
 }
 
@@ -208,7 +210,6 @@ void main() {
         float margin = 0.0;
         if (slot == NONE) {
             margin = is_decided ? max(params.reach - MARGIN_SLACK * slack, 0.0) : 0.0;
-            if (left_early) hint = TILE_UNKNOWN;
         } else {
             vec4 point = nearest_on_face(slot, place);
             float distance = sqrt(point.z);
@@ -218,9 +219,9 @@ void main() {
                 Ball ball = ball_of(pair.first_node, slot, point, place, tile);
                 uint first = end;
                 end = collected(pair.first_node, ball, first, TILE_CANDIDATES, i * TILE_CANDIDATES);
-                bool are_all = end <= TILE_CANDIDATES && !left_early;
-                hint = are_all ? LIST + 256u * first + end : slot;
-                end = are_all ? end : first;
+                bool have_room = end <= TILE_CANDIDATES;
+                hint = have_room ? LIST + 256u * first + end : slot;
+                end = have_room ? end : first;
             } else {
                 bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
                 hint = inside ? TILE_INSIDE : TILE_OUTSIDE;
@@ -228,18 +229,22 @@ void main() {
                 margin = inside ? -margin : margin;
             }
         }
-        margins[first_margin + p] = left_early ? 0.0 : margin;
+        if (!searches_ended()) {
+            // There may be nearer faces: then `distance` searches on from the one that was found.
+            hint = slot == NONE ? TILE_UNKNOWN : hint < TILE_UNTOLD ? slot : hint;
+            margin = 0.0;
+        }
+        margins[first_margin + p] = margin;
         hints[first_hint + p] = hint;
         state = state_with(state, hint);
         p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     }
-    // Where a search was left early, so was this loop: of the rest nothing is known, nor how far it has moved.
-    uint told = min(p, pairs_end);
-    if (told != pairs_end) state = TILE_UNTOLD;
+    // Where a search has not ended, this loop has not either: of the rest nothing is known, nor how far it has moved.
+    if (p != pairs_end) state = TILE_UNTOLD;
     if (state == TILE_UNTOLD || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;
         uint count = min(job.sample_count - first, TILE_SAMPLES);
-        listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, told, 0u, 0u);
+        listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, p, 0u, 0u);
     }
     tile_states[job.first_tile + in_job] = state;
 }

@@ -175,7 +175,7 @@ void main() {
             crosses = true;
             flight = flight_of_walker(w);
         } else {
-            // A search that was left early knows no better triangle than the texel.
+            // A search that has not ended may know no better triangle than the texel.
             uint face = nearest_on(roots[target], place_of(pose_of(target), flight), UNLIMITED);
             if (face != NONE) triangle = triangle_of(face);
         }

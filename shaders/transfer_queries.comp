@@ -2,7 +2,7 @@
 // for `myxo query transfer`.
 // Reads   triangles, halfedges, corners, vertices, poses, roots, nodes, faces, pseudonormals, dipoles.
 // Writes  walkers and phases in place. A query has two walkers: the second one is for the inner side, once it has met
-//         the second object. What is out of attempts, or whose search was left early, goes on in the next dispatch,
+//         the second object. What is out of attempts, or whose search has not ended, goes on in the next dispatch,
 //         where it stopped.
 // One invocation a query; one that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.
@@ -52,7 +52,7 @@ const uint PHASE_DONE = 2u;
 void walk_on_source(uint i) {
     Walker w = walkers[2u * i];
     vec3 from = place_of(pose_of(TARGET), flight_of_walker(w));
-    for (uint k = 0u; k < params.attempts && w.status == WALK_OUT_OF_ATTEMPTS && !left_early; k += 1u) {
+    for (uint k = 0u; k < params.attempts && w.status == WALK_OUT_OF_ATTEMPTS; k += 1u) {
         // At first to the next edge; later it stands on one, and goes over it to the next. A call makes one segment.
         Walker previous = w;
         float before = w.remaining;
@@ -60,10 +60,12 @@ void walk_on_source(uint i) {
         Flight on = flight_of_walker(w);
         vec3 to = place_of(pose_of(TARGET), on);
         Meeting meeting = meeting_between(TARGET, from, to, on, 1.0);
-        if (left_early) {
+        if (!searches_ended()) {
             // The next dispatch looks at this segment again.
             w = previous;
-        } else if (meeting.slot != NONE) {
+            break;
+        }
+        if (meeting.slot != NONE) {
             float rest = w.remaining + (1.0 - meeting.t) * (before - w.remaining);
             Walker outer = walker_from(meeting, 1.0, rest);
             Walker inner = walker_from(meeting, -1.0, rest);
@@ -88,8 +90,10 @@ void walk_on_target(uint i) {
     if (inner.status == WALK_OUT_OF_ATTEMPTS) walk(inner, params.attempts, false);
     if (outer.status != WALK_OUT_OF_ATTEMPTS && inner.status != WALK_OUT_OF_ATTEMPTS) {
         bool inner_is_taken = inner_is_better(SOURCE, outer, inner, params.first_vertex_normal);
-        if (inner_is_taken && !left_early) outer = inner;
-        if (!left_early) phases[i] = PHASE_DONE;
+        if (searches_ended()) {
+            if (inner_is_taken) outer = inner;
+            phases[i] = PHASE_DONE;
+        }
     }
     walkers[2u * i] = outer;
     walkers[2u * i + 1u] = inner;

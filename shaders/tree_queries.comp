@@ -1,6 +1,6 @@
 // tree_queries: nearest points and crossings on one object, for `myxo query sdf`.
 // Reads   nodes, dipoles, faces, pseudonormals, corners.
-// Writes  queries in place: what was asked for, behind what was asked; and whether that may not be the end of the search.
+// Writes  queries in place: what was asked for, behind what was asked; and whether the search for it has ended.
 // One invocation a query.
 // Overflow: cannot happen; nothing is appended.
 
@@ -47,6 +47,6 @@ void main() {
         query.u = point.x;
         query.v = point.y;
     }
-    query.left_early = left_early ? 1u : 0u;
+    query.ended = searches_ended() ? 1u : 0u;
     queries[i] = query;
 }

@@ -4,6 +4,9 @@
 //
 // A box is passed over only if it is farther than the nearest face by more than rounding. So the result is the face
 // that a look at every one would give, whatever the order.
+//
+// Inner loops ask at their end whether they go on. If they did at the beginning, lavapipe would go through the body once
+// more, with all invocations masked out.
 
 #ifndef MYXO_BVH
 #define MYXO_BVH
@@ -28,12 +31,6 @@ const float ROUNDING = 1.0e-6;
 
 // What rounding may make of a length itself: squares of it must not fall short of the distance that it was.
 const float LENGTH_ROUNDING = 1.000001;
-
-// A search was left before its end. lavapipe leaves every loop of an invocation once 65,535 rounds have been gone through, by
-// it or by one of those that keep step with it; near the centre of a closed mesh of tens of thousands of triangles, which
-// are all about as near, that happens. What was found is near then, but need not be the nearest.
-// No loop's own condition tells: compilers take for granted that it is false behind the loop.
-bool left_early = false;
 
 float box_square(vec3 place, vec3 low, vec3 high) {
     precise vec3 way = max(max(low - place, place - high), vec3(0.0));
@@ -81,50 +78,55 @@ uint nearest_on(uint root, vec3 place, float reach) {
     uint best_slot = NONE;
     uint link = low.w;
     bool searches = box_square(place, uintBitsToFloat(low.xyz), uintBitsToFloat(high.xyz)) <= limit;
-    uint pending = 0u;
     while (searches) {
         // Down to a leaf, the nearer box first; the other one is put aside.
-        while (link < LEAF) {
-            int child = int(2u * link);
-            uvec4 low_a = texelFetch(nodes, child);
-            uvec4 high_a = texelFetch(nodes, child + 1);
-            uvec4 low_b = texelFetch(nodes, child + 2);
-            uvec4 high_b = texelFetch(nodes, child + 3);
-            float square_a = box_square(place, uintBitsToFloat(low_a.xyz), uintBitsToFloat(high_a.xyz));
-            float square_b = box_square(place, uintBitsToFloat(low_b.xyz), uintBitsToFloat(high_b.xyz));
-            bool a_first = square_a <= square_b;
-            float far_square = a_first ? square_b : square_a;
-            if (far_square <= limit) {
-                stack_link[top] = a_first ? low_b.w : low_a.w;
-                stack_square[top] = far_square;
-                top++;
+        if (link < LEAF) {
+            while (true) {
+                int child = int(2u * link);
+                uvec4 low_a = texelFetch(nodes, child);
+                uvec4 high_a = texelFetch(nodes, child + 1);
+                uvec4 low_b = texelFetch(nodes, child + 2);
+                uvec4 high_b = texelFetch(nodes, child + 3);
+                float square_a = box_square(place, uintBitsToFloat(low_a.xyz), uintBitsToFloat(high_a.xyz));
+                float square_b = box_square(place, uintBitsToFloat(low_b.xyz), uintBitsToFloat(high_b.xyz));
+                bool a_first = square_a <= square_b;
+                float far_square = a_first ? square_b : square_a;
+                if (far_square <= limit) {
+                    stack_link[top] = a_first ? low_b.w : low_a.w;
+                    stack_square[top] = far_square;
+                    top++;
+                }
+                link = min(square_a, square_b) > limit ? NOTHING : a_first ? low_a.w : low_b.w;
+                if (link >= LEAF) break;
             }
-            link = min(square_a, square_b) > limit ? NOTHING : a_first ? low_a.w : low_b.w;
         }
-        left_early = left_early || link / LEAF == 0u;
         uint end = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
         uint slot = link % LEAF;
-        for (; slot < end; slot++) {
-            uvec4 first = texelFetch(faces, int(3u * slot));
-            precise vec3 way = place - uintBitsToFloat(first.xyz);
-            float square = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u)).z;
-            if (is_nearer(square, first.w, best_square, best_triangle)) {
-                best_square = square;
-                best_triangle = first.w;
-                best_slot = slot;
+        if (slot < end) {
+            while (true) {
+                uvec4 first = texelFetch(faces, int(3u * slot));
+                precise vec3 way = place - uintBitsToFloat(first.xyz);
+                float square = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u)).z;
+                if (is_nearer(square, first.w, best_square, best_triangle)) {
+                    best_square = square;
+                    best_triangle = first.w;
+                    best_slot = slot;
+                }
+                slot++;
+                if (slot >= end) break;
             }
         }
-        left_early = left_early || slot != end;
         limit = min(limit, limit_of(sqrt(best_square), slack));
         searches = false;
-        while (top > 0u && !searches) {
-            top--;
-            link = stack_link[top];
-            searches = stack_square[top] <= limit;
+        if (top > 0u) {
+            while (true) {
+                top--;
+                link = stack_link[top];
+                searches = stack_square[top] <= limit;
+                if (searches || top == 0u) break;
+            }
         }
-        pending = top + (searches ? 1u : 0u);
     }
-    left_early = left_early || pending != 0u;
     return best_slot;
 }
 
@@ -172,61 +174,66 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
     vec3 slack = vec3(slack_of(root_low, root_high));
     uint link = root_low.w;
     bool searches = entry_of(from, inverse, uintBitsToFloat(root_low.xyz) - slack, uintBitsToFloat(root_high.xyz) + slack) < FAR;
-    uint pending = 0u;
     while (searches) {
-        while (link < LEAF) {
-            int child = int(2u * link);
-            uvec4 low_a = texelFetch(nodes, child);
-            uvec4 high_a = texelFetch(nodes, child + 1);
-            uvec4 low_b = texelFetch(nodes, child + 2);
-            uvec4 high_b = texelFetch(nodes, child + 3);
-            float entry_a = entry_of(from, inverse, uintBitsToFloat(low_a.xyz) - slack, uintBitsToFloat(high_a.xyz) + slack);
-            float entry_b = entry_of(from, inverse, uintBitsToFloat(low_b.xyz) - slack, uintBitsToFloat(high_b.xyz) + slack);
-            bool a_first = entry_a <= entry_b;
-            float far_entry = a_first ? entry_b : entry_a;
-            if (far_entry < FAR && far_entry <= best.t) {
-                stack_link[top] = a_first ? low_b.w : low_a.w;
-                stack_entry[top] = far_entry;
-                top++;
+        if (link < LEAF) {
+            while (true) {
+                int child = int(2u * link);
+                uvec4 low_a = texelFetch(nodes, child);
+                uvec4 high_a = texelFetch(nodes, child + 1);
+                uvec4 low_b = texelFetch(nodes, child + 2);
+                uvec4 high_b = texelFetch(nodes, child + 3);
+                float entry_a = entry_of(from, inverse, uintBitsToFloat(low_a.xyz) - slack, uintBitsToFloat(high_a.xyz) + slack);
+                float entry_b = entry_of(from, inverse, uintBitsToFloat(low_b.xyz) - slack, uintBitsToFloat(high_b.xyz) + slack);
+                bool a_first = entry_a <= entry_b;
+                float far_entry = a_first ? entry_b : entry_a;
+                if (far_entry < FAR && far_entry <= best.t) {
+                    stack_link[top] = a_first ? low_b.w : low_a.w;
+                    stack_entry[top] = far_entry;
+                    top++;
+                }
+                float near_entry = min(entry_a, entry_b);
+                link = near_entry == FAR || near_entry > best.t ? NOTHING : a_first ? low_a.w : low_b.w;
+                if (link >= LEAF) break;
             }
-            float near_entry = min(entry_a, entry_b);
-            link = near_entry == FAR || near_entry > best.t ? NOTHING : a_first ? low_a.w : low_b.w;
         }
-        left_early = left_early || link / LEAF == 0u;
         uint end = link == NOTHING ? 0u : (link % LEAF) + link / LEAF;
         uint slot = link % LEAF;
-        for (; slot < end; slot++) {
-            uvec4 first = texelFetch(faces, int(3u * slot));
-            vec3 ab = face_word(slot, 1u);
-            vec3 ac = face_word(slot, 2u);
-            precise vec3 start = from - uintBitsToFloat(first.xyz);
-            vec3 across = cross_of(way, ac);
-            float volume = dot_of(ab, across);
-            vec3 along = cross_of(start, ab);
-            precise float u = dot_of(start, across) / volume;
-            precise float v = dot_of(way, along) / volume;
-            precise float t = dot_of(ac, along) / volume;
-            precise float w = (1.0 - u) - v;
-            // No comparison holds for what is parallel.
-            bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && t >= 0.0 && t <= 1.0;
-            if (crosses && is_nearer(t, first.w, best.t, best_triangle)) {
-                best.slot = slot;
-                best.t = t;
-                best.u = clamp(u, 0.0, 1.0);
-                best.v = clamp(v, 0.0, 1.0 - best.u);
-                best_triangle = first.w;
+        if (slot < end) {
+            while (true) {
+                uvec4 first = texelFetch(faces, int(3u * slot));
+                vec3 ab = face_word(slot, 1u);
+                vec3 ac = face_word(slot, 2u);
+                precise vec3 start = from - uintBitsToFloat(first.xyz);
+                vec3 across = cross_of(way, ac);
+                float volume = dot_of(ab, across);
+                vec3 along = cross_of(start, ab);
+                precise float u = dot_of(start, across) / volume;
+                precise float v = dot_of(way, along) / volume;
+                precise float t = dot_of(ac, along) / volume;
+                precise float w = (1.0 - u) - v;
+                // No comparison holds for what is parallel.
+                bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && t >= 0.0 && t <= 1.0;
+                if (crosses && is_nearer(t, first.w, best.t, best_triangle)) {
+                    best.slot = slot;
+                    best.t = t;
+                    best.u = clamp(u, 0.0, 1.0);
+                    best.v = clamp(v, 0.0, 1.0 - best.u);
+                    best_triangle = first.w;
+                }
+                slot++;
+                if (slot >= end) break;
             }
         }
-        left_early = left_early || slot != end;
         searches = false;
-        while (top > 0u && !searches) {
-            top--;
-            link = stack_link[top];
-            searches = stack_entry[top] <= best.t;
+        if (top > 0u) {
+            while (true) {
+                top--;
+                link = stack_link[top];
+                searches = stack_entry[top] <= best.t;
+                if (searches || top == 0u) break;
+            }
         }
-        pending = top + (searches ? 1u : 0u);
     }
-    left_early = left_early || pending != 0u;
     return best;
 }
 

@@ -76,7 +76,7 @@ float distance_to_object(uint object, Walker w, uint first_vertex_normal) {
     vec3 place = place_of(pose_of(object), flight_of_walker(w));
     // The way began on the object, but that may have moved since: it may be any depth away.
     uint slot = nearest_on(root, place, UNLIMITED);
-    // A search that was left early tells nothing.
+    // A search that has not ended may have found nothing.
     if (slot == NONE) return 0.0;
     vec4 point = nearest_on_face(slot, place);
     float distance = sqrt(point.z);

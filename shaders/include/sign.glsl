@@ -9,6 +9,7 @@
 #define MYXO_SIGN
 
 #include "bvh.glsl"
+#include "loops.glsl"
 
 const uint SIGN_PSEUDONORMAL = 0u;
 const uint SIGN_WINDING = 1u;
@@ -58,7 +59,6 @@ float solid_angle_of_tree(uint root, vec3 place) {
     stack[0] = root;
     uint top = 1u;
     float sum = 0.0;
-    uint pending = 2u;
     while (top > 0u) {
         top--;
         uint node = stack[top];
@@ -77,15 +77,11 @@ float solid_angle_of_tree(uint root, vec3 place) {
             top += 2u;
         } else {
             uint end = (link % LEAF) + link / LEAF;
-            uint slot = link % LEAF;
-            for (; slot < end; slot++) {
+            for (uint slot = link % LEAF; slot < end; slot++) {
                 sum += solid_angle(slot, place);
             }
-            left_early = left_early || slot != end;
         }
-        pending = top + 1u;
     }
-    left_early = left_early || pending != 1u;
     return sum;
 }
 
@@ -103,7 +99,6 @@ bool any_nearest_faces_place(uint root, vec3 place, float distance) {
     uvec4 root_low = texelFetch(nodes, int(2u * root));
     float limit = limit_of(distance, slack_of(root_low, texelFetch(nodes, int(2u * root + 1u))));
     bool any_does = false;
-    uint pending = 1u;
     while (top > 0u && !any_does) {
         top--;
         uint node = stack[top];
@@ -116,31 +111,22 @@ bool any_nearest_faces_place(uint root, vec3 place, float distance) {
             top += 2u;
         } else if (!is_far) {
             uint end = (low.w % LEAF) + low.w / LEAF;
-            uint slot = low.w % LEAF;
-            for (; slot < end; slot++) {
+            for (uint slot = low.w % LEAF; slot < end; slot++) {
                 any_does = any_does || (nearest_on_face(slot, place).z <= limit && faces_place(slot, place));
             }
-            left_early = left_early || slot != end;
         }
-        pending = any_does ? 0u : top;
     }
-    left_early = left_early || pending != 0u;
     return any_does;
 }
 
 // Is a place outside? `slot` is the nearest face, and `point` the nearest point on it.
 bool is_outside(uint root, uint slot, vec3 place, vec4 point, uint first_vertex_normal) {
-    // A search that was left early leaves no rounds for another one: then the nearest feature tells, which needs none.
-    if (SIGN_RULE == SIGN_WINDING) {
-        // Half of the whole sphere.
-        bool is_outside_by_winding = solid_angle_of_tree(root, place) < 6.28318530718;
-        if (!left_early) return is_outside_by_winding;
-    }
-    if (SIGN_RULE == SIGN_FACING) {
-        bool faces = any_nearest_faces_place(root, place, sqrt(point.z));
-        if (!left_early) return faces;
-    }
-    return outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal);
+    bool outside = true;
+    if (SIGN_RULE == SIGN_WINDING) outside = solid_angle_of_tree(root, place) < 6.28318530718;  // half of the whole sphere
+    if (SIGN_RULE == SIGN_FACING) outside = any_nearest_faces_place(root, place, sqrt(point.z));
+    // The nearest feature takes no search, so it also answers where one has not ended.
+    bool by_feature = SIGN_RULE == SIGN_PSEUDONORMAL || !searches_ended();
+    return by_feature ? outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal) : outside;
 }
 
 #endif

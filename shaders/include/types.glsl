@@ -31,7 +31,7 @@ struct Physarum { float speed; float sensor_offset; float sensor_cos; float sens
 struct SurfaceSample { vec3 position; uint texel; };
 struct SampleTile { vec3 center; float radius; };
 struct ObjectPair { vec4 x; vec4 y; vec4 z; uint first_face; uint face_count; uint first_node; uint is_closed; };
-struct TreeQuery { vec3 place; uint slot; vec3 end; float result; float u; float v; uint left_early; uint pad0; };
+struct TreeQuery { vec3 place; uint slot; vec3 end; float result; float u; float v; uint ended; uint pad0; };
 struct DistanceJob { uint first_thread; uint first_sample; uint sample_count; uint first_pair; uint pair_count; uint first_tile; };
 struct ListedTile { uint tile; uint first_sample; uint sample_count; uint first_pair; uint pair_count; uint told; uint pad0; uint pad1; };
 struct Seam { uint source[4]; uint texel; uint weight[2]; uint pad0; };

@@ -14,7 +14,7 @@ void main() {
     uint i = invocation_index();
     if (i >= params.count) return;
     uint x = values[i];
-    // lavapipe leaves every loop after 65,535 rounds in one invocation, nested loops together; ask for fewer.
+    // Rounds are limited: loops.glsl says why; ask for fewer.
     for (uint n = 0u; n < params.rounds; n++) {
         x = x * 1664525u + values[x % params.count] + n;
     }

@@ -1,5 +1,6 @@
 //! What the method `brute` of signed distances can do on a CPU.
 
+use super::loops::ROUNDS;
 use super::setup::others;
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::mesh::surface::Surface;
@@ -8,10 +9,6 @@ use crate::scene::settings::{DistanceMethod, Settings};
 
 /// Triangles that `distance_brute` looks at in a round of its loop.
 const FACES_A_ROUND: u64 = 4;
-
-/// Rounds of all loops of an invocation, of the 65,535 after which lavapipe leaves them; the rest is for finding the
-/// object and for signs.
-const MOST_ROUNDS: u64 = 60_000;
 
 /// Makes sure that no object's others have more triangles than the device looks at, where that is the method.
 ///
@@ -28,14 +25,14 @@ pub fn check(device: &DeviceInfo, surface: &Surface, settings: &Settings) -> Res
     };
     for (object, others) in others(settings).into_iter().enumerate() {
         let in_rounds = |other| triangles(other).div_ceil(FACES_A_ROUND) + 1;
-        if others.iter().map(in_rounds).sum::<u64>() > MOST_ROUNDS {
+        if others.iter().map(in_rounds).sum::<u64>() > ROUNDS.into() {
             let all = others.iter().map(triangles).sum::<u64>();
             return Err(format!(
                 "distance.method = \"brute\" looks at all {} triangles of other objects for each texel of `{}`, and this \
                  device ends loops after about {}: use distance.method = \"bvh\", smaller meshes, or `distance_to`",
                 grouped(all as f64),
                 settings.objects[object].name,
-                grouped((FACES_A_ROUND * MOST_ROUNDS) as f64),
+                grouped((FACES_A_ROUND * u64::from(ROUNDS)) as f64),
             ));
         }
     }

@@ -39,6 +39,7 @@ pub mod field;
 pub mod food;
 pub mod ground;
 pub mod kernels;
+pub mod loops;
 pub mod memory;
 pub mod movement;
 pub mod network;

@@ -37,7 +37,7 @@ impl TreeQuery {
             result: 0.0,
             u: 0.0,
             v: 0.0,
-            left_early: 0,
+            ended: 0,
             pad0: 0,
         }
     }
@@ -71,8 +71,7 @@ impl Question {
 
 /// Answers every query about the first object of a surface, in place. A slot is a place in [`Trees::faces`].
 ///
-/// lavapipe ends every loop after 65,535 rounds. What it has left early is [answered on the host](answer_on_host), by the same
-/// arithmetic; that happens near the centres of closed meshes of tens of thousands of triangles.
+/// A query whose search does not end on the device is [answered on the host](answer_on_host), by the same arithmetic.
 ///
 /// # Errors
 /// When the device fails or has too little memory.
@@ -132,7 +131,7 @@ pub fn tree_queries(
             .par_iter_mut()
             .zip(answers)
             .for_each(|(query, answer)| {
-                if answer.left_early == 0 {
+                if answer.ended == 1 {
                     *query = answer;
                 } else {
                     answer_on_host(&constants, &sides, params.root, query);
@@ -150,6 +149,7 @@ pub fn answer_on_host(
     query: &mut TreeQuery,
 ) {
     let (nodes, faces) = (sides.nodes, sides.faces);
+    query.ended = 1;
     if constants.crossings {
         let crossing = first_crossing(nodes, faces, root, query.place, query.end);
         query.slot = crossing.slot;

@@ -352,8 +352,8 @@ pub struct TreeQuery {
     pub u: f32,
     /// Answer: weight of corner C.
     pub v: f32,
-    /// Answer: 1 if the device left the search before its end.
-    pub left_early: u32,
+    /// Answer: 1 if the search has ended.
+    pub ended: u32,
     /// Nothing.
     pub pad0: u32,
 }

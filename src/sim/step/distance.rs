@@ -208,7 +208,12 @@ pub fn distance(
                     point.square.sqrt()
                 });
                 let bound = near.map_or(bound, |near| bound.min(near));
-                nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, bound)
+                let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, bound);
+                if slot == NONE && hint != TILE_UNKNOWN {
+                    hint
+                } else {
+                    slot
+                }
             };
             if slot == NONE {
                 continue;

@@ -18,13 +18,11 @@ use crate::sim::kernels::{
     DefragmentScanParams, DefragmentSequentialParams, DefragmentSwapParams, MoveBorderConstants,
     MoveBorderParams,
 };
+use crate::sim::loops::dispatches_of;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 use crate::sim::work::{Call, StepKernel};
-
-/// Of a part of `defragment_sequential`: half of what lavapipe's loops may have.
-const SEQUENTIAL_ROUNDS: u32 = 32_768;
 
 impl Plan<'_> {
     /// Ends the turn of an object, or of all.
@@ -70,7 +68,7 @@ impl Plan<'_> {
         }
     }
 
-    /// The parts of one pass by one invocation: enough for full lists, each entry of which takes two rounds.
+    /// The parts of one pass by one invocation: enough for full lists, each entry of which takes two rounds at the most.
     pub fn defragment_sequential(
         &self,
         turn: Turn,
@@ -80,10 +78,8 @@ impl Plan<'_> {
             object_count: self.object_count(),
             particle_count: self.particle_count(),
             part: 0,
-            rounds: SEQUENTIAL_ROUNDS,
         };
-        let rounds = 2 * u64::from(self.means.capacity);
-        let parts = rounds.div_ceil(u64::from(first.rounds)) as u32;
+        let parts = dispatches_of(2 * u64::from(self.means.capacity));
         (0..parts).map(move |part| Call {
             on: (),
             constants: (),

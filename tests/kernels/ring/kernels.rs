@@ -11,8 +11,9 @@ use myxo::sim::kernels::{
     DefragmentSequentialParams, DefragmentSwap, DefragmentSwapArgs, MoveBorder, MoveBorderArgs,
     TransferIn, TransferInArgs, TransferInParams,
 };
+use myxo::sim::loops::dispatches_of;
 use myxo::sim::twin::transfer::transfer_in;
-use myxo::sim::types::{Flow, Motion, Particle, Transfer};
+use myxo::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
 use super::model::{Case, Objects, Order, Ring};
 use crate::common::gpu;
@@ -78,9 +79,8 @@ fn windows_are_kept_as_the_twins_keep_them() {
                         let [inside, outside] = [&ring.particle_indices, &ring.transfer_indices]
                             .map(|list| buffer(ctx, "list", list));
                         let first = ring.sequential_params(object);
-                        // Ten awkward parts, or as long ones as a simulation takes.
-                        let rounds = capacity.div_ceil(5).min(32_768);
-                        for part in 0..(2 * capacity).div_ceil(rounds) {
+                        // The last part finds nothing left to do.
+                        for part in 0..=dispatches_of(2 * u64::from(capacity)) {
                             gpu.run(|rec| {
                                 let args = DefragmentSequentialArgs {
                                     flow: &flow,
@@ -91,11 +91,7 @@ fn windows_are_kept_as_the_twins_keep_them() {
                                     particle_indices: &inside,
                                     transfer_indices: &outside,
                                 };
-                                let params = DefragmentSequentialParams {
-                                    part,
-                                    rounds,
-                                    ..first
-                                };
+                                let params = DefragmentSequentialParams { part, ..first };
                                 rec.dispatch(&one_pass, Threads(1), args, params);
                             });
                         }
@@ -169,14 +165,14 @@ fn what_one_invocation_did_not_get_to_is_told() {
     let ctx = &gpu.ctx;
     let pipeline = Pipeline::<DefragmentSequential>::new(ctx, &()).unwrap();
     let case = Case {
-        particles: 199,
-        objects: 3,
-        capacity: 199,
-        share: 0.6,
+        particles: 90_001,
+        objects: 2,
+        capacity: 90_001,
+        share: 0.9,
         all_on: None,
         seed: 46,
     };
-    for parts in [1, 2, 100] {
+    for parts in [1, dispatches_of(2 * u64::from(case.capacity))] {
         let mut ring = Ring::new(case, Order::Sequential);
         ring.begin_turn(0);
         ring.move_border(0);
@@ -200,27 +196,25 @@ fn what_one_invocation_did_not_get_to_is_told() {
                     particle_indices: &inside,
                     transfer_indices: &outside,
                 };
-                let params = DefragmentSequentialParams {
-                    part,
-                    rounds: 4,
-                    ..ring.sequential_params(0)
-                };
+                let first = ring.sequential_params(0);
+                let params = DefragmentSequentialParams { part, ..first };
                 rec.dispatch(&pipeline, Threads(1), args, params);
             });
         }
         ring.flow = ctx.download(&flow).unwrap()[0];
-        let left = ring.flow.outside;
+        let start = ring.windows[1].start;
+        let departing = ctx.download(&departing).unwrap();
+        let is_outside = |transfer: &&Transfer| {
+            Window::offset(start, transfer.particle, case.particles) >= leaving
+        };
+        let left = departing[..leaving as usize].iter().filter(is_outside);
+        let left = left.count() as u32;
+        assert!(parts == 1 || left == 0, "{left} of {leaving}");
+        let outside = ring.flow.outside;
+        assert!(outside >= left, "{outside}, {left} of {leaving}");
         ring.move_border(1);
-        if parts == 100 {
-            assert_eq!((left, ring.flow.mismatches), (0, 0));
-        } else {
-            // In a round there is one transfer at the most.
-            assert!(
-                left >= leaving - 4 * parts && left > 0,
-                "{left} of {leaving}"
-            );
-            assert_eq!(ring.flow.mismatches, 1, "{left} of {leaving}");
-        }
+        let is_missed = u32::from(outside > 0);
+        assert_eq!(ring.flow.mismatches, is_missed, "{left} of {leaving}");
     }
     gpu.finish();
 }

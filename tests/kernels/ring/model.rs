@@ -195,7 +195,6 @@ impl Ring {
             object_count: self.case.objects,
             particle_count: self.case.particles,
             part: 0,
-            rounds: u32::MAX,
         }
     }
 
