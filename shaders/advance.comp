@@ -37,13 +37,8 @@
 
 layout(local_size_x = 64) in;
 
-// What a scene does not use costs nothing: each optional term is compiled in or out.
-layout(constant_id = 0) const bool SENSOR_NOISE = false;
-layout(constant_id = 1) const bool FAVOURITE_DENSITY = false;
-layout(constant_id = 2) const bool GRAVITY = false;
-layout(constant_id = 3) const bool DECROWDING = false;
+// What a scene does not use costs nothing: it is compiled in or out, as are the optional terms of sensing.glsl.
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
-layout(constant_id = 5) const bool DISTANCE = false;
 // Selects for transfer those that go into another object.
 layout(constant_id = 6) const bool SELECTS = false;
 // Objects have turns, one after the other in a step.

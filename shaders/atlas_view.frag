@@ -14,7 +14,6 @@ layout(set = 0, binding = 1) uniform usamplerBuffer texels;
 layout(set = 0, binding = 2) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 3) readonly buffer Exposure { float brightest[]; };
 
-
 #include "colormap.glsl"
 #include "texels.glsl"
 

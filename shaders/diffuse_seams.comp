@@ -10,7 +10,6 @@
 
 layout(local_size_x = 64) in;
 
-
 layout(push_constant) uniform Params {
     uint row_count;
     uint reach_across;  // texels between the stencil's taps

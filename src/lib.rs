@@ -35,7 +35,7 @@
 //! bin        arguments, window, panel, reports           src/main.rs, src/cli/, src/lab/
 //! export     models, data and scene files of a state     src/export/
 //! render     draws what sim owns; swapchain, interface   src/render/
-//! sim        particles, trail, step                      src/sim/   (step/: a file for each kernel)
+//! sim        particles, trail, step                      src/sim/   (step/: its kernels)
 //! scene      objects = mesh + pose; scene files          src/scene/
 //! mesh       triangle-mesh geometry, no Vulkan           src/mesh/
 //! gpu        Vulkan, no meshes                           src/gpu/

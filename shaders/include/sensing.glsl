@@ -13,6 +13,13 @@
 #include "frame.glsl"
 #include "pose_table.glsl"
 
+// What a scene does not use costs nothing: each optional term is compiled in or out.
+layout(constant_id = 50) const bool SENSOR_NOISE = false;
+layout(constant_id = 51) const bool FAVOURITE_DENSITY = false;
+layout(constant_id = 52) const bool GRAVITY = false;
+layout(constant_id = 53) const bool DECROWDING = false;
+layout(constant_id = 54) const bool DISTANCE = false;
+
 // What particles do on the object that this one is on.
 Physarum own;
 

@@ -397,7 +397,7 @@ impl Renderer {
                     Threads(sample_count),
                     TrailHistogramArgs {
                         trail: &state.trail.front_views.texels,
-                        density: &state.atlas.density_views.texels,
+                        density: &state.atlas.spread.density_views.texels,
                         histogram: &self.histogram,
                     },
                     TrailHistogramParams {

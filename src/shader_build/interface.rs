@@ -64,7 +64,7 @@ impl Interface<'_> {
                     binding.number,
                     binding.name,
                     binding.access,
-                    self.each(binding),
+                    self.each(binding)?,
                     element_size(binding)?
                 ),
             );
@@ -108,15 +108,18 @@ impl Interface<'_> {
     }
 
     /// How many elements an invocation needs of a binding: `// one an invocation` behind its declaration says so.
-    fn each(&self, binding: &Binding) -> u32 {
+    fn each(&self, binding: &Binding) -> Result<u32, String> {
         let remark = self.remark(&binding.name).unwrap_or_default();
-        let word = remark.split_once(" an invocation").map(|(word, _)| word);
-        match word {
-            Some("one") => 1,
-            Some("two") => 2,
-            Some("three") => 3,
-            Some("four") => 4,
-            _ => 0,
+        match remark.split_once(" an invocation") {
+            None => Ok(0),
+            Some(("one", _)) => Ok(1),
+            Some(("two", _)) => Ok(2),
+            Some(("three", _)) => Ok(3),
+            Some(("four", _)) => Ok(4),
+            Some((word, _)) => Err(format!(
+                "{}: `{word} an invocation` behind {}: one, two, three or four are possible",
+                self.stem, binding.name
+            )),
         }
     }
 

@@ -7,7 +7,7 @@ use super::types::{Motion, Particle, Pose, Window};
 use crate::scene::settings::Strategy;
 
 /// Puts a state in the order that a strategy needs: with windows, each object's particles together; without turns,
-/// nobody in flight: those land where objects stand now. A state that is in order stays as it is.
+/// none in flight: those land where objects stand now. A state that is in order stays as it is.
 #[must_use]
 pub fn arranged(
     mut state: Snapshot,

@@ -74,7 +74,7 @@ pub struct Counts {
 
 impl Counts {
     /// Texels of fields that only several objects have; buffers have at least one element.
-    fn field(&self) -> u64 {
+    pub(super) fn field(&self) -> u64 {
         if self.objects > 1 { self.texels } else { 1 }
     }
 
@@ -108,6 +108,9 @@ impl Counts {
 pub struct Row<T> {
     /// In messages and capture tools.
     pub name: &'static str,
+    domain: Domain,
+    /// Of its texels; 0 where kernels see it as a block alone, or by the [views](super::texture::Views) of a texture.
+    components: usize,
     count: fn(&Counts) -> u64,
     element: PhantomData<fn() -> T>,
 }
@@ -121,10 +124,9 @@ impl<T: Pod> Row<T> {
         &self,
         ctx: &Arc<Context>,
         counts: &Counts,
-        domain: Domain,
     ) -> Result<Buffer<T>, GpuError> {
         let len = (self.count)(counts) as usize;
-        Buffer::zeroed_in(ctx, self.name, len, domain)
+        Buffer::zeroed_in(ctx, self.name, len, self.domain)
     }
 
     /// The buffer, with these elements.
@@ -138,20 +140,43 @@ impl<T: Pod> Row<T> {
         &self,
         ctx: &Arc<Context>,
         counts: &Counts,
-        domain: Domain,
         elements: &[T],
     ) -> Result<Buffer<T>, GpuError> {
         let count = (self.count)(counts);
         assert_eq!(elements.len() as u64, count, "elements of `{}`", self.name);
-        Buffer::from_slice_in(ctx, self.name, elements, domain)
+        Buffer::from_slice_in(ctx, self.name, elements, self.domain)
+    }
+
+    /// The buffer as kernels see it.
+    ///
+    /// # Errors
+    /// When it has more texels than one view of the device holds.
+    pub(super) fn texels<S: TexelScalar>(&self, buffer: &Buffer<T>) -> Result<Texels<S>, GpuError> {
+        Texels::new(buffer, self.components)
+    }
+
+    /// Both.
+    ///
+    /// # Errors
+    /// As [`texels`](Self::texels).
+    pub(super) fn store<S: TexelScalar>(&self, buffer: Buffer<T>) -> Result<Store<T, S>, GpuError> {
+        let texels = self.texels(&buffer)?;
+        Ok(Store { buffer, texels })
     }
 }
 
 impl<T> Row<T> {
-    const fn new(name: &'static str, count: fn(&Counts) -> u64) -> Self {
+    const fn new(
+        name: &'static str,
+        domain: Domain,
+        components: usize,
+        count: fn(&Counts) -> u64,
+    ) -> Self {
         let element = PhantomData;
         Self {
             name,
+            domain,
+            components,
             count,
             element,
         }
@@ -183,17 +208,6 @@ pub struct Store<T, S = u32> {
     pub texels: Texels<S>,
 }
 
-impl<T: Pod, S: TexelScalar> Store<T, S> {
-    /// With texels of so many components.
-    ///
-    /// # Errors
-    /// When it has more texels than one view of the device holds.
-    pub(super) fn new(buffer: Buffer<T>, components: usize) -> Result<Self, GpuError> {
-        let texels = Texels::new(&buffer, components)?;
-        Ok(Self { buffer, texels })
-    }
-}
-
 impl<T, S> Deref for Store<T, S> {
     type Target = Buffer<T>;
 
@@ -209,101 +223,114 @@ impl<T: Pod, S> AnyBuffer for Store<T, S> {
 }
 
 macro_rules! table {
-    ($($row:ident: $element:ty = $name:literal, $count:expr;)*) => {
-        $(pub(super) const $row: Row<$element> = Row::new($name, $count);)*
+    ($($row:ident: $element:ty = $name:literal, $domain:ident $components:literal, $count:expr;)*) => {
+        $(pub(super) const $row: Row<$element> =
+            Row::new($name, reach::$domain, $components, $count);)*
 
         /// Every buffer of a simulation.
         pub const TABLE: &[&dyn AnyRow] = &[$(&$row),*];
     };
 }
 
-// What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
+/// What a buffer is made for.
+mod reach {
+    use crate::gpu::Domain;
+
+    /// No larger than a storage block.
+    #[allow(non_upper_case_globals, reason = "a word of the table")]
+    pub(super) const Block: Domain = Domain::Device;
+    /// It may be larger.
+    #[allow(non_upper_case_globals, reason = "a word of the table")]
+    pub(super) const Large: Domain = Domain::Texels;
+}
+
+// Name, whether it may be larger than a storage block, components of its texels, and how many. What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
 table! {
-    PARTICLES: Particle = "particles", |n| n.particles;
-    MOTIONS: Motion = "motions", |n| n.particles;
-    SORTED_PARTICLES: Particle = "sorted_particles", |n| n.particles;
-    SORTED_MOTIONS: Motion = "sorted_motions", |n| n.particles;
-    BINS: u32 = "bins", |n| n.bins;
-    WALKERS: u32 = "walkers", |n| n.particles * Counts::walker_lists(n.objects);
-    WALKER_COUNT: u32 = "walker_count", |_| 3;
-    WALKER_GROUPS: DispatchGroups = "walker_groups", |_| 3;
-    NO_GROUPS: DispatchGroups = "no_groups", |_| 3;
+    PARTICLES: Particle = "particles", Large 4, |n| n.particles;
+    MOTIONS: Motion = "motions", Large 4, |n| n.particles;
+    SORTED_PARTICLES: Particle = "sorted_particles", Large 4, |n| n.particles;
+    SORTED_MOTIONS: Motion = "sorted_motions", Large 4, |n| n.particles;
+    BINS: u32 = "bins", Block 0, |n| n.bins;
+    WALKERS: u32 = "walkers", Large 1, |n| n.particles * Counts::walker_lists(n.objects);
+    WALKER_COUNT: u32 = "walker_count", Block 0, |_| 3;
+    WALKER_GROUPS: DispatchGroups = "walker_groups", Block 0, |_| 3;
+    NO_GROUPS: DispatchGroups = "no_groups", Block 0, |_| 3;
 
-    TRAIL_FRONT: f32 = "trail.front", |n| n.texels;
-    TRAIL_BACK: f32 = "trail.back", |n| n.texels;
-    DEPOSITS_FRONT: u32 = "deposits.front", |n| n.texels;
-    DEPOSITS_BACK: u32 = "deposits.back", |n| n.texels;
-    DENSITY: f32 = "density", |n| n.texels;
-    BLOCKS: u32 = "blocks", |n| n.blocks;
-    EXCHANGE_ROWS: PackedRow = "exchange_rows", |n| n.rows;
-    EXCHANGE_ENTRIES: PackedEntries = "exchange_entries", |n| n.entries;
-    SEAMS: Seam = "seams", |n| n.seams;
-    CLEARANCE: u32 = "clearance", |n| n.texels.div_ceil(4);
-    SURROUNDINGS: u32 = "surroundings", |n| n.texels.div_ceil(2);
-    UNUSED_FLOATS: f32 = "unused.floats", |_| 4;
-    UNUSED_WORDS: u32 = "unused.words", |_| 4;
-    BIAS: f32 = "bias", |n| n.painted;
+    TRAIL_FRONT: f32 = "trail.front", Large 0, |n| n.texels;
+    TRAIL_BACK: f32 = "trail.back", Large 0, |n| n.texels;
+    DEPOSITS_FRONT: u32 = "deposits.front", Large 0, |n| n.texels;
+    DEPOSITS_BACK: u32 = "deposits.back", Large 0, |n| n.texels;
+    DENSITY: f32 = "density", Large 0, |n| n.texels;
+    BLOCKS: u32 = "blocks", Large 1, |n| n.blocks;
+    EXCHANGE_ROWS: PackedRow = "exchange_rows", Large 4, |n| n.rows;
+    EXCHANGE_ENTRIES: PackedEntries = "exchange_entries", Large 4, |n| n.entries;
+    SEAMS: Seam = "seams", Large 4, |n| n.seams;
+    CLEARANCE: u32 = "clearance", Large 1, |n| n.texels.div_ceil(4);
+    SURROUNDINGS: u32 = "surroundings", Large 2, |n| n.texels.div_ceil(2);
+    UNUSED_FLOATS: f32 = "unused.floats", Block 0, |_| 4;
+    UNUSED_WORDS: u32 = "unused.words", Block 0, |_| 4;
+    BIAS: f32 = "bias", Large 0, |n| n.painted;
 
-    TRIANGLES: Triangle = "triangles", |n| n.triangles;
-    HALFEDGES: HalfEdge = "halfedges", |n| 3 * n.triangles;
-    STRIPS: StripTriangle = "strips", |n| n.triangles;
-    CORNERS: u32 = "corners", |n| 3 * n.triangles;
-    VERTICES: Vertex = "vertices", |n| n.vertices;
-    POSES: Pose = "poses", |n| n.objects;
-    POSES_BEFORE: Pose = "poses_before", |n| n.objects;
-    PHYSARUMS: Physarum = "physarums", |n| n.objects;
+    TRIANGLES: Triangle = "triangles", Large 4, |n| n.triangles;
+    HALFEDGES: HalfEdge = "halfedges", Large 4, |n| 3 * n.triangles;
+    STRIPS: StripTriangle = "strips", Large 4, |n| n.triangles;
+    CORNERS: u32 = "corners", Block 1, |n| 3 * n.triangles;
+    VERTICES: Vertex = "vertices", Block 4, |n| n.vertices;
+    POSES: Pose = "poses", Block 4, |n| n.objects;
+    POSES_BEFORE: Pose = "poses_before", Block 4, |n| n.objects;
+    PHYSARUMS: Physarum = "physarums", Block 0, |n| n.objects;
 
-    DISTANCES: f32 = "distances", Counts::field;
-    NEAREST: u32 = "nearest", Counts::field;
-    ACROSS: u32 = "across", Counts::field;
-    ACROSS_TRIANGLES: u32 = "across_triangles", Counts::field;
-    SAMPLES: SurfaceSample = "samples", |n| n.samples;
-    OWNERS: u32 = "owners", |n| n.samples;
-    TILES: SampleTile = "tiles", |n| n.tiles;
-    TILE_STATES: u32 = "tile_states", |n| n.tiles;
-    MARGINS: f32 = "margins", |n| n.tiles * n.hints;
-    HINTS: u32 = "hints", |n| n.job_tiles * n.hints;
-    CANDIDATES: u32 = "candidates", |n| n.job_tiles * u64::from(TILE_CANDIDATES);
-    LISTED_TILES: ListedTile = "listed_tiles", |n| n.job_tiles;
-    COVERED: u32 = "covered", |n| n.job_tiles * u64::from(TILE_SAMPLES);
-    TILE_GROUPS: DispatchGroups = "tile_groups", |_| 2;
-    COVERED_GROUPS: DispatchGroups = "covered_groups", |_| 2;
-    FACES: Face = "faces", Counts::faces;
-    NODES: Node = "nodes", |n| n.nodes;
-    DIPOLES: Dipole = "dipoles", |n| n.nodes;
-    PSEUDONORMALS: Vec4 = "pseudonormals", |n| if n.objects > 1 { 3 * n.triangles + n.vertices } else { 0 };
-    ROOTS: u32 = "roots", |n| if n.objects > 1 { n.objects } else { 0 };
-    DISTANCE_JOBS: DistanceJob = "distance_jobs", |n| n.objects;
-    DISTANCE_PAIRS: ObjectPair = "distance_pairs", Counts::pairs;
-    DISTANCE_MOVES: f32 = "distance_moves", Counts::pairs;
+    DISTANCES: f32 = "distances", Block 1, Counts::field;
+    NEAREST: u32 = "nearest", Block 1, Counts::field;
+    ACROSS: u32 = "across", Block 1, Counts::field;
+    ACROSS_TRIANGLES: u32 = "across_triangles", Block 1, Counts::field;
+    SAMPLES: SurfaceSample = "samples", Large 4, |n| n.samples;
+    OWNERS: u32 = "owners", Block 0, |n| n.samples;
+    TILES: SampleTile = "tiles", Block 0, |n| n.tiles;
+    TILE_STATES: u32 = "tile_states", Block 0, |n| n.tiles;
+    MARGINS: f32 = "margins", Block 0, |n| n.tiles * n.hints;
+    HINTS: u32 = "hints", Block 1, |n| n.job_tiles * n.hints;
+    CANDIDATES: u32 = "candidates", Block 4, |n| n.job_tiles * u64::from(TILE_CANDIDATES);
+    LISTED_TILES: ListedTile = "listed_tiles", Block 4, |n| n.job_tiles;
+    COVERED: u32 = "covered", Block 1, |n| n.job_tiles * u64::from(TILE_SAMPLES);
+    TILE_GROUPS: DispatchGroups = "tile_groups", Block 0, |_| 2;
+    COVERED_GROUPS: DispatchGroups = "covered_groups", Block 0, |_| 2;
+    FACES: Face = "faces", Large 4, Counts::faces;
+    NODES: Node = "nodes", Large 4, |n| n.nodes;
+    DIPOLES: Dipole = "dipoles", Large 4, |n| n.nodes;
+    PSEUDONORMALS: Vec4 = "pseudonormals", Large 4, |n| if n.objects > 1 { 3 * n.triangles + n.vertices } else { 0 };
+    ROOTS: u32 = "roots", Block 0, |n| if n.objects > 1 { n.objects } else { 0 };
+    DISTANCE_JOBS: DistanceJob = "distance_jobs", Block 0, |n| n.objects;
+    DISTANCE_PAIRS: ObjectPair = "distance_pairs", Block 4, Counts::pairs;
+    DISTANCE_MOVES: f32 = "distance_moves", Block 0, Counts::pairs;
 
-    WINDOWS: Window = "windows", |n| n.windows;
-    FLOW: Flow = "flow", |_| 1;
-    GROUPS: DispatchGroups = "transfers.groups", |_| 2;
-    PARTICLE_INDICES: u32 = "particle_indices", |n| n.transfers;
-    TRANSFER_INDICES: u32 = "transfer_indices", |n| n.transfers;
-    ARRIVING: Transfer = "transfers.arriving", |n| n.transfers;
-    DEPARTING: Transfer = "transfers.departing", |n| n.transfers;
-    FLUX: u32 = "flux", |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
-    AREA_SHARES: u32 = "area_shares", |n| n.respawn.0;
-    OBJECT_TRIANGLES: UVec2 = "object_triangles", |n| n.respawn.1;
+    WINDOWS: Window = "windows", Block 2, |n| n.windows;
+    FLOW: Flow = "flow", Block 0, |_| 1;
+    GROUPS: DispatchGroups = "transfers.groups", Block 0, |_| 2;
+    PARTICLE_INDICES: u32 = "particle_indices", Block 0, |n| n.transfers;
+    TRANSFER_INDICES: u32 = "transfer_indices", Block 0, |n| n.transfers;
+    ARRIVING: Transfer = "transfers.arriving", Block 0, |n| n.transfers;
+    DEPARTING: Transfer = "transfers.departing", Block 0, |n| n.transfers;
+    FLUX: u32 = "flux", Block 0, |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
+    AREA_SHARES: u32 = "area_shares", Block 0, |n| n.respawn.0;
+    OBJECT_TRIANGLES: UVec2 = "object_triangles", Block 0, |n| n.respawn.1;
 
-    MEALS: Meal = "meals", |n| n.foods;
-    MARKS: Mark = "marks", |n| n.foods;
-    SCENT: f32 = "scent", Counts::food;
-    PLATES: u32 = "plates", Counts::food;
-    SCENTED: UVec2 = "scented", |n| if n.foods > 0 { n.scents.0 } else { 0 };
-    WHIFFS: UVec2 = "whiffs", |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
-    SCENT_GROUPS: DispatchGroups = "scent_groups", |n| u64::from(n.foods > 0);
-    NO_MEALS: Meal = "no_meals", |_| 1;
+    MEALS: Meal = "meals", Block 0, |n| n.foods;
+    MARKS: Mark = "marks", Block 0, |n| n.foods;
+    SCENT: f32 = "scent", Large 0, Counts::food;
+    PLATES: u32 = "plates", Large 0, Counts::food;
+    SCENTED: UVec2 = "scented", Block 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
+    WHIFFS: UVec2 = "whiffs", Block 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
+    SCENT_GROUPS: DispatchGroups = "scent_groups", Block 0, |n| u64::from(n.foods > 0);
+    NO_MEALS: Meal = "no_meals", Block 0, |_| 1;
 
-    OUTLINES: Outline = "outlines", |n| n.drawn(n.outlines);
-    BOUNDS: Vec4 = "bounds", |n| n.drawn(n.triangles);
-    SLOTS: u32 = "slots", |n| n.drawn(n.triangles);
-    PLACES: SurfaceSample = "places", |n| n.drawn(n.texels);
-    RASTER_TARGET: u32 = "raster.target", |n| n.drawn(n.texels);
-    RASTER_DEPTH: f32 = "raster.depth", |n| n.drawn(n.texels);
-    WINNERS: u32 = "winners", |n| n.drawn(n.texels);
+    OUTLINES: Outline = "outlines", Large 4, |n| n.drawn(n.outlines);
+    BOUNDS: Vec4 = "bounds", Large 4, |n| n.drawn(n.triangles);
+    SLOTS: u32 = "slots", Block 0, |n| n.drawn(n.triangles);
+    PLACES: SurfaceSample = "places", Large 4, |n| n.drawn(n.texels);
+    RASTER_TARGET: u32 = "raster.target", Block 0, |n| n.drawn(n.texels);
+    RASTER_DEPTH: f32 = "raster.depth", Block 0, |n| n.drawn(n.texels);
+    WINNERS: u32 = "winners", Block 0, |n| n.drawn(n.texels);
 }
 
 /// Bytes that all buffers take.

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use glam::{Affine3A, DAffine3};
 
 use super::behaviour::physarums;
@@ -13,7 +14,7 @@ use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::sorting::is_due;
 use super::step::step;
-use super::types::{Physarum, Pose};
+use super::types::{DistanceJob, Physarum, Pose};
 use super::work::Step;
 use crate::error::Result;
 use crate::scene::settings::Settings;
@@ -83,6 +84,18 @@ impl Course {
         self.step += 1;
         self.fed_deposit = self.settings.feeding.fed_deposit;
         step
+    }
+
+    /// A step that has every kernel that those to come can have, if the settings stay. It is for no engine: which distances it
+    /// takes is made up.
+    #[must_use]
+    pub fn of_every_kernel(&self, means: Means) -> Step {
+        let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
+        if !self.setup.distance.is_empty() {
+            plan.distances.jobs = vec![DistanceJob::zeroed()];
+        }
+        plan.sorts = self.settings.strategy().may_sort();
+        step(&plan)
     }
 
     /// The next step with everything that one can have: with a sort, and with the distances that are due. Where nothing has moved

@@ -10,9 +10,9 @@ use super::kernels::{
 use super::memory;
 use super::spread::spreading;
 use super::texel_paths::TexelPaths;
-use super::texture::{PingPong, Unused, Views};
+use super::texture::{PingPong, SpreadTables, Unused};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Domain, Frames, Pipeline, Recorder, Texels, Threads};
+use crate::gpu::{Context, Frames, Pipeline, Recorder, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
 /// Steps that are handed to the device together.
@@ -28,10 +28,7 @@ pub struct Diffusion {
     diffuse_seams: Pipeline<DiffuseSeams>,
     params: DiffuseParams,
     seams_params: DiffuseSeamsParams,
-    blocks: Texels<u32>,
-    rows: Texels<u32>,
-    entries: Texels<u32>,
-    density: Views<f32>,
+    tables: SpreadTables,
     deposits: PingPong<u32>,
     /// Is the texture larger than a storage block?
     outgrows_block: bool,
@@ -61,12 +58,10 @@ impl Diffusion {
         let paths = TexelPaths::of(ctx.info(), texels as u64);
         let constants = DiffuseConstants { distance, paths };
         let seams_constants = DiffuseSeamsConstants { paths };
-        let large = Domain::Texels;
         let counts = Counts {
             texels: texels as u64,
             ..Counts::default()
         };
-        let exchange = atlas.exchange.packed(&atlas.density);
         Ok(Self {
             diffuse: Pipeline::new(ctx, &constants)?,
             diffuse_seams: Pipeline::new(ctx, &seams_constants)?,
@@ -78,31 +73,16 @@ impl Diffusion {
                 diffusion,
                 ..seams_params
             },
-            blocks: Texels::new(
-                &Buffer::from_slice_in(ctx, "blocks", &atlas.blocks, large)?,
-                1,
-            )?,
-            rows: Texels::new(
-                &Buffer::from_slice_in(ctx, "exchange_rows", &exchange.rows, large)?,
-                4,
-            )?,
-            entries: Texels::new(
-                &Buffer::from_slice_in(ctx, "exchange_entries", &exchange.entries, large)?,
-                4,
-            )?,
-            density: Views::new(
-                ctx,
-                &Buffer::from_slice_in(ctx, "density", &atlas.density, large)?,
-            )?,
+            tables: SpreadTables::new(ctx, atlas)?,
             deposits: PingPong::of(
                 ctx,
-                buffers::DEPOSITS_FRONT.zeroed(ctx, &counts, large)?,
-                buffers::DEPOSITS_BACK.zeroed(ctx, &counts, large)?,
+                buffers::DEPOSITS_FRONT.zeroed(ctx, &counts)?,
+                buffers::DEPOSITS_BACK.zeroed(ctx, &counts)?,
             )?,
             trail: PingPong::of(
                 ctx,
-                buffers::TRAIL_FRONT.zeroed(ctx, &counts, large)?,
-                buffers::TRAIL_BACK.zeroed(ctx, &counts, large)?,
+                buffers::TRAIL_FRONT.zeroed(ctx, &counts)?,
+                buffers::TRAIL_BACK.zeroed(ctx, &counts)?,
             )?,
             outgrows_block: paths.outgrows_block,
             unused: Unused::new(ctx)?,
@@ -157,10 +137,10 @@ impl Diffusion {
             &self.diffuse,
             Threads(self.params.lane_count),
             DiffuseArgs {
-                blocks: &self.blocks,
+                blocks: &self.tables.blocks,
                 trail: &trail_views.quads,
                 deposits: &deposits_views.quads,
-                density: &self.density.quads,
+                density: &self.tables.density_views.quads,
                 next_trail: spread.next_trail,
                 next_trail_quads: spread.next_trail_quads,
                 previous_deposits: spread.previous_deposits,
@@ -172,8 +152,8 @@ impl Diffusion {
             &self.diffuse_seams,
             Threads(self.seams_params.row_count),
             DiffuseSeamsArgs {
-                rows: &self.rows,
-                entries: &self.entries,
+                rows: &self.tables.rows,
+                entries: &self.tables.entries,
                 trail: &trail_views.texels,
                 deposits: &deposits_views.texels,
                 low_next_trail: &next_views.low,

@@ -12,13 +12,13 @@ pub struct Physarum {
     pub speed: f32,
     /// World length from the particle to each sensor.
     pub sensor_offset: f32,
-    /// Of the angle between middle and side sensors.
+    /// Cosine of the angle between middle and side sensors.
     pub sensor_cos: f32,
-    /// Likewise.
+    /// Its sine.
     pub sensor_sin: f32,
-    /// Of the angle of one turn.
+    /// Cosine of the angle of one turn.
     pub rotation_cos: f32,
-    /// Likewise.
+    /// Its sine.
     pub rotation_sin: f32,
     /// Standard deviation, trail units.
     pub sensor_noise: f32,

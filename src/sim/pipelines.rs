@@ -36,14 +36,20 @@ impl Pipelines {
     ///
     /// # Errors
     /// When the device cannot run the kernel.
+    ///
+    /// # Panics
+    /// When it is there with other constants: one set of pipelines is for one set of constants.
     pub fn make<K: Kernel<Constants: Value> + 'static>(
         &mut self,
         name: &'static str,
         constants: &K::Constants,
     ) -> Result<(), GpuError> {
-        if self.find::<(K::Constants, Pipeline<K>)>(name).is_none() {
-            let pipeline = Pipeline::<K>::named(&self.ctx, constants, name)?;
-            self.add(name, (*constants, pipeline));
+        match self.find::<(K::Constants, Pipeline<K>)>(name) {
+            Some((made, _)) => assert!(made == constants, "`{name}` has two sets of constants"),
+            None => {
+                let pipeline = Pipeline::<K>::named(&self.ctx, constants, name)?;
+                self.add(name, (*constants, pipeline));
+            }
         }
         Ok(())
     }
@@ -52,16 +58,34 @@ impl Pipelines {
     ///
     /// # Errors
     /// When the device cannot draw so.
-    pub fn make_draw<D: Draw<Constants: Send + Sync + Copy> + 'static>(
+    pub fn make_draw<D: Draw<Constants: Value> + 'static>(
         &mut self,
         constants: &D::Constants,
         options: RasterOptions,
     ) -> Result<(), GpuError> {
-        if self.find::<RasterPipeline<D>>(D::NAME).is_none() {
+        if !self.has_draw::<D>(constants) {
             let pipeline = RasterPipeline::<D>::new(&self.ctx, constants, options)?;
-            self.add(D::NAME, pipeline);
+            self.add(D::NAME, (*constants, pipeline));
         }
         Ok(())
+    }
+
+    /// Is that of a kernel there, with these constants?
+    #[must_use]
+    pub fn has<K: Kernel<Constants: Value> + 'static>(
+        &self,
+        name: &str,
+        constants: &K::Constants,
+    ) -> bool {
+        let made = self.find::<(K::Constants, Pipeline<K>)>(name);
+        made.is_some_and(|(made, _)| made == constants)
+    }
+
+    /// Is that of what is drawn there? It is made with its constants once.
+    #[must_use]
+    pub fn has_draw<D: Draw<Constants: Value> + 'static>(&self, constants: &D::Constants) -> bool {
+        let made = self.find::<(D::Constants, RasterPipeline<D>)>(D::NAME);
+        made.is_some_and(|(made, _)| made == constants)
     }
 
     /// That of a kernel.
@@ -86,9 +110,11 @@ impl Pipelines {
     /// # Panics
     /// When it was not made.
     #[must_use]
-    pub fn of_draw<D: Draw + 'static>(&self) -> &RasterPipeline<D> {
-        let made = self.find(D::NAME);
-        made.unwrap_or_else(|| panic!("`{}` was not made", D::NAME))
+    pub fn of_draw<D: Draw<Constants: Value> + 'static>(&self) -> &RasterPipeline<D> {
+        match self.find::<(D::Constants, RasterPipeline<D>)>(D::NAME) {
+            Some((_, pipeline)) => pipeline,
+            None => panic!("`{}` was not made", D::NAME),
+        }
     }
 
     fn add(&mut self, name: &'static str, pipeline: impl Any + Send + Sync) {
@@ -97,7 +123,7 @@ impl Pipelines {
     }
 
     fn find<T: 'static>(&self, name: &str) -> Option<&T> {
-        let made = self.made.iter().find(|made| made.name == name)?;
-        made.pipeline.downcast_ref()
+        let mut of_name = self.made.iter().filter(|made| made.name == name);
+        of_name.find_map(|made| made.pipeline.downcast_ref())
     }
 }

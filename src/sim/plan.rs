@@ -12,7 +12,7 @@ use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
 /// How far from its texel's centre a texel's distance may be another by reading between texels, in texel sides.
 const TEXELS_BETWEEN: f32 = 2.0;
 
-/// What the engine that a step is for has.
+/// What the step has to work with: the ways to textures, what is painted, and room for transfers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Means {
     /// How kernels get at single texels.
@@ -94,41 +94,6 @@ impl Lengths {
     }
 }
 
-/// Which optional terms of the model some object uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Terms {
-    /// Sensors read with noise.
-    pub sensor_noise: bool,
-    /// Some trail is liked best.
-    pub favourite_density: bool,
-    /// Heights count.
-    pub gravity: bool,
-    /// Crowds are avoided.
-    pub decrowding: bool,
-    /// Distances to other objects count.
-    pub distance: bool,
-    /// Some object has values of its own for what particles do.
-    pub own_physarum: bool,
-}
-
-impl Terms {
-    fn new(settings: &Settings) -> Self {
-        let objects = settings.objects.iter();
-        let kinds: Vec<PhysarumSettings> = objects
-            .map(|object| object.physarum.over(&settings.physarum))
-            .collect();
-        let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
-        Self {
-            sensor_noise: any(|p| p.sensor_noise > 0.0),
-            favourite_density: any(|p| p.favourite_density > 0.0),
-            gravity: any(|p| p.gravity_weight != 0.0),
-            decrowding: any(|p| p.decrowding_weight != 0.0),
-            distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
-            own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
-        }
-    }
-}
-
 /// Everything that a step depends on besides buffers.
 pub struct Plan<'a> {
     /// Those that hold in this step.
@@ -141,8 +106,6 @@ pub struct Plan<'a> {
     pub means: Means,
     /// The strategy that takes effect.
     pub strategy: Strategy,
-    /// Which optional terms are used.
-    pub terms: Terms,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
     /// What deposits and decrowding weights are multiplied by.
@@ -165,7 +128,6 @@ impl<'a> Plan<'a> {
             step,
             means,
             strategy: settings.strategy(),
-            terms: Terms::new(settings),
             lengths: Lengths::new(settings, setup),
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),
@@ -200,6 +162,13 @@ impl<'a> Plan<'a> {
     #[must_use]
     pub fn border_reflects(&self) -> bool {
         self.settings.physarum.border == Border::Reflect
+    }
+
+    /// Has some object values of its own for what particles do?
+    #[must_use]
+    pub fn own_physarum(&self) -> bool {
+        let mut objects = self.settings.objects.iter();
+        objects.any(|object| !object.physarum.is_empty())
     }
 
     /// Is there food, or are there markers?

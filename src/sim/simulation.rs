@@ -17,7 +17,7 @@ use super::course::Course;
 use super::memory;
 use super::patience::for_distances;
 use super::pipelines::Pipelines;
-use super::plan::{Changes, Means};
+use super::plan::Means;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, FoodState, Snapshot};
@@ -204,7 +204,11 @@ impl Simulation {
             || settings.transfer.buffer_size != self.settings().transfer.buffer_size;
         // Whatever may fail comes first, so that a failure leaves all as it was.
         let changed = self.course.with_settings(settings);
-        let pipelines = pipelines_of(&self.ctx, &changed, self.means())?;
+        let means = self.means();
+        let is_prepared = changed.of_every_kernel(means).is_prepared(&self.pipelines);
+        let pipelines = (!is_prepared)
+            .then(|| pipelines_of(&self.ctx, &changed, means))
+            .transpose()?;
         drop(changed);
         let surface = &self.setup().surface;
         raster::check(surface, settings).map_err(Error::Invalid)?;
@@ -218,7 +222,9 @@ impl Simulation {
             let snapshot = self.snapshot()?;
             self.upload_particles(&snapshot, settings)?;
         }
-        self.pipelines = pipelines;
+        if let Some(pipelines) = pipelines {
+            self.pipelines = pipelines;
+        }
         if let Some(served) = served {
             self.serve(served);
         }
@@ -366,8 +372,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
 /// The pipelines of every kernel that steps can have.
 fn pipelines_of(ctx: &Arc<Context>, course: &Course, means: Means) -> Result<Pipelines, GpuError> {
     let mut pipelines = Pipelines::new(ctx);
-    let (step, _) = course.with_everything(means, Changes::default());
-    step.prepare(&mut pipelines)?;
+    course.of_every_kernel(means).prepare(&mut pipelines)?;
     Ok(pipelines)
 }
 
@@ -381,7 +386,7 @@ impl Simulation {
             settings.strategy(),
         );
         let counts = Counts::of(self.setup(), settings);
-        // Who is under way is known by the slots of this order: there is no memory for it, or all of it changes.
+        // Particles under way are found by the slots of this order: there is no memory for it, or all of it changes.
         let transfers =
             Transfers::new(&self.ctx, &counts, settings, self.setup(), &state.transfers)?;
         self.ctx.upload(&self.state.particles, &state.particles)?;

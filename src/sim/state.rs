@@ -3,23 +3,24 @@
 
 use std::sync::Arc;
 
+use bytemuck::Pod;
 use bytemuck::allocation::pod_collect_to_vec;
 
 use super::arranged::arranged;
 use super::behaviour::physarums;
-use super::buffers::{self, Counts, Store};
+use super::buffers::{self, Counts, Row, Store};
 use super::food::buffers::FoodBuffers;
 use super::raster::Raster;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::texture::{Counted, PingPong, Spread, Unused, Views};
+use super::texture::{Counted, PingPong, Spread, SpreadTables, Unused, Views};
 use super::transfers::Transfers;
 use super::types::{
     DistanceJob, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
     SurfaceSample,
 };
-use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError, Texels};
+use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -41,7 +42,7 @@ impl Bias {
             painted: texels as u64,
             ..Counts::default()
         };
-        let field = buffers::BIAS.zeroed(ctx, &counts, Domain::Texels)?;
+        let field = buffers::BIAS.zeroed(ctx, &counts)?;
         let views = Views::new(ctx, &field)?;
         Ok(Self { field, views })
     }
@@ -96,16 +97,8 @@ pub struct Walkers {
 
 /// What does not change of the texture.
 pub struct AtlasTables {
-    /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
-    pub density: Buffer<f32>,
-    /// The same, as diffusion reads it.
-    pub density_views: Views<f32>,
-    /// One a block of texels of which any is in use: its first quad.
-    pub blocks: Texels<u32>,
-    /// Two texels of four words for each texel that exchanges across a seam.
-    pub rows: Texels<u32>,
-    /// What it exchanges with; two entries of two words each.
-    pub entries: Texels<u32>,
+    /// What the kernels that spread the trail read.
+    pub spread: SpreadTables,
     /// Two texels for each gutter texel that is read.
     pub seams: Texels<u32>,
     /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
@@ -247,43 +240,33 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// A table that kernels read as texels of so many components.
-    fn texels<T: bytemuck::Pod>(
+    fn of<T: Pod>(&self, row: &Row<T>, elements: &[T]) -> Result<Buffer<T>, GpuError> {
+        row.of(self.ctx, &self.counts, elements)
+    }
+
+    fn zeros<T: Pod>(&self, row: &Row<T>) -> Result<Buffer<T>, GpuError> {
+        row.zeroed(self.ctx, &self.counts)
+    }
+
+    /// A table that kernels see as texels alone.
+    fn table<T: Pod>(&self, row: &Row<T>, elements: &[T]) -> Result<Texels<u32>, GpuError> {
+        row.texels(&self.of(row, elements)?)
+    }
+
+    /// What kernels see as texels, too.
+    fn store<T: Pod, S: TexelScalar>(
         &self,
-        row: &buffers::Row<T>,
-        components: usize,
+        row: &Row<T>,
         elements: &[T],
-    ) -> Result<Texels<u32>, GpuError> {
-        let buffer = row.of(self.ctx, &self.counts, Domain::Texels, elements)?;
-        Texels::new(&buffer, components)
+    ) -> Result<Store<T, S>, GpuError> {
+        row.store(self.of(row, elements)?)
     }
 
-    /// A storage block.
-    fn block<T: bytemuck::Pod>(
+    fn store_of_zeros<T: Pod, S: TexelScalar>(
         &self,
-        row: &buffers::Row<T>,
-        elements: &[T],
-    ) -> Result<Buffer<T>, GpuError> {
-        row.of(self.ctx, &self.counts, Domain::Device, elements)
-    }
-
-    /// A storage block of zeros.
-    fn zeros<T: bytemuck::Pod>(&self, row: &buffers::Row<T>) -> Result<Buffer<T>, GpuError> {
-        row.zeroed(self.ctx, &self.counts, Domain::Device)
-    }
-
-    /// Zeros that may be larger than a block.
-    fn large<T: bytemuck::Pod>(&self, row: &buffers::Row<T>) -> Result<Buffer<T>, GpuError> {
-        row.zeroed(self.ctx, &self.counts, Domain::Texels)
-    }
-
-    /// What changes, and may be larger than a block.
-    fn filled<T: bytemuck::Pod>(
-        &self,
-        row: &buffers::Row<T>,
-        elements: &[T],
-    ) -> Result<Buffer<T>, GpuError> {
-        row.of(self.ctx, &self.counts, Domain::Texels, elements)
+        row: &Row<T>,
+    ) -> Result<Store<T, S>, GpuError> {
+        row.store(self.zeros(row)?)
     }
 }
 
@@ -297,8 +280,8 @@ impl State {
         let make = &Maker { ctx, counts };
         let start = Snapshot::start(setup);
         let start = arranged(start, setup, &setup.poses, settings.strategy());
-        let motions = Store::new(make.filled(&buffers::MOTIONS, &start.motions)?, 4)?;
-        let particles = Store::new(make.filled(&buffers::PARTICLES, &start.particles)?, 4)?;
+        let motions = make.store(&buffers::MOTIONS, &start.motions)?;
+        let particles = make.store(&buffers::PARTICLES, &start.particles)?;
         let transfers = Transfers::new(ctx, &counts, settings, setup, &start.transfers)?;
         // Large ones need not be there twice while the rest is made.
         drop(start);
@@ -306,13 +289,13 @@ impl State {
             particles,
             motions,
             sorting: Sorting {
-                particles: Store::new(make.large(&buffers::SORTED_PARTICLES)?, 4)?,
-                motions: Store::new(make.large(&buffers::SORTED_MOTIONS)?, 4)?,
+                particles: make.store_of_zeros(&buffers::SORTED_PARTICLES)?,
+                motions: make.store_of_zeros(&buffers::SORTED_MOTIONS)?,
                 bins: make.zeros(&buffers::BINS)?,
                 is_swapped: false,
             },
             walkers: Walkers {
-                slots: Store::new(make.large(&buffers::WALKERS)?, 1)?,
+                slots: make.store_of_zeros(&buffers::WALKERS)?,
                 count: make.zeros(&buffers::WALKER_COUNT)?,
                 groups: make.zeros(&buffers::WALKER_GROUPS)?,
                 no_groups: make.zeros(&buffers::NO_GROUPS)?,
@@ -320,28 +303,28 @@ impl State {
             transfers,
             trail: PingPong::of(
                 ctx,
-                make.large(&buffers::TRAIL_FRONT)?,
-                make.large(&buffers::TRAIL_BACK)?,
+                make.zeros(&buffers::TRAIL_FRONT)?,
+                make.zeros(&buffers::TRAIL_BACK)?,
             )?,
             deposits: PingPong::of(
                 ctx,
-                make.large(&buffers::DEPOSITS_FRONT)?,
-                make.large(&buffers::DEPOSITS_BACK)?,
+                make.zeros(&buffers::DEPOSITS_FRONT)?,
+                make.zeros(&buffers::DEPOSITS_BACK)?,
             )?,
             atlas: atlas_tables(make, setup)?,
             surface: SurfaceTables {
-                triangles: make.texels(&buffers::TRIANGLES, 4, &setup.surface.triangles)?,
-                halfedges: make.texels(&buffers::HALFEDGES, 4, &setup.surface.halfedges)?,
-                strips: make.texels(&buffers::STRIPS, 4, &setup.strips)?,
-                corners: Texels::new(&make.block(&buffers::CORNERS, &setup.corners)?, 1)?,
-                vertices: Texels::new(&make.block(&buffers::VERTICES, &setup.vertices)?, 4)?,
+                triangles: make.table(&buffers::TRIANGLES, &setup.surface.triangles)?,
+                halfedges: make.table(&buffers::HALFEDGES, &setup.surface.halfedges)?,
+                strips: make.table(&buffers::STRIPS, &setup.strips)?,
+                corners: make.table(&buffers::CORNERS, &setup.corners)?,
+                vertices: make.table(&buffers::VERTICES, &setup.vertices)?,
             },
             trees: tree_tables(make, setup)?,
             objects: Objects {
-                poses: Store::new(make.block(&buffers::POSES, &setup.poses)?, 4)?,
+                poses: make.store(&buffers::POSES, &setup.poses)?,
                 recorded: setup.poses.clone(),
-                poses_before: Store::new(make.block(&buffers::POSES_BEFORE, &setup.poses)?, 4)?,
-                physarums: make.block(&buffers::PHYSARUMS, &physarums(settings, setup))?,
+                poses_before: make.store(&buffers::POSES_BEFORE, &setup.poses)?,
+                physarums: make.of(&buffers::PHYSARUMS, &physarums(settings, setup))?,
             },
             near: nearness(make, setup)?,
             across: across(make, setup)?,
@@ -445,70 +428,55 @@ impl State {
 
 fn atlas_tables(make: &Maker<'_>, setup: &Setup) -> Result<AtlasTables, GpuError> {
     let atlas = &setup.atlas;
-    let exchange = atlas.exchange.packed(&atlas.density);
     let clearance = pod_collect_to_vec::<u8, u32>(&setup.clearance);
-    let density = make.filled(&buffers::DENSITY, &atlas.density)?;
     Ok(AtlasTables {
-        density_views: Views::new(make.ctx, &density)?,
-        density,
-        blocks: make.texels(&buffers::BLOCKS, 1, &atlas.blocks)?,
-        rows: make.texels(&buffers::EXCHANGE_ROWS, 4, &exchange.rows)?,
-        entries: make.texels(&buffers::EXCHANGE_ENTRIES, 4, &exchange.entries)?,
-        seams: make.texels(&buffers::SEAMS, 4, &atlas.seams)?,
-        clearance: make.texels(&buffers::CLEARANCE, 1, &clearance)?,
+        spread: SpreadTables::new(make.ctx, atlas)?,
+        seams: make.table(&buffers::SEAMS, &atlas.seams)?,
+        clearance: make.table(&buffers::CLEARANCE, &clearance)?,
     })
 }
 
 fn tree_tables(make: &Maker<'_>, setup: &Setup) -> Result<TreeTables, GpuError> {
     let trees = &setup.distance.trees;
     Ok(TreeTables {
-        faces: make.texels(&buffers::FACES, 4, &trees.faces)?,
-        nodes: make.texels(&buffers::NODES, 4, &trees.nodes)?,
-        dipoles: make.texels(&buffers::DIPOLES, 4, &trees.dipoles)?,
-        pseudonormals: make.texels(&buffers::PSEUDONORMALS, 4, &trees.pseudonormals)?,
-        roots: make.block(&buffers::ROOTS, &setup.distance.roots())?,
+        faces: make.table(&buffers::FACES, &trees.faces)?,
+        nodes: make.table(&buffers::NODES, &trees.nodes)?,
+        dipoles: make.table(&buffers::DIPOLES, &trees.dipoles)?,
+        pseudonormals: make.table(&buffers::PSEUDONORMALS, &trees.pseudonormals)?,
+        roots: make.of(&buffers::ROOTS, &setup.distance.roots())?,
     })
 }
 
 fn nearness(make: &Maker<'_>, setup: &Setup) -> Result<Nearness, GpuError> {
     let distance = &setup.distance;
-    let field = field_of(setup);
+    let field = make.counts.field() as usize;
     Ok(Nearness {
-        distances: Store::new(make.zeros(&buffers::DISTANCES)?, 1)?,
-        nearest: Store::new(make.block(&buffers::NEAREST, &vec![NONE; field])?, 1)?,
+        distances: make.store_of_zeros(&buffers::DISTANCES)?,
+        nearest: make.store(&buffers::NEAREST, &vec![NONE; field])?,
         reach: 0.0,
-        samples: Store::new(make.filled(&buffers::SAMPLES, &distance.samples)?, 4)?,
-        owners: make.block(&buffers::OWNERS, &distance.owners)?,
-        tiles: make.block(&buffers::TILES, &distance.tiles)?,
+        samples: make.store(&buffers::SAMPLES, &distance.samples)?,
+        owners: make.of(&buffers::OWNERS, &distance.owners)?,
+        tiles: make.of(&buffers::TILES, &distance.tiles)?,
         tile_states: make.zeros(&buffers::TILE_STATES)?,
         margins: make.zeros(&buffers::MARGINS)?,
-        hints: Store::new(make.zeros(&buffers::HINTS)?, 1)?,
-        candidates: Store::new(make.zeros(&buffers::CANDIDATES)?, 4)?,
-        listed: Store::new(make.zeros(&buffers::LISTED_TILES)?, 4)?,
-        covered: Store::new(make.zeros(&buffers::COVERED)?, 1)?,
+        hints: make.store_of_zeros(&buffers::HINTS)?,
+        candidates: make.store_of_zeros(&buffers::CANDIDATES)?,
+        listed: make.store_of_zeros(&buffers::LISTED_TILES)?,
+        covered: make.store_of_zeros(&buffers::COVERED)?,
         tile_groups: make.zeros(&buffers::TILE_GROUPS)?,
         covered_groups: make.zeros(&buffers::COVERED_GROUPS)?,
         jobs: make.zeros(&buffers::DISTANCE_JOBS)?,
-        pairs: Store::new(make.zeros(&buffers::DISTANCE_PAIRS)?, 4)?,
+        pairs: make.store_of_zeros(&buffers::DISTANCE_PAIRS)?,
         moves: make.zeros(&buffers::DISTANCE_MOVES)?,
     })
 }
 
 fn across(make: &Maker<'_>, setup: &Setup) -> Result<Across, GpuError> {
-    let nowhere = vec![NONE; field_of(setup)];
+    let nowhere = vec![NONE; make.counts.field() as usize];
     let surroundings = pod_collect_to_vec::<u16, u32>(&setup.surroundings);
     Ok(Across {
-        places: Store::new(make.block(&buffers::ACROSS, &nowhere)?, 1)?,
-        triangles: Store::new(make.block(&buffers::ACROSS_TRIANGLES, &nowhere)?, 1)?,
-        surroundings: Store::new(make.filled(&buffers::SURROUNDINGS, &surroundings)?, 2)?,
+        places: make.store(&buffers::ACROSS, &nowhere)?,
+        triangles: make.store(&buffers::ACROSS_TRIANGLES, &nowhere)?,
+        surroundings: make.store(&buffers::SURROUNDINGS, &surroundings)?,
     })
-}
-
-/// Texels of fields that only several objects have; buffers have at least one element.
-fn field_of(setup: &Setup) -> usize {
-    if setup.poses.len() > 1 {
-        setup.atlas.density.len()
-    } else {
-        1
-    }
 }

@@ -26,7 +26,7 @@ use super::spread::{Half, in_halves};
 use super::work::{Counter, Step};
 use crate::gpu::{DispatchGroups, Threads};
 use crate::scene::settings::{DistanceMethod, Strategy};
-use advance::Form;
+use advance::{Form, Terms};
 use exchange_seams::Field;
 use turn::Turn;
 
@@ -97,15 +97,16 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
 /// Every particle advances once. Those that go into another object change to it, as the strategy says.
 fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
     let all = Turn::All;
+    let terms = plan.terms();
     match plan.strategy {
-        Strategy::None => advance(s, plan, all),
+        Strategy::None => advance(s, plan, terms, all),
         Strategy::Respawn => {
-            advance(s, plan, all);
+            advance(s, plan, terms, all);
             s.run(Threads(1), plan.move_border(all));
             s.run(Counter::Transfers, plan.respawn());
         }
         Strategy::Direct => {
-            advance(s, plan, all);
+            advance(s, plan, terms, all);
             s.run(Threads(1), plan.move_border(all));
             s.run(Counter::Transfers, plan.transfer_out());
             s.swap(Pair::Transfers);
@@ -114,7 +115,7 @@ fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
         Strategy::Scattered | Strategy::Sequential | Strategy::Parallel => {
             for turn in (0..plan.object_count()).map(Turn::Of) {
                 s.run(Counter::Transfers, plan.transfer_in(turn));
-                advance(s, plan, turn);
+                advance(s, plan, terms, turn);
                 s.run(Threads(1), plan.move_border(turn));
                 s.run(Counter::Transfers, plan.transfer_out());
                 defragment(s, plan, turn);
@@ -126,8 +127,8 @@ fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
 
 /// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
 /// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
-fn advance(s: &mut Step, plan: &Plan<'_>, turn: Turn) {
-    let forms = plan.forms_of_advance();
+fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, turn: Turn) {
+    let forms = plan.forms_of_advance(terms);
     if !forms.is_empty() {
         // No particle is listed yet.
         let none = DispatchGroups {
@@ -138,14 +139,14 @@ fn advance(s: &mut Step, plan: &Plan<'_>, turn: Turn) {
         s.reset(&[0; 3], |s| &s.walkers.count);
         s.reset(&[none; 3], |s| &s.walkers.groups);
     }
-    let every = plan.advance(Form::All, turn);
+    let every = plan.advance(terms, Form::All, turn);
     if plan.strategy.has_windows() {
         s.run(Counter::Window, every);
     } else {
         s.run(Threads(plan.particle_count()), every);
     }
     for &(form, listed) in forms {
-        s.run(listed, plan.advance(form, turn));
+        s.run(listed, plan.advance(terms, form, turn));
     }
 }
 

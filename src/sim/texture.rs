@@ -8,7 +8,8 @@ use glam::{UVec4, Vec4};
 
 use super::buffers::{self, Counts};
 use super::texel_paths::{TexelPaths, band};
-use crate::gpu::{Buffer, Context, Domain, GpuError, TexelScalar, Texels};
+use crate::gpu::{Buffer, Context, GpuError, TexelScalar, Texels};
+use crate::mesh::atlas::Atlas;
 
 /// A buffer with a value a texel, seen through texel buffers.
 pub struct Views<T> {
@@ -45,9 +46,51 @@ impl<T: TexelScalar> Views<T> {
     }
 }
 
+/// What the kernels that spread the trail read of an atlas.
+pub struct SpreadTables {
+    /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
+    pub density: Buffer<f32>,
+    /// The density as kernels read it.
+    pub density_views: Views<f32>,
+    /// One a block of texels of which any is in use: its first quad.
+    pub blocks: Texels<u32>,
+    /// Two texels of four words for each texel that exchanges across a seam.
+    pub rows: Texels<u32>,
+    /// What it exchanges with; two entries of two words each.
+    pub entries: Texels<u32>,
+}
+
+impl SpreadTables {
+    /// Those of an atlas.
+    ///
+    /// # Errors
+    /// No memory.
+    pub(super) fn new(ctx: &Arc<Context>, atlas: &Atlas) -> Result<Self, GpuError> {
+        let exchange = atlas.exchange.packed(&atlas.density);
+        let counts = &Counts {
+            texels: atlas.texel_count() as u64,
+            blocks: atlas.blocks.len() as u64,
+            rows: exchange.rows.len() as u64,
+            entries: exchange.entries.len() as u64,
+            ..Counts::default()
+        };
+        let density = buffers::DENSITY.of(ctx, counts, &atlas.density)?;
+        let blocks = buffers::BLOCKS.of(ctx, counts, &atlas.blocks)?;
+        let rows = buffers::EXCHANGE_ROWS.of(ctx, counts, &exchange.rows)?;
+        let entries = buffers::EXCHANGE_ENTRIES.of(ctx, counts, &exchange.entries)?;
+        Ok(Self {
+            density_views: Views::new(ctx, &density)?,
+            density,
+            blocks: buffers::BLOCKS.texels(&blocks)?,
+            rows: buffers::EXCHANGE_ROWS.texels(&rows)?,
+            entries: buffers::EXCHANGE_ENTRIES.texels(&entries)?,
+        })
+    }
+}
+
 /// A number of which a block has four side by side.
 pub trait InFours: TexelScalar {
-    /// They.
+    /// Four of it.
     type Four: Pod;
 }
 
@@ -67,7 +110,7 @@ pub struct PingPong<T: InFours> {
     pub front_views: Views<T>,
     /// What is written for the next step, or was read in the last one.
     pub back: Buffer<T>,
-    /// The back, likewise.
+    /// The back, as diffusion reads it.
     pub back_views: Views<T>,
     /// The back as a block, four texels side by side.
     pub back_blocks: Buffer<T::Four>,
@@ -136,10 +179,8 @@ impl Unused {
     /// # Errors
     /// No memory.
     pub fn new(ctx: &Arc<Context>) -> Result<Self, GpuError> {
-        let floats: Buffer<f32> =
-            buffers::UNUSED_FLOATS.zeroed(ctx, &Counts::default(), Domain::Device)?;
-        let words: Buffer<u32> =
-            buffers::UNUSED_WORDS.zeroed(ctx, &Counts::default(), Domain::Device)?;
+        let floats: Buffer<f32> = buffers::UNUSED_FLOATS.zeroed(ctx, &Counts::default())?;
+        let words: Buffer<u32> = buffers::UNUSED_WORDS.zeroed(ctx, &Counts::default())?;
         Ok(Self {
             float_quads: Texels::new(&floats, 4)?,
             floats: floats.cast(),

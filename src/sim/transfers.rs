@@ -11,7 +11,7 @@ use super::movement::FARTHEST;
 use super::setup::Setup;
 use super::types::{Flow, Motion, Particle, Transfer, Window};
 use crate::gpu::{
-    Buffer, Context, DispatchGroups, Domain, GpuError, Kernel as _, Readback, Recorder, Texels,
+    Buffer, Context, DispatchGroups, GpuError, Kernel as _, Readback, Recorder, Texels,
 };
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
@@ -354,8 +354,7 @@ impl Transfers {
             leaving: in_flight.len() as u32,
             ..*flow
         };
-        let block = Domain::Device;
-        let arriving = buffers::ARRIVING.zeroed(ctx, counts, block)?;
+        let arriving = buffers::ARRIVING.zeroed(ctx, counts)?;
         ctx.upload(&arriving, in_flight)?;
         let flux: &[u32] = if flux.is_empty() { &[0] } else { flux };
         let respawns = settings.strategy().begins_anew();
@@ -367,19 +366,19 @@ impl Transfers {
         } else {
             (vec![0], vec![UVec2::ZERO])
         };
-        let windows = buffers::WINDOWS.of(ctx, counts, block, &windows)?;
+        let windows = buffers::WINDOWS.of(ctx, counts, &windows)?;
         Ok(Self {
-            window_texels: Texels::new(&windows, 2)?,
+            window_texels: buffers::WINDOWS.texels(&windows)?,
             windows,
-            flow: buffers::FLOW.of(ctx, counts, block, &[flow])?,
-            groups: buffers::GROUPS.of(ctx, counts, block, &groups)?,
-            particle_indices: buffers::PARTICLE_INDICES.zeroed(ctx, counts, block)?,
-            transfer_indices: buffers::TRANSFER_INDICES.zeroed(ctx, counts, block)?,
+            flow: buffers::FLOW.of(ctx, counts, &[flow])?,
+            groups: buffers::GROUPS.of(ctx, counts, &groups)?,
+            particle_indices: buffers::PARTICLE_INDICES.zeroed(ctx, counts)?,
+            transfer_indices: buffers::TRANSFER_INDICES.zeroed(ctx, counts)?,
             arriving,
-            departing: buffers::DEPARTING.zeroed(ctx, counts, block)?,
-            flux: buffers::FLUX.of(ctx, counts, block, flux)?,
-            area_shares: buffers::AREA_SHARES.of(ctx, counts, block, &shares)?,
-            object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, block, &ranges)?,
+            departing: buffers::DEPARTING.zeroed(ctx, counts)?,
+            flux: buffers::FLUX.of(ctx, counts, flux)?,
+            area_shares: buffers::AREA_SHARES.of(ctx, counts, &shares)?,
+            object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, &ranges)?,
             capacity,
             is_swapped: false,
         })

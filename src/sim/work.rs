@@ -106,6 +106,11 @@ pub trait Work: Debug + Send + Sync {
         Ok(())
     }
 
+    /// Is that pipeline there?
+    fn is_prepared(&self, _made: &Pipelines) -> bool {
+        true
+    }
+
     /// Records it.
     fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State);
 
@@ -184,6 +189,12 @@ impl Step {
         self.works.iter().try_for_each(|work| work.prepare(made))
     }
 
+    /// Is every pipeline there that it needs?
+    #[must_use]
+    pub fn is_prepared(&self, made: &Pipelines) -> bool {
+        self.works.iter().all(|work| work.is_prepared(made))
+    }
+
     /// Records it.
     ///
     /// # Panics
@@ -214,6 +225,10 @@ where
 {
     fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
         made.make::<K>(K::name(self.call.on), &self.call.constants)
+    }
+
+    fn is_prepared(&self, made: &Pipelines) -> bool {
+        made.has::<K>(K::name(self.call.on), &self.call.constants)
     }
 
     fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {

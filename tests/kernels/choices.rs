@@ -323,7 +323,7 @@ fn sensors_read_the_same_whichever_way_the_trail_is_bound() {
     let setup = start("builtin:torus?major=24&minor=16", 1021);
     let scene = scene("builtin:torus?major=24&minor=16", |_| {});
     let plan = Plan::new(&scene.settings, &setup, 0, Means::of_host(false, 1));
-    let params = plan.advance(Form::All, Turn::All).params;
+    let params = plan.advance(plan.terms(), Form::All, Turn::All).params;
     let own = physarums(&scene.settings, &setup)[0];
     let places = sensor_places(&setup, &params, &own, &setup.particles, &setup.motions);
     assert_eq!(places.len(), 2 * 1021);

@@ -322,7 +322,7 @@ fn settings_reach_the_kernels() {
     });
     let setup = Setup::new(&scene).unwrap();
     let plan = Plan::new(&scene.settings, &setup, 9, Means::of_host(false, 1));
-    let advance = plan.advance(Form::All, Turn::All);
+    let advance = plan.advance(plan.terms(), Form::All, Turn::All);
     let params = physarums(&scene.settings, &setup)[0];
     assert_eq!(
         (params.speed, params.sensor_offset, params.gravity_weight),

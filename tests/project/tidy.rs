@@ -332,21 +332,31 @@ fn uses_of_twins(text: &str) -> Vec<usize> {
 
 /// Lines that name a function in the file of a kernel of the step: beside types and constants these are twins.
 fn functions_of_kernels(text: &str) -> Vec<usize> {
+    let lines: Vec<&str> = text.lines().collect();
+    let code_of = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
     let mut found = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        let code = line.split("//").next().unwrap_or_default();
-        let Some(rest) = code.split("step::").nth(1) else {
+    for (i, line) in lines.iter().enumerate() {
+        let mut code = code_of(line);
+        let is_use = code.contains("use ");
+        // A `use` may go on.
+        let mut rest = lines[i + 1..].iter();
+        while is_use && !code.contains(';') {
+            let Some(line) = rest.next() else { break };
+            code += code_of(line).trim();
+        }
+        let Some(path) = code.split("step::").nth(1) else {
             continue;
         };
-        let Some((_, items)) = rest.split_once("::") else {
-            continue;
+        let names = match path.split_once("::") {
+            // A whole module: its functions could be called by its name.
+            None => is_use && path.trim_end_matches(';') != "step",
+            Some((_, items)) => {
+                let mut items = items.trim_start_matches('{').split(',').map(str::trim);
+                items.any(|item| item.starts_with(char::is_lowercase))
+            }
         };
-        let items = items.trim_start_matches('{').split(',');
-        if items
-            .map(str::trim)
-            .any(|item| item.starts_with(char::is_lowercase))
-        {
-            found.push(number);
+        if names {
+            found.push(i + 1);
         }
     }
     found
@@ -385,8 +395,9 @@ fn no_production_file_uses_a_twin() {
         super::twin::walk(twin);\nlet twins = between::a;\npub use crate::sim::twin::paint;\n";
     assert_eq!(uses_of_twins(text), [1, 4, 8, 10]);
     let text = "use super::step::advance::{Form, FORMS_OF_ADVANCE};\nuse crate::sim::step::digest::digest;\n\
-        use crate::sim::step::advance::{Form, advance};\nlet a = step::step(plan);\n";
-    assert_eq!(functions_of_kernels(text), [2, 3]);
+        use crate::sim::step::advance::{Form, advance};\nlet a = step::step(plan);\nuse super::step::step;\n\
+        use super::step::sort;\nuse super::step::advance::{\n    Form,\n    advance,\n};\n";
+    assert_eq!(functions_of_kernels(text), [2, 3, 6, 7]);
 }
 
 /// What `make atlases` has written last is what the README shows.

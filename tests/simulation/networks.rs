@@ -299,7 +299,7 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
 fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
     let setup = simulation.setup();
     let plan = Plan::new(simulation.settings(), setup, 0, Means::of_host(false, 1));
-    let params = plan.advance(Form::All, Turn::All).params;
+    let params = plan.advance(plan.terms(), Form::All, Turn::All).params;
     let own = physarums(simulation.settings(), setup)[0];
     let inputs = AdvanceInputs {
         trail: &snapshot.trail,

@@ -1,12 +1,14 @@
 //! What must hold over many steps: on the GPU, and by the twins.
 
-use crate::common::{self, Gpu, by_id, gpu, scene, scene_of};
+use crate::common::{self, Gpu, TRIO, by_id, gpu, scene, scene_of, scene_of_several};
 use glam::{DVec2, DVec3};
 use myxo::gpu::Frames;
 use myxo::mesh::suite;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
-use myxo::scene::settings::Settings;
+use myxo::scene::settings::{
+    Border, DepthMapping, DistanceMethod, Sensing, Settings, SignRule, Strategy,
+};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, texel_at};
@@ -358,6 +360,62 @@ fn settings_change_while_it_runs_or_say_that_they_restart() {
         error.contains("particles.count") && error.contains("restart"),
         "{error}"
     );
+    gpu.finish();
+}
+
+/// Catches a kernel of a step that was not made when the settings changed: pipelines are made ahead, for every step that may come.
+#[test]
+fn every_live_change_finds_its_kernels() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO, |s| {
+        s.particles.count = 500;
+        s.atlas.size = 96;
+        s.transfer.strategy = Strategy::None;
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    type Change = fn(&mut Settings);
+    let changes: [Change; 16] = [
+        |s| s.transfer.strategy = Strategy::Respawn,
+        |s| s.transfer.strategy = Strategy::Direct,
+        |s| s.transfer.strategy = Strategy::Scattered,
+        |s| s.transfer.strategy = Strategy::Sequential,
+        |s| s.transfer.strategy = Strategy::Parallel,
+        |s| s.distance.method = DistanceMethod::Brute,
+        |s| s.distance.method = DistanceMethod::Raster,
+        |s| s.distance.depth = DepthMapping::Logistic,
+        |s| s.distance.sign = SignRule::Winding,
+        |s| s.distance.method = DistanceMethod::Bvh,
+        |s| s.physarum.sensing = Sensing::Walk,
+        |s| s.physarum.border = Border::Stop,
+        |s| s.trail.diffusion = 0.9,
+        |s| s.physarum.gravity_weight = 1.0,
+        |s| s.objects[1].physarum.speed = Some(0.01),
+        |s| s.feeding.scattered = 2,
+    ];
+    let mut settings = scene.settings.clone();
+    for change in changes {
+        change(&mut settings);
+        simulation.apply(&settings).unwrap();
+        settings.objects[0].position[0] += 0.01;
+        simulation.apply(&settings).unwrap();
+        // A sort is due in one of them.
+        let steps = if settings.feeding.scattered > 0 {
+            17
+        } else {
+            2
+        };
+        advance(&gpu, &mut simulation, steps);
+    }
+    let texels = simulation.setup().atlas.density.len();
+    simulation.set_areas(&vec![0.5; texels]).unwrap();
+    advance(&gpu, &mut simulation, 2);
+    simulation.forget_areas().unwrap();
+    advance(&gpu, &mut simulation, 2);
+    simulation
+        .snapshot()
+        .unwrap()
+        .validate(simulation.setup())
+        .unwrap();
     gpu.finish();
 }
 

@@ -49,7 +49,7 @@ impl Renderer {
                 colors: &self.colors,
                 brightest: &self.brightest,
                 deposits: &state.deposits.back_views.texels,
-                density: &state.atlas.density_views.texels,
+                density: &state.atlas.spread.density_views.texels,
                 distances: &state.near.distances.texels,
                 nearest: &state.near.nearest.texels,
                 object_colors: &self.object_colors,

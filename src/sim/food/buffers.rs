@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::UVec2;
 
 use super::{Pantry, scent_of};
-use crate::gpu::{Buffer, Context, DispatchGroups, Domain, GpuError};
+use crate::gpu::{Buffer, Context, DispatchGroups, GpuError};
 use crate::sim::buffers::{self, Counts};
 use crate::sim::texture::Views;
 use crate::sim::types::{Mark, Meal};
@@ -32,8 +32,6 @@ pub struct FoodBuffers {
     pub groups: Buffer<DispatchGroups>,
     /// How many foods and markers.
     pub food_count: u32,
-    /// How many texels they reach.
-    pub scented_count: u32,
 }
 
 impl FoodBuffers {
@@ -43,32 +41,30 @@ impl FoodBuffers {
     /// No memory.
     pub fn new(ctx: &Arc<Context>, pantry: &Pantry, meals: &[Meal]) -> Result<Self, GpuError> {
         let field = scent_of(pantry, meals);
-        let (block, texels) = (Domain::Device, Domain::Texels);
         let counts = &Counts {
             foods: meals.len() as u64,
             texels: pantry.plates.len() as u64,
             scents: (pantry.scented.len() as u64, pantry.whiffs.len() as u64),
             ..Counts::default()
         };
-        let scent = buffers::SCENT.of(ctx, counts, texels, &field)?;
-        let plates = buffers::PLATES.of(ctx, counts, texels, &pantry.plates)?;
+        let scent = buffers::SCENT.of(ctx, counts, &field)?;
+        let plates = buffers::PLATES.of(ctx, counts, &pantry.plates)?;
         // Markers without a radius reach nothing.
         let whiffs: &[UVec2] = match &pantry.whiffs[..] {
             [] => &[UVec2::ZERO],
             whiffs => whiffs,
         };
         Ok(Self {
-            meals: buffers::MEALS.of(ctx, counts, block, meals)?,
-            marks: buffers::MARKS.of(ctx, counts, block, &pantry.marks)?,
+            meals: buffers::MEALS.of(ctx, counts, meals)?,
+            marks: buffers::MARKS.of(ctx, counts, &pantry.marks)?,
             scent_views: Views::new(ctx, &scent)?,
             scent,
             plate_views: Views::new(ctx, &plates)?,
             plates,
-            scented: buffers::SCENTED.of(ctx, counts, block, &pantry.scented)?,
-            whiffs: buffers::WHIFFS.of(ctx, counts, block, whiffs)?,
-            groups: buffers::SCENT_GROUPS.zeroed(ctx, counts, block)?,
+            scented: buffers::SCENTED.of(ctx, counts, &pantry.scented)?,
+            whiffs: buffers::WHIFFS.of(ctx, counts, whiffs)?,
+            groups: buffers::SCENT_GROUPS.zeroed(ctx, counts)?,
             food_count: meals.len() as u32,
-            scented_count: pantry.scented_count(),
         })
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{RasterLayout, RasterRanges};
 use crate::gpu::{
-    Buffer, Context, DepthTest, Domain, Format, GpuError, Image, RasterOptions, Targets, Texels,
+    Buffer, Context, DepthTest, Format, GpuError, Image, RasterOptions, Targets, Texels,
 };
 use crate::sim::buffers::{self, Counts};
 use crate::sim::setup::Setup;
@@ -45,20 +45,19 @@ impl Raster {
     /// # Errors
     /// When the device has no memory left, or no images of the atlas's size.
     pub fn new(ctx: &Arc<Context>, counts: &Counts, setup: &Setup) -> Result<Self, GpuError> {
-        let large = Domain::Texels;
         let layout = RasterLayout::new(setup);
         let size = layout.ranges.size;
-        let outlines = buffers::OUTLINES.of(ctx, counts, large, &layout.outlines)?;
-        let bounds = buffers::BOUNDS.of(ctx, counts, large, &layout.bounds)?;
-        let places = buffers::PLACES.of(ctx, counts, large, &layout.places)?;
+        let outlines = buffers::OUTLINES.of(ctx, counts, &layout.outlines)?;
+        let bounds = buffers::BOUNDS.of(ctx, counts, &layout.bounds)?;
+        let places = buffers::PLACES.of(ctx, counts, &layout.places)?;
         Ok(Self {
-            outlines: Texels::new(&outlines, 4)?,
-            bounds: Texels::new(&bounds, 4)?,
-            slots: buffers::SLOTS.of(ctx, counts, Domain::Device, &layout.slots)?,
-            places: Texels::new(&places, 4)?,
+            outlines: buffers::OUTLINES.texels(&outlines)?,
+            bounds: buffers::BOUNDS.texels(&bounds)?,
+            slots: buffers::SLOTS.of(ctx, counts, &layout.slots)?,
+            places: buffers::PLACES.texels(&places)?,
             target: Image::new(ctx, buffers::RASTER_TARGET.name, size, Format::R32Uint, 1)?,
             depth: Image::new(ctx, buffers::RASTER_DEPTH.name, size, Format::Depth32, 1)?,
-            winners: buffers::WINNERS.zeroed(ctx, counts, Domain::Device)?,
+            winners: buffers::WINNERS.zeroed(ctx, counts)?,
             ranges: layout.ranges,
         })
     }

@@ -8,7 +8,7 @@ use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE};
 use crate::rng::seed_word;
 use crate::rng::{Purpose, random, unit};
-use crate::scene::settings::{Sensing, Strategy};
+use crate::scene::settings::{PhysarumSettings, Sensing, Strategy};
 use crate::sim::arrays::Arrays;
 use crate::sim::field::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
 use crate::sim::kernels::{Advance, AdvanceArgs, AdvanceConstants, AdvanceParams};
@@ -54,20 +54,53 @@ const SENSORS_WALK_NEAR: u32 = 4;
 /// Groups that every device takes along one axis of a dispatch.
 const GROUPS_A_ROW: u32 = 65_535;
 
+/// Which optional terms of the model some object uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// Sensors read with noise.
+    pub sensor_noise: bool,
+    /// Some trail is liked best.
+    pub favourite_density: bool,
+    /// Heights count.
+    pub gravity: bool,
+    /// Crowds are avoided.
+    pub decrowding: bool,
+    /// Distances to other objects count.
+    pub distance: bool,
+}
+
 impl Plan<'_> {
+    /// Those of the scene's objects.
+    #[must_use]
+    pub fn terms(&self) -> Terms {
+        let settings = self.settings;
+        let objects = settings.objects.iter();
+        let kinds: Vec<PhysarumSettings> = objects
+            .map(|object| object.physarum.over(&settings.physarum))
+            .collect();
+        let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
+        Terms {
+            sensor_noise: any(|p| p.sensor_noise > 0.0),
+            favourite_density: any(|p| p.favourite_density > 0.0),
+            gravity: any(|p| p.gravity_weight != 0.0),
+            decrowding: any(|p| p.decrowding_weight != 0.0),
+            distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
+        }
+    }
+
     /// Do sensors read straight ahead in the atlas? Heights are those of triangles, and only a walk knows at which one it ends.
-    fn reads_straight(&self) -> bool {
-        self.settings.physarum.sensing == Sensing::Auto && !self.terms.gravity
+    fn reads_straight(&self, terms: Terms) -> bool {
+        self.settings.physarum.sensing == Sensing::Auto && !terms.gravity
     }
 
     /// The forms that come after the first, each with the particles that it takes.
-    pub fn forms_of_advance(&self) -> &'static [(Form, Counter)] {
+    pub fn forms_of_advance(&self, terms: Terms) -> &'static [(Form, Counter)] {
         const FORMS: [(Form, Counter); 3] = [
             (Form::Walking, Counter::Walking),
             (Form::Nearby, Counter::Nearby),
             (Form::WalkingNearby, Counter::WalkingNearby),
         ];
-        match (self.reads_straight(), self.strategy.sees_across()) {
+        match (self.reads_straight(terms), self.strategy.sees_across()) {
             (false, _) => &[],
             (true, false) => &FORMS[..1],
             (true, true) => &FORMS,
@@ -82,12 +115,11 @@ impl Plan<'_> {
 
     /// Moves, or a form of it: particles walk, sense, turn, walk, eat and deposit.
     #[must_use]
-    pub fn advance(&self, form: Form, turn: Turn) -> Call<Advance> {
+    pub fn advance(&self, terms: Terms, form: Form, turn: Turn) -> Call<Advance> {
         let Self {
             settings,
             setup,
             means,
-            terms,
             lengths,
             ..
         } = self;
@@ -103,10 +135,10 @@ impl Plan<'_> {
                 selects: self.strategy != Strategy::None,
                 turns: self.strategy.has_turns(),
                 windows: self.strategy.has_windows(),
-                own_physarum: terms.own_physarum,
+                own_physarum: self.own_physarum(),
                 across: self.strategy.sees_across(),
                 sensing: match form {
-                    Form::All if self.reads_straight() => SENSORS_STRAIGHT,
+                    Form::All if self.reads_straight(terms) => SENSORS_STRAIGHT,
                     Form::All => SENSORS_WALK,
                     Form::Walking => SENSORS_WALK_LISTED,
                     Form::Nearby => SENSORS_STRAIGHT_LISTED,
@@ -555,7 +587,7 @@ fn around_heading(heading: [f32; 2], own: &Physarum) -> [[f32; 2]; 3] {
 }
 
 /// Does a particle start at a mark, or does a sensor that goes straight ahead get to where another object covers the surface?
-/// Where sensors see no other objects, everybody does.
+/// Where sensors see no other objects, every particle does.
 fn is_near(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -702,7 +734,7 @@ fn sensed_at(
     value
 }
 
-/// What particles do on the object that this triangle belongs to: those of `params`, or the object's own.
+/// What particles do on the object that this triangle belongs to.
 fn physarum_on(constants: &AdvanceConstants, inputs: &AdvanceInputs, triangle: u32) -> Physarum {
     let own = if constants.own_physarum {
         inputs.strips[triangle as usize].shape.object

@@ -38,10 +38,10 @@ impl StepKernel for Diffuse {
     fn args<'s>(call: &Call<Self>, s: &'s State) -> DiffuseArgs<'s> {
         let spread = s.spread(call.constants.paths.outgrows_block);
         DiffuseArgs {
-            blocks: &s.atlas.blocks,
+            blocks: &s.atlas.spread.blocks,
             trail: &s.trail.front_views.quads,
             deposits: &s.deposits.front_views.quads,
-            density: &s.atlas.density_views.quads,
+            density: &s.atlas.spread.density_views.quads,
             next_trail: spread.next_trail,
             next_trail_quads: spread.next_trail_quads,
             previous_deposits: spread.previous_deposits,

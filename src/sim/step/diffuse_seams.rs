@@ -34,8 +34,8 @@ impl StepKernel for DiffuseSeams {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> DiffuseSeamsArgs<'s> {
         DiffuseSeamsArgs {
-            rows: &s.atlas.rows,
-            entries: &s.atlas.entries,
+            rows: &s.atlas.spread.rows,
+            entries: &s.atlas.spread.entries,
             trail: &s.trail.front_views.texels,
             deposits: &s.deposits.front_views.texels,
             low_next_trail: &s.trail.back_views.low,

@@ -51,6 +51,10 @@ impl Work for DrawDistances {
         made.make_draw::<DistanceRasterDraw>(&self.constants, raster_options())
     }
 
+    fn is_prepared(&self, made: &Pipelines) -> bool {
+        made.has_draw::<DistanceRasterDraw>(&self.constants)
+    }
+
     fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {
         let raster = s.raster();
         let draws = raster.ranges.draws(&self.update, self.round, self.reach);

@@ -1,5 +1,5 @@
-//! `distance_tiles`: what it takes, reads and writes. Twin of `shaders/distance_tiles.comp`: which faces of other objects may be nearest to tiles of samples, and which tiles
-//! need a look.
+//! `distance_tiles`: what it takes, reads and writes. Twin of `shaders/distance_tiles.comp`: which faces of other objects
+//! may be nearest to tiles of samples, and which tiles need a look.
 
 use glam::Vec3;
 

@@ -1,5 +1,5 @@
-//! The kernels that keep the ring of windows in order: what they take, read and write, and their twins. A window holds one object's particles;
-//! particles in flight lie in front of the first window that they have yet to pass.
+//! The kernels that keep the ring of windows in order: what they take, read and write, and their twins. A window holds
+//! one object's particles; particles in flight lie in front of the first window that they have yet to pass.
 //!
 //! **Invariant:** the windows lie one behind the other in the ring and share all its slots.
 //!

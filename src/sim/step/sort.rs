@@ -1,5 +1,5 @@
-//! The kernels that sort particles: what they take, read and write. Twins of `shaders/sort_count.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in
-//! which they lie together in the atlas.
+//! The kernels that sort particles: what they take, read and write. Twins of `shaders/sort_count.comp`,
+//! `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in which they lie together in the atlas.
 
 use crate::mesh::strip::StripTriangle;
 use crate::sim::arrays::Arrays;
