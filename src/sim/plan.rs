@@ -106,6 +106,8 @@ pub struct Plan<'a> {
     pub means: Means,
     /// The strategy that takes effect.
     pub strategy: Strategy,
+    /// Has some object values of its own for what particles do?
+    pub own_physarum: bool,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
     /// What deposits and decrowding weights are multiplied by.
@@ -128,6 +130,7 @@ impl<'a> Plan<'a> {
             step,
             means,
             strategy: settings.strategy(),
+            own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
             lengths: Lengths::new(settings, setup),
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),
@@ -162,13 +165,6 @@ impl<'a> Plan<'a> {
     #[must_use]
     pub fn border_reflects(&self) -> bool {
         self.settings.physarum.border == Border::Reflect
-    }
-
-    /// Has some object values of its own for what particles do?
-    #[must_use]
-    pub fn own_physarum(&self) -> bool {
-        let mut objects = self.settings.objects.iter();
-        objects.any(|object| !object.physarum.is_empty())
     }
 
     /// Is there food, or are there markers?

@@ -72,8 +72,8 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     match plan.settings.distance.method {
         DistanceMethod::Bvh => {
             let texels = Threads(update.tile_count() * TILE_SAMPLES);
-            s.reset(&NONE_LISTED, |s| &s.near.tile_groups);
-            s.reset(&NONE_LISTED, |s| &s.near.covered_groups);
+            s.reset(NONE_LISTED, |s| &s.near.tile_groups);
+            s.reset(NONE_LISTED, |s| &s.near.covered_groups);
             s.run(Threads(update.tile_count()), plan.distance_tiles());
             s.run_at_most(texels, Counter::Tiles, plan.distance());
         }
@@ -136,8 +136,8 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, turn: Turn) {
             y: plan.walker_rows(),
             z: 1,
         };
-        s.reset(&[0; 3], |s| &s.walkers.count);
-        s.reset(&[none; 3], |s| &s.walkers.groups);
+        s.reset([0; 3], |s| &s.walkers.count);
+        s.reset([none; 3], |s| &s.walkers.groups);
     }
     let every = plan.advance(terms, Form::All, turn);
     if plan.strategy.has_windows() {
@@ -172,7 +172,7 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
         return;
     }
     let none = DispatchGroups { x: 0, y: 0, z: 1 };
-    s.reset(&[none], |s| &s.food().groups);
+    s.reset([none], |s| &s.food().groups);
     s.run(Threads(plan.foods()), plan.digest());
     s.run(Counter::Scented, plan.scent());
 }

@@ -153,12 +153,11 @@ impl Step {
     }
 
     /// Brings counters of the device to where they begin; the twins need none.
-    pub fn reset<T: Pod + Debug + Send + Sync>(
+    pub fn reset<T: Pod + Debug + Send + Sync, const N: usize>(
         &mut self,
-        values: &[T],
+        values: [T; N],
         on_device: fn(&State) -> &Buffer<T>,
     ) {
-        let values = values.to_vec();
         self.add(Reset { values, on_device });
     }
 
@@ -273,18 +272,18 @@ impl<T: Pod + Debug + Send + Sync> Work for Write<T> {
     }
 }
 
-struct Reset<T> {
-    values: Vec<T>,
+struct Reset<T, const N: usize> {
+    values: [T; N],
     on_device: fn(&State) -> &Buffer<T>,
 }
 
-impl<T: Debug> Debug for Reset<T> {
+impl<T: Debug, const N: usize> Debug for Reset<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Reset").field(&self.values).finish()
     }
 }
 
-impl<T: Pod + Debug + Send + Sync> Work for Reset<T> {
+impl<T: Pod + Debug + Send + Sync, const N: usize> Work for Reset<T, N> {
     fn on_device(&self, rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
         rec.update_long((self.on_device)(s), &self.values);
     }

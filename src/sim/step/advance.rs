@@ -135,7 +135,7 @@ impl Plan<'_> {
                 selects: self.strategy != Strategy::None,
                 turns: self.strategy.has_turns(),
                 windows: self.strategy.has_windows(),
-                own_physarum: self.own_physarum(),
+                own_physarum: self.own_physarum,
                 across: self.strategy.sees_across(),
                 sensing: match form {
                     Form::All if self.reads_straight(terms) => SENSORS_STRAIGHT,

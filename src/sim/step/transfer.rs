@@ -40,7 +40,7 @@ impl Plan<'_> {
             constants: TransferOutConstants {
                 border_reflects: self.border_reflects(),
                 sign_rule: self.settings.distance.sign as u32,
-                own_physarum: self.own_physarum(),
+                own_physarum: self.own_physarum,
                 painted: self.means.painted,
                 paths: self.means.paths,
             },
