@@ -25,7 +25,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Does nobody but the device reach it?
+    /// Does only the device reach it?
     #[must_use]
     pub fn is_on_device(self) -> bool {
         matches!(self, Domain::Device | Domain::Texels)

@@ -101,9 +101,13 @@ impl Interface {
                 let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
                 let colors =
                     trails.map(|trail| map.color(above(tone(trail, brightest), self.view.darkest)));
-                let told = trails.map(three_digits);
-                note_value(ui.ctx(), "brightest", || told[3].clone());
-                line(ui, &colors, &format!("trail {} and more", told.join(", ")));
+                let levels = trails.map(three_digits);
+                note_value(ui.ctx(), "brightest", || levels[3].clone());
+                line(
+                    ui,
+                    &colors,
+                    &format!("trail {} and more", levels.join(", ")),
+                );
             }
             Legend::Hues(ways, hint) => {
                 ui.horizontal(|ui| {

@@ -23,7 +23,7 @@ use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
 use crate::whole_file::WholeFile;
 
-/// The bias of texels that nobody may enter.
+/// The bias of texels that no particle may enter.
 pub const NO_GO: f32 = -1e9;
 /// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/include/no_go.glsl` has the same.
 pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;

@@ -225,112 +225,105 @@ impl<T: Pod, S> AnyBuffer for Store<T, S> {
 macro_rules! table {
     ($($row:ident: $element:ty = $name:literal, $domain:ident $components:literal, $count:expr;)*) => {
         $(pub(super) const $row: Row<$element> =
-            Row::new($name, reach::$domain, $components, $count);)*
+            Row::new($name, $domain, $components, $count);)*
 
         /// Every buffer of a simulation.
         pub const TABLE: &[&dyn AnyRow] = &[$(&$row),*];
     };
 }
 
-/// What a buffer is made for.
-mod reach {
-    use crate::gpu::Domain;
-
-    /// No larger than a storage block.
-    #[allow(non_upper_case_globals, reason = "a word of the table")]
-    pub(super) const Block: Domain = Domain::Device;
-    /// It may be larger.
-    #[allow(non_upper_case_globals, reason = "a word of the table")]
-    pub(super) const Large: Domain = Domain::Texels;
-}
+/// No larger than a storage block.
+const BLOCK: Domain = Domain::Device;
+/// It may be larger.
+const LARGE: Domain = Domain::Texels;
 
 // Name, whether it may be larger than a storage block, components of its texels, and how many. What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
 table! {
-    PARTICLES: Particle = "particles", Large 4, |n| n.particles;
-    MOTIONS: Motion = "motions", Large 4, |n| n.particles;
-    SORTED_PARTICLES: Particle = "sorted_particles", Large 4, |n| n.particles;
-    SORTED_MOTIONS: Motion = "sorted_motions", Large 4, |n| n.particles;
-    BINS: u32 = "bins", Block 0, |n| n.bins;
-    WALKERS: u32 = "walkers", Large 1, |n| n.particles * Counts::walker_lists(n.objects);
-    WALKER_COUNT: u32 = "walker_count", Block 0, |_| 3;
-    WALKER_GROUPS: DispatchGroups = "walker_groups", Block 0, |_| 3;
-    NO_GROUPS: DispatchGroups = "no_groups", Block 0, |_| 3;
+    PARTICLES: Particle = "particles", LARGE 4, |n| n.particles;
+    MOTIONS: Motion = "motions", LARGE 4, |n| n.particles;
+    SORTED_PARTICLES: Particle = "sorted_particles", LARGE 4, |n| n.particles;
+    SORTED_MOTIONS: Motion = "sorted_motions", LARGE 4, |n| n.particles;
+    BINS: u32 = "bins", BLOCK 0, |n| n.bins;
+    WALKERS: u32 = "walkers", LARGE 1, |n| n.particles * Counts::walker_lists(n.objects);
+    WALKER_COUNT: u32 = "walker_count", BLOCK 0, |_| 3;
+    WALKER_GROUPS: DispatchGroups = "walker_groups", BLOCK 0, |_| 3;
+    NO_GROUPS: DispatchGroups = "no_groups", BLOCK 0, |_| 3;
 
-    TRAIL_FRONT: f32 = "trail.front", Large 0, |n| n.texels;
-    TRAIL_BACK: f32 = "trail.back", Large 0, |n| n.texels;
-    DEPOSITS_FRONT: u32 = "deposits.front", Large 0, |n| n.texels;
-    DEPOSITS_BACK: u32 = "deposits.back", Large 0, |n| n.texels;
-    DENSITY: f32 = "density", Large 0, |n| n.texels;
-    BLOCKS: u32 = "blocks", Large 1, |n| n.blocks;
-    EXCHANGE_ROWS: PackedRow = "exchange_rows", Large 4, |n| n.rows;
-    EXCHANGE_ENTRIES: PackedEntries = "exchange_entries", Large 4, |n| n.entries;
-    SEAMS: Seam = "seams", Large 4, |n| n.seams;
-    CLEARANCE: u32 = "clearance", Large 1, |n| n.texels.div_ceil(4);
-    SURROUNDINGS: u32 = "surroundings", Large 2, |n| n.texels.div_ceil(2);
-    UNUSED_FLOATS: f32 = "unused.floats", Block 0, |_| 4;
-    UNUSED_WORDS: u32 = "unused.words", Block 0, |_| 4;
-    BIAS: f32 = "bias", Large 0, |n| n.painted;
+    TRAIL_FRONT: f32 = "trail.front", LARGE 0, |n| n.texels;
+    TRAIL_BACK: f32 = "trail.back", LARGE 0, |n| n.texels;
+    DEPOSITS_FRONT: u32 = "deposits.front", LARGE 0, |n| n.texels;
+    DEPOSITS_BACK: u32 = "deposits.back", LARGE 0, |n| n.texels;
+    DENSITY: f32 = "density", LARGE 0, |n| n.texels;
+    BLOCKS: u32 = "blocks", LARGE 1, |n| n.blocks;
+    EXCHANGE_ROWS: PackedRow = "exchange_rows", LARGE 4, |n| n.rows;
+    EXCHANGE_ENTRIES: PackedEntries = "exchange_entries", LARGE 4, |n| n.entries;
+    SEAMS: Seam = "seams", LARGE 4, |n| n.seams;
+    CLEARANCE: u32 = "clearance", LARGE 1, |n| n.texels.div_ceil(4);
+    SURROUNDINGS: u32 = "surroundings", LARGE 2, |n| n.texels.div_ceil(2);
+    UNUSED_FLOATS: f32 = "unused.floats", BLOCK 0, |_| 4;
+    UNUSED_WORDS: u32 = "unused.words", BLOCK 0, |_| 4;
+    BIAS: f32 = "bias", LARGE 0, |n| n.painted;
 
-    TRIANGLES: Triangle = "triangles", Large 4, |n| n.triangles;
-    HALFEDGES: HalfEdge = "halfedges", Large 4, |n| 3 * n.triangles;
-    STRIPS: StripTriangle = "strips", Large 4, |n| n.triangles;
-    CORNERS: u32 = "corners", Block 1, |n| 3 * n.triangles;
-    VERTICES: Vertex = "vertices", Block 4, |n| n.vertices;
-    POSES: Pose = "poses", Block 4, |n| n.objects;
-    POSES_BEFORE: Pose = "poses_before", Block 4, |n| n.objects;
-    PHYSARUMS: Physarum = "physarums", Block 0, |n| n.objects;
+    TRIANGLES: Triangle = "triangles", LARGE 4, |n| n.triangles;
+    HALFEDGES: HalfEdge = "halfedges", LARGE 4, |n| 3 * n.triangles;
+    STRIPS: StripTriangle = "strips", LARGE 4, |n| n.triangles;
+    CORNERS: u32 = "corners", BLOCK 1, |n| 3 * n.triangles;
+    VERTICES: Vertex = "vertices", BLOCK 4, |n| n.vertices;
+    POSES: Pose = "poses", BLOCK 4, |n| n.objects;
+    POSES_BEFORE: Pose = "poses_before", BLOCK 4, |n| n.objects;
+    PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects;
 
-    DISTANCES: f32 = "distances", Block 1, Counts::field;
-    NEAREST: u32 = "nearest", Block 1, Counts::field;
-    ACROSS: u32 = "across", Block 1, Counts::field;
-    ACROSS_TRIANGLES: u32 = "across_triangles", Block 1, Counts::field;
-    SAMPLES: SurfaceSample = "samples", Large 4, |n| n.samples;
-    OWNERS: u32 = "owners", Block 0, |n| n.samples;
-    TILES: SampleTile = "tiles", Block 0, |n| n.tiles;
-    TILE_STATES: u32 = "tile_states", Block 0, |n| n.tiles;
-    MARGINS: f32 = "margins", Block 0, |n| n.tiles * n.hints;
-    HINTS: u32 = "hints", Block 1, |n| n.job_tiles * n.hints;
-    CANDIDATES: u32 = "candidates", Block 4, |n| n.job_tiles * u64::from(TILE_CANDIDATES);
-    LISTED_TILES: ListedTile = "listed_tiles", Block 4, |n| n.job_tiles;
-    COVERED: u32 = "covered", Block 1, |n| n.job_tiles * u64::from(TILE_SAMPLES);
-    TILE_GROUPS: DispatchGroups = "tile_groups", Block 0, |_| 2;
-    COVERED_GROUPS: DispatchGroups = "covered_groups", Block 0, |_| 2;
-    FACES: Face = "faces", Large 4, Counts::faces;
-    NODES: Node = "nodes", Large 4, |n| n.nodes;
-    DIPOLES: Dipole = "dipoles", Large 4, |n| n.nodes;
-    PSEUDONORMALS: Vec4 = "pseudonormals", Large 4, |n| if n.objects > 1 { 3 * n.triangles + n.vertices } else { 0 };
-    ROOTS: u32 = "roots", Block 0, |n| if n.objects > 1 { n.objects } else { 0 };
-    DISTANCE_JOBS: DistanceJob = "distance_jobs", Block 0, |n| n.objects;
-    DISTANCE_PAIRS: ObjectPair = "distance_pairs", Block 4, Counts::pairs;
-    DISTANCE_MOVES: f32 = "distance_moves", Block 0, Counts::pairs;
+    DISTANCES: f32 = "distances", BLOCK 1, Counts::field;
+    NEAREST: u32 = "nearest", BLOCK 1, Counts::field;
+    ACROSS: u32 = "across", BLOCK 1, Counts::field;
+    ACROSS_TRIANGLES: u32 = "across_triangles", BLOCK 1, Counts::field;
+    SAMPLES: SurfaceSample = "samples", LARGE 4, |n| n.samples;
+    OWNERS: u32 = "owners", BLOCK 0, |n| n.samples;
+    TILES: SampleTile = "tiles", BLOCK 0, |n| n.tiles;
+    TILE_STATES: u32 = "tile_states", BLOCK 0, |n| n.tiles;
+    MARGINS: f32 = "margins", BLOCK 0, |n| n.tiles * n.hints;
+    HINTS: u32 = "hints", BLOCK 1, |n| n.job_tiles * n.hints;
+    CANDIDATES: u32 = "candidates", BLOCK 4, |n| n.job_tiles * u64::from(TILE_CANDIDATES);
+    LISTED_TILES: ListedTile = "listed_tiles", BLOCK 4, |n| n.job_tiles;
+    COVERED: u32 = "covered", BLOCK 1, |n| n.job_tiles * u64::from(TILE_SAMPLES);
+    TILE_GROUPS: DispatchGroups = "tile_groups", BLOCK 0, |_| 2;
+    COVERED_GROUPS: DispatchGroups = "covered_groups", BLOCK 0, |_| 2;
+    FACES: Face = "faces", LARGE 4, Counts::faces;
+    NODES: Node = "nodes", LARGE 4, |n| n.nodes;
+    DIPOLES: Dipole = "dipoles", LARGE 4, |n| n.nodes;
+    PSEUDONORMALS: Vec4 = "pseudonormals", LARGE 4, |n| if n.objects > 1 { 3 * n.triangles + n.vertices } else { 0 };
+    ROOTS: u32 = "roots", BLOCK 0, |n| if n.objects > 1 { n.objects } else { 0 };
+    DISTANCE_JOBS: DistanceJob = "distance_jobs", BLOCK 0, |n| n.objects;
+    DISTANCE_PAIRS: ObjectPair = "distance_pairs", BLOCK 4, Counts::pairs;
+    DISTANCE_MOVES: f32 = "distance_moves", BLOCK 0, Counts::pairs;
 
-    WINDOWS: Window = "windows", Block 2, |n| n.windows;
-    FLOW: Flow = "flow", Block 0, |_| 1;
-    GROUPS: DispatchGroups = "transfers.groups", Block 0, |_| 2;
-    PARTICLE_INDICES: u32 = "particle_indices", Block 0, |n| n.transfers;
-    TRANSFER_INDICES: u32 = "transfer_indices", Block 0, |n| n.transfers;
-    ARRIVING: Transfer = "transfers.arriving", Block 0, |n| n.transfers;
-    DEPARTING: Transfer = "transfers.departing", Block 0, |n| n.transfers;
-    FLUX: u32 = "flux", Block 0, |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
-    AREA_SHARES: u32 = "area_shares", Block 0, |n| n.respawn.0;
-    OBJECT_TRIANGLES: UVec2 = "object_triangles", Block 0, |n| n.respawn.1;
+    WINDOWS: Window = "windows", BLOCK 2, |n| n.windows;
+    FLOW: Flow = "flow", BLOCK 0, |_| 1;
+    GROUPS: DispatchGroups = "transfers.groups", BLOCK 0, |_| 2;
+    PARTICLE_INDICES: u32 = "particle_indices", BLOCK 0, |n| n.transfers;
+    TRANSFER_INDICES: u32 = "transfer_indices", BLOCK 0, |n| n.transfers;
+    ARRIVING: Transfer = "transfers.arriving", BLOCK 0, |n| n.transfers;
+    DEPARTING: Transfer = "transfers.departing", BLOCK 0, |n| n.transfers;
+    FLUX: u32 = "flux", BLOCK 0, |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
+    AREA_SHARES: u32 = "area_shares", BLOCK 0, |n| n.respawn.0;
+    OBJECT_TRIANGLES: UVec2 = "object_triangles", BLOCK 0, |n| n.respawn.1;
 
-    MEALS: Meal = "meals", Block 0, |n| n.foods;
-    MARKS: Mark = "marks", Block 0, |n| n.foods;
-    SCENT: f32 = "scent", Large 0, Counts::food;
-    PLATES: u32 = "plates", Large 0, Counts::food;
-    SCENTED: UVec2 = "scented", Block 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
-    WHIFFS: UVec2 = "whiffs", Block 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
-    SCENT_GROUPS: DispatchGroups = "scent_groups", Block 0, |n| u64::from(n.foods > 0);
-    NO_MEALS: Meal = "no_meals", Block 0, |_| 1;
+    MEALS: Meal = "meals", BLOCK 0, |n| n.foods;
+    MARKS: Mark = "marks", BLOCK 0, |n| n.foods;
+    SCENT: f32 = "scent", LARGE 0, Counts::food;
+    PLATES: u32 = "plates", LARGE 0, Counts::food;
+    SCENTED: UVec2 = "scented", BLOCK 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
+    WHIFFS: UVec2 = "whiffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
+    SCENT_GROUPS: DispatchGroups = "scent_groups", BLOCK 0, |n| u64::from(n.foods > 0);
+    NO_MEALS: Meal = "no_meals", BLOCK 0, |_| 1;
 
-    OUTLINES: Outline = "outlines", Large 4, |n| n.drawn(n.outlines);
-    BOUNDS: Vec4 = "bounds", Large 4, |n| n.drawn(n.triangles);
-    SLOTS: u32 = "slots", Block 0, |n| n.drawn(n.triangles);
-    PLACES: SurfaceSample = "places", Large 4, |n| n.drawn(n.texels);
-    RASTER_TARGET: u32 = "raster.target", Block 0, |n| n.drawn(n.texels);
-    RASTER_DEPTH: f32 = "raster.depth", Block 0, |n| n.drawn(n.texels);
-    WINNERS: u32 = "winners", Block 0, |n| n.drawn(n.texels);
+    OUTLINES: Outline = "outlines", LARGE 4, |n| n.drawn(n.outlines);
+    BOUNDS: Vec4 = "bounds", LARGE 4, |n| n.drawn(n.triangles);
+    SLOTS: u32 = "slots", BLOCK 0, |n| n.drawn(n.triangles);
+    PLACES: SurfaceSample = "places", LARGE 4, |n| n.drawn(n.texels);
+    RASTER_TARGET: u32 = "raster.target", BLOCK 0, |n| n.drawn(n.texels);
+    RASTER_DEPTH: f32 = "raster.depth", BLOCK 0, |n| n.drawn(n.texels);
+    WINNERS: u32 = "winners", BLOCK 0, |n| n.drawn(n.texels);
 }
 
 /// Bytes that all buffers take.

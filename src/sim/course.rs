@@ -74,27 +74,25 @@ impl Course {
     pub fn next(&mut self, means: Means) -> Step {
         self.follow_settings();
         let changes = self.changes();
-        let mut planner = std::mem::take(&mut self.planner);
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
         plan.changes = changes;
-        plan.update_distances(&mut planner, self.step, &self.poses);
+        plan.update_distances(&mut self.planner, self.step, &self.poses);
         plan.sorts = is_due(self.step) && self.settings.strategy().may_sort();
         let step = step(&plan);
-        self.planner = planner;
         self.step += 1;
         self.fed_deposit = self.settings.feeding.fed_deposit;
         step
     }
 
-    /// A step that has every kernel that those to come can have, if the settings stay. It is for no engine: which distances it
-    /// takes is made up.
+    /// A step that has every kernel that those to come can have by such settings. It is for no engine: which distances it takes is
+    /// made up.
     #[must_use]
-    pub fn of_every_kernel(&self, means: Means) -> Step {
-        let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
+    pub fn of_every_kernel(&self, settings: &Settings, means: Means) -> Step {
+        let mut plan = Plan::new(settings, &self.setup, self.step, means);
         if !self.setup.distance.is_empty() {
             plan.distances.jobs = vec![DistanceJob::zeroed()];
         }
-        plan.sorts = self.settings.strategy().may_sort();
+        plan.sorts = settings.strategy().may_sort();
         step(&plan)
     }
 

@@ -25,6 +25,7 @@ use super::state::{Bias, State};
 use super::texel_paths::TexelPaths;
 use super::transfers::Transfers;
 use super::types::Pose;
+use super::work::Step;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder};
 use crate::mesh::atlas::Control;
@@ -94,7 +95,7 @@ impl Simulation {
         let means = means(ctx, &course, &state);
         Ok(Self {
             patience: ctx.wait_longer(patience),
-            pipelines: pipelines_of(ctx, &course, means)?,
+            pipelines: pipelines_of(ctx, &course.of_every_kernel(&course.settings, means))?,
             state,
             ctx: ctx.clone(),
             course,
@@ -203,13 +204,10 @@ impl Simulation {
         let rearranges = settings.strategy() != self.settings().strategy()
             || settings.transfer.buffer_size != self.settings().transfer.buffer_size;
         // Whatever may fail comes first, so that a failure leaves all as it was.
-        let changed = self.course.with_settings(settings);
-        let means = self.means();
-        let is_prepared = changed.of_every_kernel(means).is_prepared(&self.pipelines);
-        let pipelines = (!is_prepared)
-            .then(|| pipelines_of(&self.ctx, &changed, means))
+        let every = self.course.of_every_kernel(settings, self.means());
+        let pipelines = (!every.is_prepared(&self.pipelines))
+            .then(|| pipelines_of(&self.ctx, &every))
             .transpose()?;
-        drop(changed);
         let surface = &self.setup().surface;
         raster::check(surface, settings).map_err(Error::Invalid)?;
         brute::check(self.ctx.info(), surface, settings).map_err(Error::Invalid)?;
@@ -369,10 +367,10 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
     }
 }
 
-/// The pipelines of every kernel that steps can have.
-fn pipelines_of(ctx: &Arc<Context>, course: &Course, means: Means) -> Result<Pipelines, GpuError> {
+/// The pipelines of a step.
+fn pipelines_of(ctx: &Arc<Context>, step: &Step) -> Result<Pipelines, GpuError> {
     let mut pipelines = Pipelines::new(ctx);
-    course.of_every_kernel(means).prepare(&mut pipelines)?;
+    step.prepare(&mut pipelines)?;
     Ok(pipelines)
 }
 

@@ -218,10 +218,7 @@ struct Dispatch<K: StepKernel> {
     call: Call<K>,
 }
 
-impl<K: StepKernel + Debug> Work for Dispatch<K>
-where
-    Call<K>: Send + Sync,
-{
+impl<K: StepKernel> Work for Dispatch<K> {
     fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
         made.make::<K>(K::name(self.call.on), &self.call.constants)
     }

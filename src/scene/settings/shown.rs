@@ -110,7 +110,7 @@ views! {
         has: &[Points, Charts],
         legend: Legend::Hues(
             &[(0.0, "right"), (0.25, "up"), (0.5, "left"), (0.75, "down")],
-            "Where particles head, for who stands before the surface",
+            "Where particles head, seen from in front of the surface",
         ),
     },
     /// Particles by area.

@@ -100,7 +100,7 @@ impl FoodOrder {
             })
             .transpose()?;
         // The first food has kernels of its own: the device keeps them until they are asked for.
-        pipelines_of(&ctx, &self.course, self.means)?;
+        pipelines_of(&ctx, &self.course.of_every_kernel(settings, self.means))?;
         Ok(PreparedFood {
             before: setup.pantry.places.clone(),
             settings: settings.clone(),

@@ -118,7 +118,8 @@ impl Simulation {
                 painted: bias.is_some(),
                 ..self.means()
             };
-            self.pipelines = pipelines_of(&self.ctx, &self.course, means)?;
+            let every = self.course.of_every_kernel(self.settings(), means);
+            self.pipelines = pipelines_of(&self.ctx, &every)?;
         }
         self.state.bias = bias;
         Ok(())

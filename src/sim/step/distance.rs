@@ -138,6 +138,14 @@ impl<'a> DistanceInputs<'a> {
         }
     }
 
+    /// What an invocation of those kernels works on that have one a sample: its job and its sample; none where it has none.
+    pub(super) fn sample_of(&self, job_count: u32, i: u32) -> Option<(DistanceJob, SurfaceSample)> {
+        let job = self.jobs[job_of(&self.jobs[..job_count as usize], i)];
+        let in_job = i - job.first_thread;
+        (in_job < job.sample_count)
+            .then(|| (job, self.samples[(job.first_sample + in_job) as usize]))
+    }
+
     /// What tells the sides of a surface.
     #[must_use]
     pub fn sides(&self, first_vertex_normal: u32) -> Sides<'a> {

@@ -1,6 +1,6 @@
 //! `distance_brute`: what it takes, reads and writes. Twin of `shaders/distance_brute.comp`.
 
-use super::distance::{DistanceInputs, candidate_distance, found_by, job_of, place_in_other};
+use super::distance::{DistanceInputs, candidate_distance, found_by, place_in_other};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::{is_nearer, nearest_on_face};
 use crate::sim::arrays::Arrays;
@@ -67,11 +67,7 @@ pub fn distance_brute(
 ) {
     let sides = inputs.sides(params.first_vertex_normal);
     let one = |i: u32| {
-        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
-        if i - job.first_thread >= job.sample_count {
-            return None;
-        }
-        let here = inputs.samples[(job.first_sample + (i - job.first_thread)) as usize];
+        let (job, here) = inputs.sample_of(params.job_count, i)?;
 
         let mut least = params.reach;
         let mut triangle = NONE;

@@ -1,6 +1,6 @@
 //! `distance_merge`: what it takes, reads and writes. Twin of `shaders/distance_merge.comp`.
 
-use super::distance::{DistanceInputs, candidate_distance, found_by, job_of, place_in_other};
+use super::distance::{DistanceInputs, candidate_distance, found_by, place_in_other};
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::nearest_on_face;
 use crate::sim::arrays::Arrays;
@@ -71,11 +71,7 @@ pub fn distance_merge(
 ) {
     let sides = inputs.sides(params.first_vertex_normal);
     let one = |i: u32| {
-        let job = inputs.jobs[job_of(&inputs.jobs[..params.job_count as usize], i)];
-        if i - job.first_thread >= job.sample_count {
-            return None;
-        }
-        let here = inputs.samples[(job.first_sample + (i - job.first_thread)) as usize];
+        let (job, here) = inputs.sample_of(params.job_count, i)?;
         let texel = here.texel as usize;
 
         let (mut least, mut triangle) = if params.round == 0 {
