@@ -293,16 +293,18 @@ pub(crate) struct Use {
 }
 
 impl History {
-    /// Adds to a barrier what has to be waited for before a use. `reason` is called with each of it, and whether it wrote.
+    /// Adds to a barrier what has to be waited for before a use, of what was recorded up to `up_to`. `reason` is called with each
+    /// of it, and whether it wrote.
     pub(crate) fn wait_for(
         &self,
         order: &Order,
-        to: Access,
-        writes: bool,
+        (to, writes): (Access, bool),
+        up_to: u64,
         wait: &mut Wait,
         mut reason: impl FnMut(&Use, bool),
     ) {
         if let Some(write) = &self.write
+            && write.at <= up_to
             && !order.is_visible(write, to)
         {
             reason(write, true);
@@ -312,13 +314,22 @@ impl History {
         }
         if writes {
             for read in &self.reads {
-                if !order.has_finished(read, to) {
+                if read.at <= up_to && !order.has_finished(read, to) {
                     reason(read, false);
                     wait.before.add(read.access);
                     wait.after.add(to);
                 }
             }
         }
+    }
+
+    /// Of what was recorded after `since`, the work that a use would have to wait for, whatever barriers stand between, and
+    /// whether it wrote.
+    pub(crate) fn conflict(&self, writes: bool, since: u64) -> Option<(&'static str, bool)> {
+        let of = |earlier: &Use, wrote| (earlier.at > since).then_some((earlier.work, wrote));
+        let write = self.write.as_ref().and_then(|write| of(write, true));
+        let mut reads = self.reads.iter().filter(|_| writes);
+        write.or_else(|| reads.find_map(|read| of(read, false)))
     }
 
     /// Notes a use.
@@ -418,7 +429,8 @@ mod tests {
                 }
                 let mut wait = Wait::default();
                 for &(buffer, access, writes) in &uses {
-                    histories[buffer].wait_for(&order, access, writes, &mut wait, |_, _| ());
+                    let history = &histories[buffer];
+                    history.wait_for(&order, (access, writes), at, &mut wait, |_, _| ());
                 }
                 let is_needed = uses.iter().any(|&one| has_hazard(&events, one));
                 assert_eq!(!wait.before.is_empty(), is_needed, "work {at}");

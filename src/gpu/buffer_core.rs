@@ -163,14 +163,17 @@ impl BufferCore {
     pub(crate) fn wait_for(
         &self,
         order: &Order,
-        to: Access,
-        writes: bool,
+        to: (Access, bool),
+        up_to: u64,
         wait: &mut Wait,
         reason: impl FnMut(&Use, bool),
     ) {
-        self.lock()
-            .history
-            .wait_for(order, to, writes, wait, reason);
+        self.lock().history.wait_for(order, to, up_to, wait, reason);
+    }
+
+    /// What a use would have to wait for; see [`History::conflict`].
+    pub(crate) fn conflict(&self, writes: bool, since: u64) -> Option<(&'static str, bool)> {
+        self.lock().history.conflict(writes, since)
     }
 
     /// Notes a use in the frame `ticket`.

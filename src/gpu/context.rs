@@ -27,6 +27,8 @@ pub struct Context {
     /// What blocking transfers use.
     pub(crate) staging: Mutex<Staging>,
     pub(crate) hazard_check: bool,
+    /// Do kernels of an unordered group wait for each other all the same, because the validation layer watches?
+    pub(crate) orders_groups: bool,
     pub(crate) leave_out: Option<u32>,
     recordings: Mutex<Recordings>,
     /// How long it waits at the least.
@@ -126,6 +128,7 @@ impl Context {
             recordings: Mutex::default(),
             hazard_check: (options.hazard_check)
                 .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
+            orders_groups: options.validation,
             leave_out: options.leave_out,
             timeout: options.timeout,
             patience: AtomicU64::new(0),

@@ -10,6 +10,10 @@ pub enum Listed {
     /// A barrier, and everything that it is for; nothing where it only separates two works, so that each has its own time, or
     /// waits for everything, after a recording that was dropped.
     Barrier(Vec<Reason>),
+    /// Kernels that follow do not wait for each other, for this reason.
+    Unordered(&'static str),
+    /// From here on they do again.
+    Ordered,
 }
 
 /// One buffer for which a barrier is needed, and the two works that use it.

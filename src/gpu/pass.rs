@@ -14,6 +14,7 @@ use super::buffer_core::BufferCore;
 use super::context::Context;
 use super::image::{Format, Image, ImageState};
 use super::kernel::Draw;
+use super::listing::Listed;
 use super::raster::{DepthTest, RasterPipeline, no_rendering};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
@@ -154,7 +155,7 @@ impl Recorder {
             self.separate_pass();
         }
         self.leave_crumb(name);
-        self.list_work(name);
+        self.list_entry(|| Listed::Work(name.to_owned()));
         if self.ctx().draws_debug.load(Ordering::Relaxed) {
             self.announce_debug(name);
         }

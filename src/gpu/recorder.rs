@@ -12,6 +12,7 @@ use super::listing::Listed;
 use super::part::Part;
 use super::slices::Slices;
 use super::timer::SpanKind;
+use super::waits::Unordered;
 
 /// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.
@@ -45,6 +46,8 @@ pub struct Recorder {
     /// Something has been recorded that a work can be separated from.
     pub(crate) has_work: bool,
     pub(crate) recording: Recording,
+    /// The group that is being recorded.
+    pub(crate) unordered: Option<Unordered>,
 }
 
 /// How much a frame has recorded so far: what the host does for it grows with these.
@@ -93,6 +96,7 @@ impl Recorder {
             separates: false,
             has_work: false,
             recording: ctx.recordings().begin(),
+            unordered: None,
         };
         recorder.begin_span("frame", SpanKind::Frame);
         recorder

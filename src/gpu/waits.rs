@@ -1,6 +1,8 @@
 //! The barriers of a recording: found from what dispatches, draws and copies use, recorded just before what has to wait, and
 //! listed on request.
 
+use ash::vk;
+
 use super::access::{Access, Use, Wait};
 use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
@@ -15,7 +17,75 @@ pub(crate) struct Touch<'a> {
     pub(crate) writes: bool,
 }
 
+/// Kernels that wait for what comes before them, and not for each other.
+#[derive(Debug)]
+pub(crate) struct Unordered {
+    reason: &'static str,
+    /// The buffers that more than one of them may write.
+    shared: Vec<vk::Buffer>,
+    /// What was recorded last before the first of them.
+    since: u64,
+}
+
 impl Recorder {
+    /// From here to [`end_unordered`](Self::end_unordered), kernels do not wait for each other, so that they may overlap. Of the
+    /// buffers in `shared` more than one of them may write something, for the reason that is given: their elements are each one
+    /// kernel's alone, or change by atomic operations whose order does not matter. No other buffer may be written by one of
+    /// them and used by another.
+    ///
+    /// The validation layer sees buffers and not their elements, so where it watches, they wait for each other all the same.
+    ///
+    /// # Panics
+    /// Within another group. What is recorded in the group panics if it writes what another kernel of it uses, or uses what
+    /// another one writes, and that is not shared.
+    pub fn begin_unordered(&mut self, reason: &'static str, shared: &[&dyn AnyBuffer]) {
+        assert!(
+            self.unordered.is_none(),
+            "an unordered group lies within another one: {reason}"
+        );
+        let since = self.ctx().recordings().now();
+        self.unordered = Some(Unordered {
+            reason,
+            shared: shared.iter().map(|buffer| buffer.core().raw()).collect(),
+            since,
+        });
+        self.list_entry(|| Listed::Unordered(reason));
+    }
+
+    /// What is recorded from here on waits for what it depends on, as usual.
+    pub fn end_unordered(&mut self) {
+        self.unordered = None;
+        self.list_entry(|| Listed::Ordered);
+    }
+
+    /// Up to which work a work waits for what has used a buffer.
+    ///
+    /// # Panics
+    /// If it depends on another one of its group in what the group does not share.
+    fn waits_up_to(&self, work: &'static str, touch: &Touch<'_>) -> u64 {
+        let Some(group) = &self.unordered else {
+            return u64::MAX;
+        };
+        let is_shared = touch.access == Access::Kernel && group.shared.contains(&touch.core.raw());
+        if is_shared {
+            return if self.ctx().orders_groups {
+                u64::MAX
+            } else {
+                group.since
+            };
+        }
+        if let Some((other, wrote)) = touch.core.conflict(touch.writes, group.since) {
+            panic!(
+                "`{work}` {} `{}`, which `{other}` {}, and the two are in no order: {}",
+                if touch.writes { "writes" } else { "reads" },
+                touch.core.name(),
+                if wrote { "writes" } else { "reads" },
+                group.reason
+            );
+        }
+        u64::MAX
+    }
+
     /// Records the barrier that a work needs, if it needs one, and notes what it uses.
     ///
     /// # Panics
@@ -37,6 +107,7 @@ impl Recorder {
         let lists = self.list.is_some();
         self.settle_order();
         for touch in touches {
+            let up_to = self.waits_up_to(work, touch);
             let reason = |earlier: &Use, wrote: bool| {
                 if lists || self.is_in_pass {
                     reasons.push(Reason {
@@ -48,8 +119,8 @@ impl Recorder {
                     });
                 }
             };
-            let order = &self.recording.order;
-            (touch.core).wait_for(order, touch.access, touch.writes, &mut wait, reason);
+            let (order, to) = (&self.recording.order, (touch.access, touch.writes));
+            (touch.core).wait_for(order, to, up_to, &mut wait, reason);
         }
         if separates && !self.is_in_pass {
             wait.separate();
@@ -68,9 +139,7 @@ impl Recorder {
         if self.ctx().leave_out != Some(self.commands.barriers - 1) {
             wait.record(self.device(), self.raw());
         }
-        if let Some(list) = &mut self.list {
-            list.push(Listed::Barrier(reasons));
-        }
+        self.list_entry(|| Listed::Barrier(reasons));
     }
 
     /// After a recording that was dropped, waits for everything.
@@ -80,11 +149,9 @@ impl Recorder {
         }
         let now = self.ctx().recordings().now();
         if self.recording.order.settle(now) {
-            self.full_barrier(ash::vk::PipelineStageFlags::ALL_COMMANDS);
+            self.full_barrier(vk::PipelineStageFlags::ALL_COMMANDS);
             self.commands.barriers += 1;
-            if let Some(list) = &mut self.list {
-                list.push(Listed::Barrier(Vec::new()));
-            }
+            self.list_entry(|| Listed::Barrier(Vec::new()));
         }
     }
 
@@ -146,9 +213,10 @@ impl Recorder {
         self.list.take().unwrap_or_default()
     }
 
-    pub(crate) fn list_work(&mut self, name: &str) {
+    /// Adds to the list, where there is one.
+    pub(crate) fn list_entry(&mut self, entry: impl FnOnce() -> Listed) {
         if let Some(list) = &mut self.list {
-            list.push(Listed::Work(name.to_owned()));
+            list.push(entry());
         }
     }
 }

@@ -10,6 +10,7 @@ use super::info::DeviceKind;
 use super::kernel::{
     Binding, BindingAccess, BindingKind, Interface, Params, PipelineCore, Resource, descriptor_type,
 };
+use super::listing::Listed;
 use super::module::note_used;
 use super::recorder::Recorder;
 use super::timer::SpanKind;
@@ -225,7 +226,7 @@ impl Recorder {
         }
         if kind != SpanKind::Draw {
             self.leave_crumb(name);
-            self.list_work(name);
+            self.list_entry(|| Listed::Work(name.to_owned()));
         }
         self.begin_span(name, kind);
         if kind != SpanKind::Draw {
@@ -265,6 +266,7 @@ impl Recorder {
         }
         self.end_span();
         assert!(self.open_names().next().is_none(), "a scope is still open");
+        assert!(self.unordered.is_none(), "an unordered group is still open");
     }
 }
 

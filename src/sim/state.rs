@@ -365,6 +365,11 @@ impl State {
         self.raster.as_ref().expect("the method draws")
     }
 
+    /// What is bound in the place of textures that are written another way.
+    pub(super) fn unused_words(&self) -> &Buffer<u32> {
+        self.unused.words()
+    }
+
     /// Where diffusion writes to.
     #[must_use]
     pub fn spread(&self, outgrows_block: bool) -> Spread<'_> {

@@ -145,9 +145,12 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, turn: Turn) {
     } else {
         s.run(Threads(plan.particle_count()), every);
     }
-    for &(form, listed) in forms {
-        s.run(listed, plan.advance(terms, form, turn));
-    }
+    let why = "each has particles of its own, and what they count, they count by atomic additions";
+    s.unordered(why, advance::shared_by_forms, |s| {
+        for &(form, listed) in forms {
+            s.run(listed, plan.advance(terms, form, turn));
+        }
+    });
 }
 
 /// Puts the window of the object in order that some have left.

@@ -191,6 +191,10 @@ impl Unused {
         })
     }
 
+    pub(super) fn words(&self) -> &Buffer<u32> {
+        &self.words
+    }
+
     /// What `diffuse` writes, by the way that suits the texture.
     #[must_use]
     pub fn spread<'a>(

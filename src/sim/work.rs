@@ -10,7 +10,7 @@ use super::arrays::Arrays;
 use super::pipelines::{Pipelines, Value};
 use super::roles::Pair;
 use super::state::State;
-use crate::gpu::{Buffer, DispatchGroups, GpuError, Kernel, Recorder, Threads};
+use crate::gpu::{AnyBuffer, Buffer, DispatchGroups, GpuError, Kernel, Recorder, Threads};
 
 /// A kernel that steps run. Its file says what it takes, what it is bound to, and what its twin does.
 pub trait StepKernel: Kernel<Constants: Value, Params: Value> + Sized + Debug + 'static {
@@ -170,6 +170,25 @@ impl Step {
         self.add(Clear { on_device, on_host });
     }
 
+    /// Runs kernels that may overlap, although they write to the same buffers; `reason` says why no order matters.
+    pub fn unordered(
+        &mut self,
+        reason: &'static str,
+        shared: fn(&State) -> Vec<&dyn AnyBuffer>,
+        kernels: impl FnOnce(&mut Self),
+    ) {
+        let mut group = Self::default();
+        kernels(&mut group);
+        if group.works.len() < 2 {
+            return self.works.extend(group.works);
+        }
+        self.add(Unordered {
+            reason,
+            shared,
+            kernels: group,
+        });
+    }
+
     /// Lets two buffers change roles.
     pub fn swap(&mut self, pair: Pair) {
         self.add(Swap(pair));
@@ -244,6 +263,39 @@ impl<K: StepKernel> Work for Dispatch<K> {
 
     fn on_host(&self, a: &mut Arrays) {
         K::twin(&self.call, a);
+    }
+}
+
+struct Unordered {
+    reason: &'static str,
+    shared: fn(&State) -> Vec<&dyn AnyBuffer>,
+    kernels: Step,
+}
+
+impl Debug for Unordered {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut fields = f.debug_tuple("Unordered");
+        fields.field(&self.reason).field(&self.kernels).finish()
+    }
+}
+
+impl Work for Unordered {
+    fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
+        self.kernels.prepare(made)
+    }
+
+    fn is_prepared(&self, made: &Pipelines) -> bool {
+        self.kernels.is_prepared(made)
+    }
+
+    fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {
+        rec.begin_unordered(self.reason, &(self.shared)(s));
+        self.kernels.on_device(rec, made, s);
+        rec.end_unordered();
+    }
+
+    fn on_host(&self, a: &mut Arrays) {
+        self.kernels.on_host(a);
     }
 }
 

@@ -6,19 +6,26 @@ use myxo::gpu::{Listed, Reason};
 
 use crate::cli::times::counted;
 
-/// One line a kernel or copy, and one for each barrier and each pair that it separates, with the buffers.
+/// One line a kernel or copy; one for each barrier and each pair that it separates, with the buffers; and one where a group in no
+/// order begins or ends.
 pub fn text(scene: &str, step: u64, listed: &[Listed]) -> String {
-    let barriers = listed.iter().filter(|l| matches!(l, Listed::Barrier(_)));
-    let barriers = barriers.count();
+    let count = |is_one: fn(&Listed) -> bool| listed.iter().filter(|l| is_one(l)).count();
+    let barriers = count(|l| matches!(l, Listed::Barrier(_)));
+    let works = count(|l| matches!(l, Listed::Work(_)));
     let mut text = format!(
-        "step {step} of {scene}: {} kernels and copies, {}\n",
-        listed.len() - barriers,
+        "step {step} of {scene}: {works} kernels and copies, {}\n",
         counted(barriers, "barrier")
     );
     for listed in listed {
         match listed {
             Listed::Work(name) => {
                 let _ = writeln!(text, "{name}");
+            }
+            Listed::Unordered(reason) => {
+                let _ = writeln!(text, "    in no order: {reason}");
+            }
+            Listed::Ordered => {
+                let _ = writeln!(text, "    in order");
             }
             Listed::Barrier(reasons) => {
                 let _ = writeln!(text, "    barrier");

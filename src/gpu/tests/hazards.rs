@@ -18,10 +18,14 @@ impl Setup {
     }
 
     fn with(options: ContextOptions) -> Option<Self> {
-        let ctx = context_with(ContextOptions {
+        Self::with_just(ContextOptions {
             validation: true,
             ..options
-        })?;
+        })
+    }
+
+    fn with_just(options: ContextOptions) -> Option<Self> {
+        let ctx = context_with(options)?;
         let buffer = |name| Buffer::zeroed(&ctx, name, 64).unwrap();
         Some(Self {
             scale: Pipeline::new(&ctx, &ScaleConstants::default()).unwrap(),
@@ -61,6 +65,8 @@ impl Setup {
 fn lines(listed: &[Listed]) -> Vec<String> {
     let line = |listed: &Listed| match listed {
         Listed::Work(name) => name.clone(),
+        Listed::Unordered(reason) => format!("in no order: {reason}"),
+        Listed::Ordered => "in order".to_owned(),
         Listed::Barrier(reasons) => {
             let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
             format!("- {}", reasons.join("; "))
@@ -256,6 +262,81 @@ fn groups_that_nothing_has_written_are_refused() {
     assert_eq!(
         text,
         "`how often` says how often `scale` runs, and nothing has been written to it"
+    );
+}
+
+/// Catches an order that a group does not need, one that it needs and lacks, and works behind it that begin too early.
+#[test]
+fn kernels_in_no_order_wait_for_what_comes_before_them_only() {
+    let watched = |validation| ContextOptions {
+        validation,
+        ..ContextOptions::default()
+    };
+    for validation in [false, true] {
+        let Some(mut s) = Setup::with_just(watched(validation)) else {
+            return;
+        };
+        let d = Buffer::zeroed(&s.ctx, "fourth", 64).unwrap();
+        let listed = s.listed(|s, rec| {
+            s.scale(rec, &s.c, &s.a);
+            rec.begin_unordered("each has its half", &[&s.b]);
+            s.scale(rec, &s.a, &s.b);
+            s.scale(rec, &d, &s.b);
+            rec.end_unordered();
+            s.scale(rec, &s.b, &s.c);
+        });
+        let mut expected = vec![
+            "scale",
+            "in no order: each has its half",
+            "- first: scale wrote it (kernel), scale reads it (kernel)",
+            "scale",
+            "- second: scale wrote it (kernel), scale writes it (kernel)",
+            "scale",
+            "in order",
+            "- second: scale wrote it (kernel), scale reads it (kernel)",
+            "scale",
+        ];
+        if !validation {
+            expected.remove(4);
+        }
+        assert_eq!(listed, expected);
+        assert_silent(&s.ctx);
+    }
+}
+
+/// Catches a claim of no order that is wrong, also where a barrier happens to stand between the two.
+#[test]
+fn kernels_that_depend_on_each_other_are_refused_in_one_group() {
+    let Some(mut s) = Setup::new() else { return };
+    let d = Buffer::zeroed(&s.ctx, "fourth", 64).unwrap();
+    let mut refused = |second: &dyn Fn(&Setup, &mut Recorder)| {
+        let mut rec = s.frames.begin().unwrap();
+        rec.begin_unordered("each is said to be alone", &[&s.c]);
+        s.scale(&mut rec, &s.a, &s.c);
+        s.scale(&mut rec, &s.a, &s.b);
+        s.scale(&mut rec, &d, &s.c);
+        panic_text(|| second(&s, &mut rec))
+    };
+    assert_eq!(
+        refused(&|s, rec| s.scale(rec, &d, &s.b)),
+        "`scale` writes `second`, which `scale` writes, and the two are in no order: each is said to be alone"
+    );
+    assert_eq!(
+        refused(&|s, rec| s.scale(rec, &s.b, &s.c)),
+        "`scale` reads `second`, which `scale` writes, and the two are in no order: each is said to be alone"
+    );
+    assert_eq!(
+        refused(&|s, rec| s.scale(rec, &d, &s.a)),
+        "`scale` writes `first`, which `scale` reads, and the two are in no order: each is said to be alone"
+    );
+    // Copies write whole ranges: none of a group may write what kernels of it write.
+    assert_eq!(
+        refused(&|s, rec| rec.fill(&s.c, 0)),
+        "`fill` writes `third`, which `scale` writes, and the two are in no order: each is said to be alone"
+    );
+    assert_eq!(
+        refused(&|_, rec| rec.begin_unordered("another one", &[])),
+        "an unordered group lies within another one: another one"
     );
 }
 

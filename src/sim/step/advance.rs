@@ -3,7 +3,7 @@
 use super::turn::Turn;
 use rayon::prelude::*;
 
-use crate::gpu::Kernel as _;
+use crate::gpu::{AnyBuffer, Kernel as _};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::{AtlasMap, NONE};
 use crate::rng::seed_word;
@@ -167,6 +167,24 @@ impl Plan<'_> {
             },
         }
     }
+}
+
+/// What several forms write: of particles and motions each its own, and of the rest each what an atomic addition gives it.
+pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
+    let mut shared: Vec<&dyn AnyBuffer> = vec![
+        &s.particles,
+        &s.motions,
+        &s.deposits.front,
+        &s.walkers.slots,
+        &s.walkers.count,
+        &s.walkers.no_groups,
+        &s.no_meals,
+        s.unused_words(),
+        &s.transfers.flow,
+        &s.transfers.particle_indices,
+    ];
+    shared.extend(s.food.iter().map(|food| &food.meals as &dyn AnyBuffer));
+    shared
 }
 
 impl StepKernel for Advance {
